@@ -1,0 +1,58 @@
+// twin: src/kernels/contact.rs
+// Force and moment of all contacts of one grain, gathered in ascending order of the other's id.
+var<storage, read> place: array<Place>;          // N, at step n
+var<storage, read> motion: array<Motion>;        // N, at n - 1/2
+var<storage, read> slot_start: array<u32>;       // N + 1
+var<storage, read> neighbour: array<u32>;        // slots
+var<storage, read_write> force: array<Vec>;      // N, N, at step n, without gravity
+
+@compute @workgroup_size(WG)
+fn contact(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let i = linear(id, groups);
+    if (i >= params.bodies || slot_start[i + 1u] > arrayLength(&neighbour)) {
+        return;
+    }
+    let here = place[i];
+    let moving = motion[i];
+    var force_sum = Vec();
+    var torque_sum = Spin();
+    for (var slot = slot_start[i]; slot < slot_start[i + 1u]; slot++) {
+        let j = neighbour[slot];
+        if (j == NONE) {
+            break;
+        }
+        var touch: Touch;
+        if (j < params.bodies) {
+            touch = touch_grain(i, j, here, place[j]);
+        } else {
+            touch = touch_wall(j - params.bodies, here.x, here.radius);
+        }
+        if (!(touch.gap < 0)) {
+            forget_spring(slot);
+            continue;
+        }
+        let n = touch.n;
+        let arm = (here.radius + 0.5 * touch.gap) * n; // erratum E7: one shared point, mid-overlap
+        var v_rel: Vec;
+        var n_before: Vec;
+        var inverse_mass = moving.inverse_mass;
+        if (j < params.bodies) {
+            let there = place[j];
+            let v = moving.v - motion[j].v;
+            v_rel = v + (surface_velocity(i, arm) - surface_velocity(j, -(there.radius + 0.5 * touch.gap) * n));
+            n_before = unit_or((here.radius + there.radius + touch.gap) * n + params.dt * v, n);
+            inverse_mass += motion[j].inverse_mass;
+        } else {
+            let w = j - params.bodies;
+            v_rel = (moving.v - wall_velocity(w, here.x + arm)) + surface_velocity(i, arm);
+            n_before = wall_normal_before(w, here.x - params.dt * moving.v);
+        }
+        let pair = pair_of(i, j);
+        let pressing = normal_force(pair, touch.gap) + dashpot_force(pair, dot(v_rel, n), inverse_mass);
+        let f = -pressing * n + tangential_force(slot, pair, n, n_before, v_rel, pressing);
+        force_sum += f;
+        torque_sum += moment(arm, f);
+    }
+    force[i] = force_sum;
+    store_torque(i, torque_sum);
+}

@@ -1,0 +1,22 @@
+// twin: src/kernels/order.rs
+// Broad phase 3: ids in ascending order inside each cell, whatever order the atomics of the histogram gave them.
+var<storage, read> cell_start: array<u32>;    // cells + 1
+var<storage, read_write> sorted: array<u32>;  // N
+
+@compute @workgroup_size(WG)
+fn order(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let c = linear(id, groups);
+    if (c >= params.cells.x * params.cells.y * params.cells.z) {
+        return;
+    }
+    let begin = cell_start[c];
+    for (var k = begin + 1u; k < cell_start[c + 1u]; k++) {
+        let here = sorted[k];
+        var hole = k;
+        while (hole > begin && sorted[hole - 1u] > here) {
+            sorted[hole] = sorted[hole - 1u];
+            hole--;
+        }
+        sorted[hole] = here;
+    }
+}

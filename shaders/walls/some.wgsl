@@ -1,0 +1,44 @@
+// twin: src/laws/walls.rs
+// Walls slot: planes and vertical cylinders. In the lists, wall w is neighbour number bodies + w, so that it shares
+// contact law, history and replay with the grains. Owns the walls.
+
+struct Wall {
+    point: Vec,    // m: a point of the plane, or of the axis
+    normal: Vec,   // plane: unit vector towards the grains
+    velocity: Vec, // m/s
+    radius: Real,  // m: of the cylinder; 0 marks a plane
+    spin: Real,    // rad/s: of the cylinder about its axis
+}
+
+var<storage, read_write> wall: array<Wall>; // walls
+
+/// Unit vector from x into the wall, and the distance, m.
+fn wall_surface(w: u32, x: Vec) -> Touch {
+    let s = wall[w];
+    if (s.radius == 0) {
+        return Touch(dot(x - s.point, s.normal), -s.normal);
+    }
+    let arm = horizontal(x) - horizontal(s.point);
+    let distance = sqrt(dot(arm, arm));
+    if (distance == 0) {
+        return Touch(s.radius, first_axis());
+    }
+    return Touch(s.radius - distance, from_horizontal(arm / distance));
+}
+
+fn touch_wall(w: u32, x: Vec, radius: Real) -> Touch {
+    let surface = wall_surface(w, x);
+    return Touch(surface.gap - radius, surface.n);
+}
+
+/// The contact normal one step ago, for the rotation Z of the spring.
+fn wall_normal_before(w: u32, x_before: Vec) -> Vec {
+    return wall_surface(w, x_before + params.dt * wall[w].velocity).n;
+}
+
+/// Velocity of the wall's material at a point of its surface, m/s.
+fn wall_velocity(w: u32, point: Vec) -> Vec {
+    let s = wall[w];
+    let arm = horizontal(point) - horizontal(s.point);
+    return s.velocity + from_horizontal(s.spin * Real2(-arm.y, arm.x));
+}

@@ -1,0 +1,81 @@
+//! The f64 engine: the twins, on all cores.
+
+use super::Engine;
+use crate::{
+    error::Result,
+    plan::Op,
+    state::{Counters, Params, State},
+};
+
+/// Runs the twins in f64 on a state of its own.
+pub struct Cpu {
+    state: State,
+}
+
+impl Cpu {
+    /// An engine that starts from a copy of the state.
+    pub fn new(state: State) -> Cpu {
+        Cpu { state }
+    }
+
+    fn overflowed(&self) -> bool {
+        self.state.counters[0].slots_needed as usize > self.state.neighbour.len()
+    }
+}
+
+impl Engine for Cpu {
+    fn name(&self) -> &'static str {
+        "cpu"
+    }
+
+    fn adapter(&self) -> String {
+        format!("{} threads", rayon::current_num_threads())
+    }
+
+    fn execute(&mut self, params: &Params, ops: &[Op], times: u32) -> Result<()> {
+        self.state.params = *params;
+        for _ in 0..times {
+            for op in ops {
+                match op {
+                    // Lists that did not fit are not walked: the host will grow them and come back.
+                    Op::Run(_) if self.overflowed() => {}
+                    Op::Run(stage) => (stage.twin)(&mut self.state),
+                    Op::Clear(array) => {
+                        let column = self.state.column_mut(array);
+                        let len = column.len();
+                        column.resize(0);
+                        column.resize(len);
+                    }
+                    Op::Copy { from, to } => self.state.copy(from, to),
+                    Op::Swap(a, b) => self.state.swap(a, b),
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn counters(&mut self) -> Result<Counters> {
+        Ok(self.state.counters[0])
+    }
+
+    fn resize(&mut self, array: &'static str, len: usize) -> Result<()> {
+        self.state.column_mut(array).resize(len);
+        Ok(())
+    }
+
+    fn write(&mut self, arrays: &[&'static str], state: &State) -> Result<()> {
+        for array in arrays {
+            let content = state.column(array).duplicate();
+            self.state.column_mut(array).replace(content);
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, arrays: &[&'static str], state: &mut State) -> Result<()> {
+        for array in arrays {
+            let content = self.state.column(array).duplicate();
+            state.column_mut(array).replace(content);
+        }
+        Ok(())
+    }
+}

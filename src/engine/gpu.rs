@@ -1,0 +1,343 @@
+//! The device engine: every stage of the plan as a compute pipeline, every array of the state as a buffer.
+
+use super::Engine;
+use crate::{
+    error::{Error, Result},
+    gpu::{Device, Layout, Program, compose},
+    kernels::{Dispatch, Stage},
+    model::Model,
+    plan::{Op, Plan},
+    shaders,
+    state::{ARRAYS, Array, Column, Counters, Element, Params, Sizes, State},
+};
+use std::collections::HashMap;
+
+/// Invocations per workgroup: `WG` of `params.wgsl`.
+const WORKGROUP: usize = 64;
+/// Workgroups a dispatch may have along one dimension.
+const GROUPS_PER_DIMENSION: usize = 65_535;
+
+/// Runs the WGSL kernels.
+pub struct Gpu {
+    device: Device,
+    dims: usize,
+    sizes: Sizes,
+    kernels: HashMap<&'static str, Kernel>,
+    layouts: HashMap<&'static str, Layout>,
+    buffers: HashMap<&'static str, Buffer>,
+    params: wgpu::Buffer,
+    params_layout: Layout,
+}
+
+struct Kernel {
+    pipeline: wgpu::ComputePipeline,
+    /// Array names in binding order; `params` for the uniform.
+    arrays: Vec<&'static str>,
+    written: Vec<&'static str>,
+    /// Dropped whenever a buffer it names is exchanged or made anew.
+    group: Option<wgpu::BindGroup>,
+}
+
+struct Buffer {
+    buffer: wgpu::Buffer,
+    len: usize,
+}
+
+/// The kernel of a stage, composed for a model.
+pub fn program(model: &Model, stage: &Stage) -> Result<Program> {
+    let own = format!("{}.wgsl", stage.kernel);
+    let files: Vec<_> = model.files().into_iter().chain([own.as_str()]).map(shaders::file).collect();
+    compose(&files, stage.kernel)
+}
+
+/// Layout of every array that the stages of a plan touch, and of `params`, read from the composed kernels.
+///
+/// # Errors
+/// [`Error::Shader`] if a kernel does not compose, or if a struct differs between Rust and WGSL.
+pub fn layouts(model: &Model, plan: &Plan) -> Result<HashMap<&'static str, Layout>> {
+    let programs = plan.stages().into_iter().map(|stage| Ok((stage, program(model, stage)?)));
+    collect_layouts(&programs.collect::<Result<Vec<_>>>()?)
+}
+
+fn collect_layouts(programs: &[(&'static Stage, Program)]) -> Result<HashMap<&'static str, Layout>> {
+    let mut layouts = HashMap::new();
+    let empty =
+        State::new(crate::model::Model::all(crate::model::Precision::Single)[0], Sizes::default(), Params::default());
+    for (stage, program) in programs {
+        for binding in &program.bindings {
+            let name = known(stage.array(&binding.name), stage)?;
+            let names = if name == "params" { Params::NAMES } else { empty.column(name).names() };
+            let same = binding.layout.names.iter().eq(names);
+            if !same || layouts.get(name).is_some_and(|l| *l != binding.layout) {
+                return Err(Error::Shader {
+                    file: format!("{}.wgsl", stage.kernel),
+                    line: 1,
+                    message: format!("`{name}` has members {:?}, its Rust twin {names:?}", binding.layout.names),
+                });
+            }
+            layouts.insert(name, binding.layout.clone());
+        }
+    }
+    for array in ARRAYS {
+        if let Some(layout) = layouts.get(array.original()).cloned() {
+            layouts.entry(array.name).or_insert(layout);
+        }
+    }
+    Ok(layouts)
+}
+
+/// The dictionary's own copy of a name.
+fn known(name: &str, stage: &Stage) -> Result<&'static str> {
+    if name == "params" {
+        return Ok("params");
+    }
+    ARRAYS.iter().find(|a| a.name == name).map(|a| a.name).ok_or_else(|| Error::Shader {
+        file: format!("{}.wgsl", stage.kernel),
+        line: 1,
+        message: format!("`{name}` is not in the dictionary of arrays (src/state.rs)"),
+    })
+}
+
+impl Gpu {
+    /// Compile the plan's kernels and allocate the model's arrays, as long as in `state`, filled with its content.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if the arrays do not fit, [`Error::Shader`] if a kernel does not compile.
+    pub fn new(device: Device, plan: &Plan, state: &State) -> Result<Gpu> {
+        let model = &state.model;
+        let programs: Vec<_> =
+            plan.stages().into_iter().map(|stage| Ok((stage, program(model, stage)?))).collect::<Result<_>>()?;
+        let layouts = collect_layouts(&programs)?;
+        check_memory(&device, model, &layouts, &state.sizes)?;
+        let mut kernels = HashMap::new();
+        for (stage, program) in programs {
+            kernels.insert(stage.name, Kernel::new(&device, stage, program)?);
+        }
+        let params_layout = layouts["params"].clone();
+        let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+        let params = device.buffer("params", params_layout.stride as u64, usage)?;
+        let mut gpu = Gpu {
+            device,
+            dims: model.dims(),
+            sizes: state.sizes,
+            kernels,
+            layouts,
+            buffers: HashMap::new(),
+            params,
+            params_layout,
+        };
+        for array in ARRAYS.iter().filter(|a| (a.needed)(model)) {
+            gpu.resize(array.name, state.sizes.of(array.length))?;
+            gpu.write(&[array.name], state)?;
+        }
+        Ok(gpu)
+    }
+
+    /// Arrays that a stage writes.
+    pub fn written(&self, stage: &Stage) -> &[&'static str] {
+        &self.kernels[stage.name].written
+    }
+
+    fn bind_groups(&mut self, ops: &[Op]) {
+        for op in ops {
+            let Op::Run(stage) = op else { continue };
+            let kernel = self.kernels.get_mut(stage.name).expect("the plan's stages are compiled");
+            if kernel.group.is_some() {
+                continue;
+            }
+            let entries: Vec<_> = kernel
+                .arrays
+                .iter()
+                .enumerate()
+                .map(|(k, name)| wgpu::BindGroupEntry {
+                    binding: k as u32,
+                    resource: match *name {
+                        "params" => self.params.as_entire_binding(),
+                        array => self.buffers[array].buffer.as_entire_binding(),
+                    },
+                })
+                .collect();
+            kernel.group = Some(self.device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(stage.name),
+                layout: &kernel.pipeline.get_bind_group_layout(0),
+                entries: &entries,
+            }));
+        }
+    }
+
+    fn forget_groups(&mut self, arrays: &[&str]) {
+        for kernel in self.kernels.values_mut() {
+            if kernel.arrays.iter().any(|a| arrays.contains(a)) {
+                kernel.group = None;
+            }
+        }
+    }
+
+    fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, ops: &[Op]) {
+        let mut pass: Option<wgpu::ComputePass<'static>> = None;
+        for op in ops {
+            if !matches!(op, Op::Run(_)) {
+                pass = None;
+            }
+            match *op {
+                Op::Run(stage) => {
+                    let pass =
+                        pass.get_or_insert_with(|| encoder.begin_compute_pass(&Default::default()).forget_lifetime());
+                    let kernel = &self.kernels[stage.name];
+                    let (x, y) = groups(&stage.dispatch, &self.sizes);
+                    pass.set_pipeline(&kernel.pipeline);
+                    pass.set_bind_group(0, kernel.group.as_ref(), &[]);
+                    pass.dispatch_workgroups(x, y, 1);
+                }
+                Op::Clear(array) => encoder.clear_buffer(&self.buffers[array].buffer, 0, None),
+                Op::Copy { from, to } => {
+                    let (from, to) = (&self.buffers[from].buffer, &self.buffers[to].buffer);
+                    encoder.copy_buffer_to_buffer(from, 0, to, 0, from.size());
+                }
+                Op::Swap(a, b) => {
+                    let first = self.buffers.remove(a).expect("an array of the model");
+                    let second = self.buffers.insert(b, first).expect("an array of the model");
+                    self.buffers.insert(a, second);
+                    self.forget_groups(&[a, b]);
+                }
+            }
+        }
+    }
+}
+
+impl Kernel {
+    fn new(device: &Device, stage: &'static Stage, program: Program) -> Result<Kernel> {
+        let storage = program.bindings.iter().filter(|b| !b.uniform).count() as u32;
+        if storage > device.summary.max_arrays {
+            return Err(Error::Device(format!(
+                "kernel `{}` uses {storage} arrays, but {} allows {}",
+                stage.name, device.summary.name, device.summary.max_arrays
+            )));
+        }
+        let names = |written: bool| -> Result<Vec<&'static str>> {
+            let bindings = program.bindings.iter().filter(|b| !written || b.written);
+            bindings.map(|b| known(stage.array(&b.name), stage)).collect()
+        };
+        let (arrays, written) = (names(false)?, names(true)?);
+        let scope = device.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let module = device.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(stage.kernel),
+            source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(program.module)),
+        });
+        let pipeline = device.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(stage.name),
+            layout: None,
+            module: &module,
+            entry_point: Some(&program.entry),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        match pollster::block_on(scope.pop()) {
+            None => Ok(Kernel { pipeline, arrays, written, group: None }),
+            Some(e) => Err(Error::Shader { file: format!("{}.wgsl", stage.kernel), line: 1, message: e.to_string() }),
+        }
+    }
+}
+
+/// Workgroups of a dispatch; more than fit into one dimension are folded into two.
+fn groups(dispatch: &Dispatch, sizes: &Sizes) -> (u32, u32) {
+    let groups = match dispatch {
+        Dispatch::OneGroup => return (1, 1),
+        Dispatch::Items(items) => items(sizes).max(1).div_ceil(WORKGROUP),
+    };
+    let y = groups.div_ceil(GROUPS_PER_DIMENSION);
+    (groups.div_ceil(y) as u32, y as u32)
+}
+
+/// Bytes of each array the model needs, from the layouts of its kernels.
+pub fn bytes<'a>(
+    model: &'a Model,
+    layouts: &'a HashMap<&'static str, Layout>,
+    sizes: &'a Sizes,
+) -> impl Iterator<Item = (&'static Array, u64)> + 'a {
+    ARRAYS.iter().filter(|a| (a.needed)(model)).map(|array| {
+        let stride = layouts.get(array.name).map_or(4, |l| l.stride);
+        (array, (sizes.of(array.length) * stride) as u64)
+    })
+}
+
+fn check_memory(device: &Device, model: &Model, layouts: &HashMap<&'static str, Layout>, sizes: &Sizes) -> Result<()> {
+    let limit = device.summary.max_array_bytes;
+    let total: u64 = bytes(model, layouts, sizes).map(|(_, b)| b).sum();
+    if let Some((array, need)) = bytes(model, layouts, sizes).find(|(_, b)| *b > limit) {
+        return Err(Error::Device(format!(
+            "scene too large: array `{}` needs {need} bytes of {total} in all, but {} allows {limit} bytes per array; use \
+             fewer grains or --engine cpu",
+            array.name, device.summary.name
+        )));
+    }
+    if device.software {
+        super::check_host_memory(total)?;
+    }
+    Ok(())
+}
+
+impl Engine for Gpu {
+    fn name(&self) -> &'static str {
+        "gpu"
+    }
+
+    fn adapter(&self) -> String {
+        format!("{} ({})", self.device.summary.name, self.device.summary.backend)
+    }
+
+    fn execute(&mut self, params: &Params, ops: &[Op], times: u32) -> Result<()> {
+        let bytes = self.params_layout.encode(1, |sink| params.put(self.dims, &mut |x| sink(x)));
+        self.device.queue.write_buffer(&self.params, 0, &bytes);
+        let mut encoder = self.device.device.create_command_encoder(&Default::default());
+        for _ in 0..times {
+            // A swap changes what the stages after it are bound to, so groups are made between swaps.
+            for part in ops.split_inclusive(|op| matches!(op, Op::Swap(..))) {
+                self.bind_groups(part);
+                self.encode(&mut encoder, part);
+            }
+        }
+        self.device.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    fn counters(&mut self) -> Result<Counters> {
+        let layout = &self.layouts["counters"];
+        let bytes = self.device.read(&self.buffers["counters"].buffer, layout.stride as u64)?;
+        Ok(Counters::take(self.dims, &mut layout.decode(&bytes)))
+    }
+
+    fn resize(&mut self, array: &'static str, len: usize) -> Result<()> {
+        let stride = self.layouts.get(array).map_or(4, |l| l.stride);
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+        self.buffers.remove(array);
+        let buffer = self.device.buffer(array, (len * stride) as u64, usage)?;
+        self.buffers.insert(array, Buffer { buffer, len });
+        self.forget_groups(&[array]);
+        Ok(())
+    }
+
+    fn write(&mut self, arrays: &[&'static str], state: &State) -> Result<()> {
+        for array in arrays {
+            let column = state.column(array);
+            if self.buffers[array].len != column.len() {
+                self.resize(array, column.len())?;
+            }
+            let Some(layout) = self.layouts.get(array) else { continue };
+            let bytes = layout.encode(column.len(), |sink| column.lanes(self.dims, sink));
+            self.device.queue.write_buffer(&self.buffers[array].buffer, 0, &bytes);
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, arrays: &[&'static str], state: &mut State) -> Result<()> {
+        for array in arrays {
+            let (Some(layout), Some(buffer)) = (self.layouts.get(array), self.buffers.get(array)) else { continue };
+            let bytes = self.device.read(&buffer.buffer, (buffer.len * layout.stride) as u64)?;
+            let column: &mut dyn Column = state.column_mut(array);
+            column.resize(buffer.len);
+            column.fill(self.dims, &mut layout.decode(&bytes));
+        }
+        Ok(())
+    }
+}

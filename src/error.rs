@@ -1,0 +1,26 @@
+//! The one error type of the library. Every message names the file, line or key, the value, and what is allowed.
+
+use std::path::PathBuf;
+
+/// Everything that can go wrong in packstone.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The scene (file, `--set` override or data file it names) is not usable. Exit code 2.
+    #[error("{0}")]
+    Scene(String),
+    /// The machine cannot do what was asked: no adapter, not enough memory, missing feature. Exit code 2.
+    #[error("{0}")]
+    Device(String),
+    /// A run had to stop; the last good state is kept.
+    #[error("stopped at step {step} (t = {time:e} s): {reason}")]
+    Run { step: u64, time: f64, reason: String },
+    /// A WGSL file does not compose, parse or validate: a defect of packstone, not of the scene.
+    #[error("shader {file}:{line}: {message}")]
+    Shader { file: String, line: usize, message: String },
+    /// A file could not be read or written.
+    #[error("{path}: {source}", path = .path.display())]
+    Io { path: PathBuf, source: std::io::Error },
+}
+
+/// Shorthand used across the crate.
+pub type Result<T> = std::result::Result<T, Error>;

@@ -1,0 +1,8 @@
+//! The GPU as a machine: adapters, composed kernels, buffers by name. Knows no physics; only `engine::gpu` and the
+//! renderer use it.
+
+pub mod compose;
+pub mod device;
+
+pub use compose::{Binding, Layout, Program, compose};
+pub use device::{AdapterSummary, Device, adapters};

@@ -1,0 +1,201 @@
+//! Composer: whole WGSL files are concatenated (module scope does not care about order), parsed by naga, and the
+//! variables that the entry point uses get binding numbers. Bindings are matched to arrays by name, and the layout of
+//! every array is read from the module, so that no struct is described twice.
+
+use crate::error::{Error, Result};
+use naga::{
+    AddressSpace, Handle, Module, ResourceBinding, ScalarKind, Type, TypeInner,
+    proc::Layouter,
+    valid::{Capabilities, GlobalUse, ModuleInfo, ValidationFlags, Validator},
+};
+
+/// A kernel ready for a device.
+pub struct Program {
+    /// With binding numbers assigned.
+    pub module: Module,
+    /// Entry point.
+    pub entry: String,
+    /// What the entry point uses; the position is the binding number.
+    pub bindings: Vec<Binding>,
+}
+
+/// A variable that an entry point uses.
+#[derive(Clone, Debug)]
+pub struct Binding {
+    pub name: String,
+    /// Uniform or storage.
+    pub uniform: bool,
+    /// Whether the kernel writes it.
+    pub written: bool,
+    pub layout: Layout,
+}
+
+/// How elements lie in memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layout {
+    /// Bytes from one element to the next, or the size of a single value.
+    pub stride: usize,
+    /// Scalars of an element in declaration order.
+    pub lanes: Vec<Lane>,
+    /// Member names if the element is a struct.
+    pub names: Vec<String>,
+}
+
+/// A scalar inside an element.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lane {
+    pub offset: usize,
+    pub kind: LaneKind,
+}
+
+/// Type of a scalar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LaneKind {
+    F32,
+    F64,
+    U32,
+}
+
+/// Compose `files` (name, text) into the kernel `entry`.
+///
+/// # Errors
+/// [`Error::Shader`] with file and line if the text does not parse or validate.
+pub fn compose(files: &[(&str, &str)], entry: &str) -> Result<Program> {
+    let text: String = files.iter().flat_map(|(_, text)| [*text, "\n"]).collect();
+    let mut module = naga::front::wgsl::parse_str(&text).map_err(|e| {
+        let line = e.location(&text).map_or(1, |l| l.line_number as usize);
+        locate(files, line, e.message().to_owned())
+    })?;
+    // Validated without bindings, which are known only after this pass has found what the entry point uses; the device
+    // validates the numbered module again.
+    let info = Validator::new(ValidationFlags::all() - ValidationFlags::BINDINGS, Capabilities::all())
+        .validate(&module)
+        .map_err(|e| {
+            let line = e.location(&text).map_or(1, |l| l.line_number as usize);
+            locate(files, line, e.emit_to_string(&text))
+        })?;
+    let bindings = number(&mut module, &info, entry)?;
+    Ok(Program { module, entry: entry.to_owned(), bindings })
+}
+
+/// Give the variables that the entry point uses the numbers 0, 1, 2, …
+fn number(module: &mut Module, info: &ModuleInfo, entry: &str) -> Result<Vec<Binding>> {
+    let unknown = || Error::Shader { file: entry.to_owned(), line: 1, message: format!("no entry point `{entry}`") };
+    let index = module.entry_points.iter().position(|e| e.name == entry).ok_or_else(unknown)?;
+    let mut layouter = Layouter::default();
+    layouter.update(module.to_ctx()).map_err(|e| Error::Shader {
+        file: entry.to_owned(),
+        line: 1,
+        message: e.to_string(),
+    })?;
+    let variables = module.global_variables.iter();
+    let bound = variables.filter(|(_, v)| matches!(v.space, AddressSpace::Uniform | AddressSpace::Storage { .. }));
+    let (used, unused): (Vec<_>, Vec<_>) =
+        bound.map(|(handle, _)| handle).partition(|h| !info.get_entry_point(index)[*h].is_empty());
+    let bindings = used.iter().map(|&handle| {
+        let variable = &module.global_variables[handle];
+        Binding {
+            name: variable.name.clone().unwrap_or_default(),
+            uniform: variable.space == AddressSpace::Uniform,
+            written: info.get_entry_point(index)[handle].intersects(GlobalUse::WRITE | GlobalUse::ATOMIC),
+            layout: layout_of(module, &layouter, variable.ty),
+        }
+    });
+    let bindings: Vec<Binding> = bindings.collect();
+    // Unused variables need a number too, to be valid; they come last and are never bound.
+    for (number, handle) in used.into_iter().chain(unused).enumerate() {
+        let binding = ResourceBinding { group: 0, binding: number as u32 };
+        module.global_variables.get_mut(handle).binding = Some(binding);
+    }
+    Ok(bindings)
+}
+
+fn layout_of(module: &Module, layouter: &Layouter, ty: Handle<Type>) -> Layout {
+    let (element, stride) = match module.types[ty].inner {
+        TypeInner::Array { base, stride, .. } => (base, stride as usize),
+        _ => (ty, layouter[ty].size as usize),
+    };
+    let names = match &module.types[element].inner {
+        TypeInner::Struct { members, .. } => members.iter().map(|m| m.name.clone().unwrap_or_default()).collect(),
+        _ => Vec::new(),
+    };
+    let mut lanes = Vec::new();
+    flatten(module, element, 0, &mut lanes);
+    Layout { stride, lanes, names }
+}
+
+fn flatten(module: &Module, ty: Handle<Type>, offset: usize, lanes: &mut Vec<Lane>) {
+    let mut push = |scalar: naga::Scalar, offset| {
+        let kind = match (scalar.kind, scalar.width) {
+            (ScalarKind::Float, 4) => LaneKind::F32,
+            (ScalarKind::Float, _) => LaneKind::F64,
+            _ => LaneKind::U32,
+        };
+        lanes.push(Lane { offset, kind });
+    };
+    match &module.types[ty].inner {
+        TypeInner::Scalar(scalar) | TypeInner::Atomic(scalar) => push(*scalar, offset),
+        TypeInner::Vector { size, scalar } => {
+            (0..*size as usize).for_each(|k| push(*scalar, offset + k * usize::from(scalar.width)));
+        }
+        TypeInner::Struct { members, .. } => {
+            members.iter().for_each(|m| flatten(module, m.ty, offset + m.offset as usize, lanes));
+        }
+        other => unreachable!("arrays of {other:?} are not used"),
+    }
+}
+
+/// File and line of a line of the composed text.
+fn locate(files: &[(&str, &str)], line: usize, message: String) -> Error {
+    let mut line = line;
+    for (file, text) in files {
+        let lines = text.lines().count() + 1;
+        if line <= lines {
+            return Error::Shader { file: (*file).to_owned(), line, message };
+        }
+        line -= lines;
+    }
+    Error::Shader { file: "composed".to_owned(), line, message }
+}
+
+impl Layout {
+    /// Bytes of the lanes that `write` feeds, element by element.
+    pub fn encode(&self, elements: usize, write: impl FnOnce(&mut dyn FnMut(f64))) -> Vec<u8> {
+        let mut bytes = vec![0; (elements * self.stride).next_multiple_of(4)];
+        let (mut base, mut k) = (0, 0);
+        write(&mut |x| {
+            let Lane { offset, kind } = self.lanes[k];
+            let at = base + offset;
+            match kind {
+                LaneKind::F32 => bytes[at..at + 4].copy_from_slice(&(x as f32).to_ne_bytes()),
+                LaneKind::F64 => bytes[at..at + 8].copy_from_slice(&x.to_ne_bytes()),
+                LaneKind::U32 => bytes[at..at + 4].copy_from_slice(&(x as u32).to_ne_bytes()),
+            }
+            k += 1;
+            if k == self.lanes.len() {
+                (base, k) = (base + self.stride, 0);
+            }
+        });
+        bytes
+    }
+
+    /// The lanes in these bytes, one per call.
+    pub fn decode<'a>(&'a self, bytes: &'a [u8]) -> impl FnMut() -> f64 + 'a {
+        let (mut base, mut k) = (0, 0);
+        move || {
+            let Lane { offset, kind } = self.lanes[k];
+            let at = base + offset;
+            let four = || bytes[at..at + 4].try_into().expect("four bytes");
+            let value = match kind {
+                LaneKind::F32 => f64::from(f32::from_ne_bytes(four())),
+                LaneKind::F64 => f64::from_ne_bytes(bytes[at..at + 8].try_into().expect("eight bytes")),
+                LaneKind::U32 => f64::from(u32::from_ne_bytes(four())),
+            };
+            k += 1;
+            if k == self.lanes.len() {
+                (base, k) = (base + self.stride, 0);
+            }
+            value
+        }
+    }
+}

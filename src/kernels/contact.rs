@@ -1,0 +1,92 @@
+//! Twin of `shaders/contact.wgsl`: force and moment of all contacts of one grain, in ascending order of the other's id.
+
+use super::rows;
+use crate::{
+    laws::{
+        dashpot::dashpot_force,
+        dimension::moment,
+        friction::{forget_spring, tangential_force},
+        materials::pair_of,
+        normal::normal_force,
+        rotation::surface_velocity,
+        touch::{touch_grain, unit_or},
+        walls::{touch_wall, wall_normal_before, wall_velocity},
+    },
+    model::Rotation,
+    state::{NONE, Spin, State},
+};
+use glam::DVec3;
+use rayon::prelude::*;
+
+pub fn contact(s: &mut State) {
+    let (mut force, mut torque) = (std::mem::take(&mut s.force), std::mem::take(&mut s.torque));
+    let mut spring = std::mem::take(&mut s.spring);
+    let world = &*s;
+    let of_body = |i: usize, spring: &mut [DVec3], force: &mut DVec3| {
+        let (f, m) = contacts_of(world, i, spring);
+        *force = f;
+        Spin(m)
+    };
+    let springs = rows(&mut spring, &s.slot_start).into_par_iter();
+    let bodies = force.par_iter_mut().zip(springs).enumerate();
+    match s.model.rotation {
+        Rotation::None => bodies.for_each(|(i, (force, spring))| {
+            of_body(i, spring, force);
+        }),
+        Rotation::Sphere => {
+            bodies.zip(&mut torque).for_each(|((i, (force, spring)), torque)| *torque = of_body(i, spring, force))
+        }
+    }
+    (s.force, s.torque, s.spring) = (force, torque, spring);
+}
+
+/// Force, N, and moment, N m, on grain i; `springs` are those of its slots, none in a frictionless model.
+fn contacts_of(s: &State, i: usize, springs: &mut [DVec3]) -> (DVec3, DVec3) {
+    let bodies = s.sizes.bodies;
+    let here = &s.place[i];
+    let moving = &s.motion[i];
+    let mut force_sum = DVec3::ZERO;
+    let mut torque_sum = DVec3::ZERO;
+    let begin = s.slot_start[i] as usize;
+    for (k, &id) in s.neighbour[begin..s.slot_start[i + 1] as usize].iter().enumerate() {
+        if id == NONE {
+            break;
+        }
+        let j = id as usize;
+        let touch = if j < bodies {
+            touch_grain(s, i, j, here, &s.place[j])
+        } else {
+            touch_wall(&s.wall[j - bodies], here.x, here.radius)
+        };
+        if !(touch.gap < 0.0) {
+            forget_spring(springs.get_mut(k));
+            continue;
+        }
+        let n = touch.n;
+        let arm = (here.radius + 0.5 * touch.gap) * n; // erratum E7: one shared point, mid-overlap
+        let mut inverse_mass = moving.inverse_mass;
+        let (v_rel, n_before) = if j < bodies {
+            let there = &s.place[j];
+            let v = moving.v - s.motion[j].v;
+            inverse_mass += s.motion[j].inverse_mass;
+            let arm_there = -(there.radius + 0.5 * touch.gap) * n;
+            (
+                v + (surface_velocity(s, i, arm) - surface_velocity(s, j, arm_there)),
+                unit_or((here.radius + there.radius + touch.gap) * n + s.params.dt * v, n),
+            )
+        } else {
+            let wall = &s.wall[j - bodies];
+            (
+                (moving.v - wall_velocity(wall, here.x + arm)) + surface_velocity(s, i, arm),
+                wall_normal_before(s, wall, here.x - s.params.dt * moving.v),
+            )
+        };
+        let pair = pair_of(s, i, j);
+        let pressing =
+            normal_force(&pair, touch.gap) + dashpot_force(s.model.dashpot, &pair, v_rel.dot(n), inverse_mass);
+        let f = -pressing * n + tangential_force(s, springs.get_mut(k), &pair, n, n_before, v_rel, pressing);
+        force_sum += f;
+        torque_sum += moment(arm, f);
+    }
+    (force_sum, torque_sum)
+}

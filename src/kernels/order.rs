@@ -1,0 +1,9 @@
+//! Twin of `shaders/order.wgsl`: ids in ascending order inside each cell.
+
+use crate::state::State;
+
+pub fn order(s: &mut State) {
+    for cell in s.cell_start.windows(2) {
+        s.sorted[cell[0] as usize..cell[1] as usize].sort_unstable();
+    }
+}

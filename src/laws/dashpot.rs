@@ -1,0 +1,18 @@
+//! Twin of `shaders/dashpot/`.
+
+use crate::{model::Dashpot, state::Pair};
+
+/// Additional pressing force, N; `approach` = v_rel · n, `inverse_mass` = 1/m_i + 1/m_j.
+pub fn dashpot_force(law: Dashpot, pair: &Pair, approach: f64, inverse_mass: f64) -> f64 {
+    match law {
+        Dashpot::None => 0.0,
+        Dashpot::Restitution => 2.0 * pair.dashpot * (pair.stiffness / inverse_mass).sqrt() * approach,
+        Dashpot::MassScaled => pair.dashpot / inverse_mass * approach,
+    }
+}
+
+/// Damping ratio ζ of a linear spring and dashpot that rebound with restitution e: -ln e / √(π² + ln² e).
+pub fn damping_ratio(restitution: f64) -> f64 {
+    let l = restitution.ln();
+    -l / (std::f64::consts::PI.powi(2) + l * l).sqrt()
+}

@@ -1,0 +1,183 @@
+//! Model: the choices a scene implies, one enum per slot. It alone decides which WGSL files are composed and which
+//! arrays exist; nothing the scene does not need is modelled, allocated or computed.
+
+use crate::scene::{Assembly, Dashpot as DashpotLaw};
+
+/// Declares a slot: an enum whose variants are the files of one folder of `shaders/`.
+macro_rules! slot {
+    ($(#[$meta:meta])* $name:ident in $folder:literal { $($(#[$vmeta:meta])* $variant:ident = $file:literal),* $(,)? }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum $name { $($(#[$vmeta])* $variant),* }
+
+        impl $name {
+            /// Every alternative of the slot.
+            pub const ALL: &'static [$name] = &[$($name::$variant),*];
+
+            /// The file of this alternative, relative to `shaders/`.
+            pub fn file(self) -> &'static str {
+                match self { $($name::$variant => concat!($folder, "/", $file, ".wgsl")),* }
+            }
+
+            /// The name of this alternative: its file's stem.
+            pub fn label(self) -> &'static str {
+                match self { $($name::$variant => $file),* }
+            }
+        }
+    };
+}
+
+slot!(
+    /// Width of `Real` on the device. The CPU engine computes in f64 whatever stands here.
+    Precision in "precision" { Single = "single", Double = "double" }
+);
+slot!(
+    /// Disks in a plane or spheres in space.
+    Dimension in "dimension" { Plane = "plane", Space = "space" }
+);
+slot!(
+    /// Whether any axis is periodic.
+    Boundary in "boundary" { Open = "open", Periodic = "periodic" }
+);
+slot!(
+    /// Normal contact law.
+    Normal in "normal" { Hooke = "hooke" }
+);
+slot!(
+    /// Normal dashpot.
+    Dashpot in "dashpot" { None = "none", Restitution = "restitution", MassScaled = "mass_scaled" }
+);
+slot!(
+    /// Tangential contact law; owns the springs.
+    Friction in "friction" { None = "none", Coulomb = "coulomb" }
+);
+slot!(
+    /// Spin of the grains; owns spin and torque.
+    Rotation in "rotation" { None = "none", Sphere = "sphere" }
+);
+slot!(
+    /// One set of contact parameters, or a table by material.
+    Materials in "materials" { One = "one", Many = "many" }
+);
+slot!(
+    /// Walls, or none.
+    Walls in "walls" { None = "none", Some = "some" }
+);
+
+/// One choice per slot, and which optional stages the plan has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Model {
+    pub precision: Precision,
+    pub dimension: Dimension,
+    pub boundary: Boundary,
+    pub normal: Normal,
+    pub dashpot: Dashpot,
+    pub friction: Friction,
+    pub rotation: Rotation,
+    pub materials: Materials,
+    pub walls: Walls,
+    /// Optional stage: a wall translates, so that walls are integrated too.
+    pub moving_walls: bool,
+}
+
+impl Model {
+    /// What the scene needs, and no more.
+    pub fn of(assembly: &Assembly, precision: Precision) -> Model {
+        let pairs = &assembly.pairs;
+        let frictional = pairs.iter().any(|p| p.friction > 0.0);
+        let spinning = assembly.grains.iter().any(|g| g.spin != glam::DVec3::ZERO);
+        Model {
+            precision,
+            dimension: if assembly.dimension == 2 { Dimension::Plane } else { Dimension::Space },
+            boundary: if assembly.domain.periodic.contains(&true) { Boundary::Periodic } else { Boundary::Open },
+            normal: Normal::Hooke,
+            dashpot: match pairs.iter().map(|p| p.dashpot).find(|d| *d != DashpotLaw::None) {
+                None | Some(DashpotLaw::None) => Dashpot::None,
+                Some(DashpotLaw::Restitution(_)) => Dashpot::Restitution,
+                Some(DashpotLaw::MassScaled(_)) => Dashpot::MassScaled,
+            },
+            friction: if frictional { Friction::Coulomb } else { Friction::None },
+            rotation: if frictional || spinning { Rotation::Sphere } else { Rotation::None },
+            materials: if pairs.windows(2).all(|w| w[0] == w[1]) { Materials::One } else { Materials::Many },
+            walls: if assembly.walls.is_empty() { Walls::None } else { Walls::Some },
+            moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO),
+        }
+    }
+
+    /// Spatial dimension, 2 or 3.
+    pub fn dims(&self) -> usize {
+        match self.dimension {
+            Dimension::Plane => 2,
+            Dimension::Space => 3,
+        }
+    }
+
+    /// The slots as (slot, alternative), for people.
+    pub fn slots(&self) -> [(&'static str, &'static str); 9] {
+        [
+            ("precision", self.precision.label()),
+            ("dimension", self.dimension.label()),
+            ("boundary", self.boundary.label()),
+            ("normal", self.normal.label()),
+            ("dashpot", self.dashpot.label()),
+            ("friction", self.friction.label()),
+            ("rotation", self.rotation.label()),
+            ("materials", self.materials.label()),
+            ("walls", self.walls.label()),
+        ]
+    }
+
+    /// The WGSL files every kernel of this model is composed with, relative to `shaders/`.
+    pub fn files(&self) -> Vec<&'static str> {
+        vec![
+            self.precision.file(),
+            self.dimension.file(),
+            "params.wgsl",
+            self.boundary.file(),
+            "grid.wgsl",
+            "touch.wgsl",
+            self.normal.file(),
+            self.dashpot.file(),
+            self.friction.file(),
+            self.rotation.file(),
+            self.materials.file(),
+            self.walls.file(),
+        ]
+    }
+
+    /// Every combination of slots: what the twin tests walk.
+    pub fn all(precision: Precision) -> Vec<Model> {
+        let mut models = Vec::new();
+        for &dimension in Dimension::ALL {
+            for &boundary in Boundary::ALL {
+                for &dashpot in Dashpot::ALL {
+                    for (friction, rotation) in [
+                        (Friction::None, Rotation::None),
+                        (Friction::None, Rotation::Sphere),
+                        (Friction::Coulomb, Rotation::Sphere),
+                    ] {
+                        for &materials in Materials::ALL {
+                            for (walls, moving_walls) in
+                                [(Walls::None, false), (Walls::Some, false), (Walls::Some, true)]
+                            {
+                                models.push(Model {
+                                    precision,
+                                    dimension,
+                                    boundary,
+                                    normal: Normal::Hooke,
+                                    dashpot,
+                                    friction,
+                                    rotation,
+                                    materials,
+                                    walls,
+                                    moving_walls,
+                                });
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        models
+    }
+}

@@ -1,0 +1,90 @@
+//! Scene files: TOML text, `--set` overrides and grain tables in, a checked [`Assembly`] out.
+
+mod assembly;
+mod check;
+mod materials;
+mod neighbours;
+mod overrides;
+mod populate;
+mod radius;
+mod schema;
+mod table;
+mod validate;
+mod walls;
+
+pub use assembly::*;
+
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+
+use crate::{Error, Result};
+
+/// A scene file that is well-formed: known keys, right types, finite numbers. The values are checked by [`Scene::assemble`].
+#[derive(Clone, Debug)]
+pub struct Scene {
+    file: schema::File,
+    origin: Origin,
+}
+
+impl Scene {
+    /// Reads a scene file and applies overrides such as `solver.dt=1e-6`.
+    /// Relative paths inside the scene are looked up next to the file.
+    pub fn load(path: &Path, set: &[String]) -> Result<Scene> {
+        let text = std::fs::read_to_string(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+        let directory = path.parent().unwrap_or(Path::new(""));
+        Scene::parse(&text, &path.display().to_string(), directory, set)
+    }
+
+    /// Like [`Scene::load`] for text that is already read: `name` stands for the file in messages,
+    /// relative paths are looked up in `directory`.
+    pub fn parse(text: &str, name: &str, directory: &Path, set: &[String]) -> Result<Scene> {
+        let origin = Origin { name: name.to_owned(), directory: directory.to_owned(), set: set.to_vec() };
+        let edited = overrides::apply(text, set, &origin)?;
+        let file = schema::read(&edited).map_err(|fault| overrides::blame(text, fault, &origin))?;
+        overrides::refuse_infinite(&edited, &origin)?;
+        Ok(Scene { file, origin })
+    }
+
+    /// Checks every value, fills in the defaults and places the grains.
+    pub fn assemble(&self) -> Result<Assembly> {
+        validate::assemble(&self.file, &self.origin)
+    }
+
+    /// The title of the scene, or the stem of its file name.
+    pub fn name(&self) -> &str {
+        let stem = || Path::new(&self.origin.name).file_stem()?.to_str();
+        match &self.file.title {
+            Some(title) => title,
+            None => stem().unwrap_or(&self.origin.name),
+        }
+    }
+}
+
+/// Where a scene came from; every message starts with it.
+#[derive(Clone, Debug)]
+struct Origin {
+    name: String,
+    directory: PathBuf,
+    set: Vec<String>,
+}
+
+impl Origin {
+    /// An error at `key`, a path in the notation of `--set`. If an override wrote there, the message says so.
+    fn error(&self, key: &str, message: impl Display) -> Error {
+        let culprit = self.set.iter().rev().find(|set| overrides::touches(set, key));
+        Error::Scene(match culprit {
+            Some(set) => format!("{} (--set {set}): {key}{message}", self.name),
+            None => format!("{}: {key}{message}", self.name),
+        })
+    }
+
+    /// An error about the value at `key`; `rule` says what is allowed.
+    fn bad(&self, key: &str, value: impl Display, rule: impl Display) -> Error {
+        self.error(key, format!(" = {value}: {rule}"))
+    }
+
+    /// An error about `key` as a whole.
+    fn wrong(&self, key: &str, message: impl Display) -> Error {
+        self.error(key, format!(": {message}"))
+    }
+}

@@ -1,0 +1,158 @@
+//! What a validated scene comes down to: numbers in SI units, grains in input order, materials by index.
+//! Everything below `scene` in the crate reads this and nothing else of the scene file.
+
+use glam::DVec3;
+
+/// A scene with every default filled in, every population placed and every value checked.
+/// In two dimensions all `z` components are 0 and spins have only a `z` component.
+#[derive(Clone, Debug)]
+pub struct Assembly {
+    /// 2 (disks in the plane z = 0, unit thickness) or 3 (spheres).
+    pub dimension: usize,
+    /// Gravity, m/s².
+    pub gravity: DVec3,
+    /// Where grains may be, and what happens at its faces.
+    pub domain: Domain,
+    /// Materials in the order of their names; everything else refers to them by index.
+    pub materials: Vec<Material>,
+    /// Contact parameters of each pair of materials, row-major `materials.len()`².
+    pub pairs: Vec<Pair>,
+    /// Walls; a box of the scene file is already split into its planes.
+    pub walls: Vec<Wall>,
+    /// Grains in input order; the index is the grain's id everywhere.
+    pub grains: Vec<Grain>,
+    /// Numbers of the method.
+    pub solver: Solver,
+    /// When to stop.
+    pub stop: Stop,
+    /// What to write.
+    pub output: Output,
+}
+
+/// Axis-aligned domain. An axis without bounds has `lower = -inf, upper = inf`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Domain {
+    /// Lower corner, m.
+    pub lower: DVec3,
+    /// Upper corner, m.
+    pub upper: DVec3,
+    /// Which axes are periodic; the others are open.
+    pub periodic: [bool; 3],
+}
+
+/// A material as the scene gives it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    pub name: String,
+    /// kg/m³; in two dimensions kg/m³ at unit thickness.
+    pub density: f64,
+}
+
+/// How a pair of materials damps the normal motion of a contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Dashpot {
+    /// No dashpot.
+    None,
+    /// Coefficient of restitution, in (0, 1].
+    Restitution(f64),
+    /// Mass-scaled coefficient η in 1/s: the force is `η m* v_n`.
+    MassScaled(f64),
+}
+
+/// Contact parameters of a pair of materials.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pair {
+    /// k_N, N/m.
+    pub normal_stiffness: f64,
+    /// k_T, N/m.
+    pub tangential_stiffness: f64,
+    /// μ = tan φ.
+    pub friction: f64,
+    pub dashpot: Dashpot,
+}
+
+/// The surface of a wall at time 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Surface {
+    /// Half-space; `normal` is a unit vector pointing to the side where grains are.
+    Plane { point: DVec3, normal: DVec3 },
+    /// Inside of a vertical (z) cylinder; in two dimensions the inside of a circle. `center.z` is 0.
+    Cylinder { center: DVec3, radius: f64 },
+}
+
+/// A wall.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wall {
+    /// Name for messages and pictures, such as `floor` or `box z-`.
+    pub name: String,
+    pub surface: Surface,
+    /// Translation, m/s, constant.
+    pub velocity: DVec3,
+    /// Spin of a cylinder about its axis, rad/s; 0 for planes.
+    pub spin: f64,
+    /// Index into `materials`.
+    pub material: u32,
+}
+
+/// A grain at time 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grain {
+    /// m
+    pub position: DVec3,
+    /// m/s
+    pub velocity: DVec3,
+    /// rad/s
+    pub spin: DVec3,
+    /// m
+    pub radius: f64,
+    /// Index into `materials`.
+    pub material: u32,
+    /// A fixed grain keeps its velocity and spin, whatever pushes it.
+    pub fixed: bool,
+}
+
+/// Time step as the scene asks for it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TimeStep {
+    /// This fraction of the computed bound.
+    Auto { fraction: f64 },
+    /// Seconds.
+    Fixed(f64),
+}
+
+/// Numbers of the discrete element method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solver {
+    pub dt: TimeStep,
+    /// Accept a time step above the bound.
+    pub allow_unstable: bool,
+    /// Accept more than 10 % overlap at the start.
+    pub allow_overlap: bool,
+    /// Global damping ξ, 1/s.
+    pub damping: f64,
+    /// Neighbour-list margin in units of the mean radius.
+    pub margin: f64,
+}
+
+/// Stop conditions; the first one reached ends the run. At least one is set.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stop {
+    /// s
+    pub time: Option<f64>,
+    pub steps: Option<u64>,
+    /// Unbalanced-force ratio below which the scene is at rest.
+    pub equilibrium: Option<f64>,
+}
+
+/// What a run writes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Output {
+    /// Simulated time between rows of `history.csv`, s. None: 100 rows over the run (or every 1,000 steps).
+    pub history: Option<f64>,
+    /// Simulated time between `.vtp` snapshots, s. None: only the last state.
+    pub snapshots: Option<f64>,
+    /// Write `final.csv`.
+    pub csv: bool,
+    /// Write `.vtp` and `.pvd`.
+    pub vtp: bool,
+}

@@ -1,0 +1,167 @@
+//! Materials and the contact parameters of their pairs.
+
+use super::check::Check;
+use super::schema::{File, Material, Pair as Override};
+use super::{Dashpot, Pair};
+use crate::Result;
+
+/// Contact parameters of every pair of materials, row-major.
+pub fn pairs(file: &File, check: &Check) -> Result<Vec<Pair>> {
+    let own: Vec<Pair> =
+        file.material.iter().map(|(name, material)| material_pair(name, material, check)).collect::<Result<_>>()?;
+    let overrides = overrides(file, check)?;
+    let count = own.len();
+    let mut pairs = Vec::with_capacity(count * count);
+    for a in 0..count {
+        for b in 0..count {
+            let over = overrides.get(&(a.min(b), a.max(b)));
+            pairs.push(pair(a, b, &own, over.copied(), check)?);
+        }
+    }
+    one_kind(&mut pairs, check)?;
+    Ok(pairs)
+}
+
+/// A material against itself.
+fn material_pair(name: &str, material: &Material, check: &Check) -> Result<Pair> {
+    let key = |field: &str| format!("material.{name}.{field}");
+    check.positive(&key("density"), material.density, " of kg/m³")?;
+    let normal_stiffness = material.normal_stiffness;
+    check.positive(&key("normal_stiffness"), normal_stiffness, " of N/m")?;
+    let tangential_stiffness = material.tangential_stiffness.unwrap_or(2.0 / 7.0 * normal_stiffness);
+    Ok(Pair {
+        normal_stiffness,
+        tangential_stiffness: check.not_negative(&key("tangential_stiffness"), tangential_stiffness, " of N/m")?,
+        friction: check.not_negative(&key("friction"), material.friction, "")?,
+        dashpot: dashpot(&format!("material.{name}"), material.restitution, material.normal_damping, check)?
+            .unwrap_or(Dashpot::None),
+    })
+}
+
+/// The dashpot that the two keys ask for. One that damps nothing is `Dashpot::None`.
+fn dashpot(key: &str, restitution: Option<f64>, normal_damping: Option<f64>, check: &Check) -> Result<Option<Dashpot>> {
+    let dashpot = match (restitution, normal_damping) {
+        (None, None) => return Ok(None),
+        (Some(_), Some(_)) => {
+            let message = "has both restitution and normal_damping; only one is allowed";
+            return Err(check.origin.wrong(key, message));
+        }
+        (Some(e), None) => Dashpot::Restitution(check.fraction(&format!("{key}.restitution"), e)?),
+        (None, Some(eta)) => {
+            let key = format!("{key}.normal_damping");
+            Dashpot::MassScaled(check.not_negative(&key, eta, " of 1/s")?)
+        }
+    };
+    Ok(Some(match dashpot {
+        Dashpot::Restitution(1.0) | Dashpot::MassScaled(0.0) => Dashpot::None,
+        other => other,
+    }))
+}
+
+type Overrides<'a> = std::collections::HashMap<(usize, usize), (usize, &'a Override)>;
+
+/// The `[[pair]]` tables by sorted material indices, with their place in the file.
+fn overrides<'a>(file: &'a File, check: &Check) -> Result<Overrides<'a>> {
+    let mut overrides = Overrides::new();
+    for (number, pair) in file.pair.iter().enumerate() {
+        let key = format!("pair.{number}.materials");
+        let [a, b] = pair.materials.as_slice() else {
+            let value = format!("{:?}", pair.materials);
+            return Err(check.origin.bad(&key, value, "must be two material names"));
+        };
+        let a = check.material(&key, a)? as usize;
+        let b = check.material(&key, b)? as usize;
+        if let Some((first, _)) = overrides.insert((a.min(b), a.max(b)), (number, pair)) {
+            let value = format!("{:?}", pair.materials);
+            let rule = format!("pair.{first} already names this pair");
+            return Err(check.origin.bad(&key, value, rule));
+        }
+    }
+    Ok(overrides)
+}
+
+/// The mixing rule, then the override.
+fn pair(a: usize, b: usize, own: &[Pair], over: Option<(usize, &Override)>, check: &Check) -> Result<Pair> {
+    let (first, second) = (&own[a], &own[b]);
+    let mixed = Pair {
+        normal_stiffness: in_series(first.normal_stiffness, second.normal_stiffness),
+        tangential_stiffness: in_series(first.tangential_stiffness, second.tangential_stiffness),
+        friction: first.friction.min(second.friction),
+        dashpot: Dashpot::None,
+    };
+    let mixed_dashpot = || {
+        mix_dashpots(first.dashpot, second.dashpot).ok_or_else(|| {
+            let (a, b) = (check.materials[a], check.materials[b]);
+            let (a, b) = match first.dashpot {
+                Dashpot::Restitution(_) => (a, b),
+                _ => (b, a),
+            };
+            check.origin.wrong("material", format!(
+                "\"{a}\" has restitution and \"{b}\" has normal_damping, which do not mix; give both the same key, in [material.NAME] or in [[pair]] tables"
+            ))
+        })
+    };
+    let Some((number, over)) = over else {
+        return Ok(Pair { dashpot: mixed_dashpot()?, ..mixed });
+    };
+    let key = |field: &str| format!("pair.{number}.{field}");
+    let normal = over.normal_stiffness.unwrap_or(mixed.normal_stiffness);
+    let tangential = over.tangential_stiffness.unwrap_or(mixed.tangential_stiffness);
+    let friction = over.friction.unwrap_or(mixed.friction);
+    let own_dashpot = dashpot(&format!("pair.{number}"), over.restitution, over.normal_damping, check)?;
+    Ok(Pair {
+        normal_stiffness: check.positive(&key("normal_stiffness"), normal, " of N/m")?,
+        tangential_stiffness: check.not_negative(&key("tangential_stiffness"), tangential, " of N/m")?,
+        friction: check.not_negative(&key("friction"), friction, "")?,
+        dashpot: own_dashpot.map_or_else(mixed_dashpot, Ok)?,
+    })
+}
+
+/// Harmonic mean: two springs in series, scaled so that equal springs give their own value.
+fn in_series(a: f64, b: f64) -> f64 {
+    if a == b { a } else { 2.0 * a * b / (a + b) }
+}
+
+/// Geometric mean of restitutions, arithmetic mean of dampings. None if the kinds differ.
+fn mix_dashpots(a: Dashpot, b: Dashpot) -> Option<Dashpot> {
+    use Dashpot::{MassScaled, None as Undamped, Restitution};
+    match (a, b) {
+        (Undamped, Undamped) => Some(Undamped),
+        (Restitution(a), Restitution(b)) => Some(Restitution(if a == b { a } else { (a * b).sqrt() })),
+        (Restitution(e), Undamped) | (Undamped, Restitution(e)) => Some(Restitution(e.sqrt())),
+        (MassScaled(a), MassScaled(b)) => Some(MassScaled(0.5 * (a + b))),
+        (MassScaled(eta), Undamped) | (Undamped, MassScaled(eta)) => Some(MassScaled(0.5 * eta)),
+        _ => None,
+    }
+}
+
+/// Gives all pairs the same kind of dashpot, so that a run needs one force law only.
+fn one_kind(pairs: &mut [Pair], check: &Check) -> Result<()> {
+    let count = check.materials.len();
+    let find = |wanted: fn(&Dashpot) -> bool| pairs.iter().position(|pair| wanted(&pair.dashpot));
+    let restitution = find(|dashpot| matches!(dashpot, Dashpot::Restitution(_)));
+    let damping = find(|dashpot| matches!(dashpot, Dashpot::MassScaled(_)));
+    let undamped = match (restitution, damping) {
+        (None, None) => return Ok(()),
+        (Some(_), None) => Dashpot::Restitution(1.0),
+        (None, Some(_)) => Dashpot::MassScaled(0.0),
+        (Some(e), Some(eta)) => {
+            let names = |at: usize| {
+                let (a, b) = (check.materials[at / count], check.materials[at % count]);
+                format!("\"{a}\"-\"{b}\"")
+            };
+            let message = format!(
+                "the pair {} has restitution and the pair {} has normal_damping; all pairs of a scene must use the same one",
+                names(e),
+                names(eta)
+            );
+            return Err(check.origin.wrong("material", message));
+        }
+    };
+    for pair in pairs {
+        if pair.dashpot == Dashpot::None {
+            pair.dashpot = undamped;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,194 @@
+//! Finds grains near a point. Grains are sorted by size into levels, each with a hashed grid of its own,
+//! so that a few large grains among many small ones cost no more than equal grains.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::Domain;
+
+const END: u32 = u32::MAX;
+
+/// Spheres (or disks) that can be looked up by place, across periodic faces too.
+pub struct Neighbours {
+    domain: Domain,
+    dimension: usize,
+    /// Largest radius expected, m; larger ones only cost time.
+    largest: f64,
+    /// Level `k` holds the radii in `(largest/2^(k+1), largest/2^k]`.
+    levels: BTreeMap<i32, Level>,
+    spheres: Vec<(DVec3, f64)>,
+    /// The next sphere in the same bucket.
+    next: Vec<u32>,
+}
+
+struct Level {
+    /// No radius of the level is above this, m.
+    radius: f64,
+    /// Edges of a cell, m. At least `2 radius`.
+    cell: DVec3,
+    /// Cells along each periodic axis.
+    cells: [Option<i64>; 3],
+    /// First sphere of each bucket; several cells may share one.
+    buckets: Vec<u32>,
+    members: Vec<u32>,
+}
+
+impl Neighbours {
+    pub fn new(domain: Domain, dimension: usize, largest: f64) -> Neighbours {
+        Neighbours { domain, dimension, largest, levels: BTreeMap::new(), spheres: Vec::new(), next: Vec::new() }
+    }
+
+    pub fn insert(&mut self, position: DVec3, radius: f64) {
+        let number = self.level_of(radius);
+        let mut level = match self.levels.remove(&number) {
+            Some(level) => level,
+            None => self.new_level(number),
+        };
+        let id = self.spheres.len() as u32;
+        self.spheres.push((position, radius));
+        self.next.push(END);
+        level.members.push(id);
+        if level.members.len() * 2 > level.buckets.len() {
+            level.buckets = vec![END; level.buckets.len() * 4];
+            for &member in &level.members {
+                self.link(&mut level.buckets, level.cell, level.cells, member);
+            }
+        } else {
+            self.link(&mut level.buckets, level.cell, level.cells, id);
+        }
+        self.levels.insert(number, level);
+    }
+
+    fn link(&mut self, buckets: &mut [u32], cell: DVec3, cells: [Option<i64>; 3], id: u32) {
+        let relative = self.spheres[id as usize].0 - self.origin();
+        let place = cell_of(relative, cell).to_array();
+        let place = std::array::from_fn(|axis| wrap(place[axis] as i64, cells[axis]));
+        let head = &mut buckets[bucket(place, buckets.len())];
+        self.next[id as usize] = std::mem::replace(head, id);
+    }
+
+    fn level_of(&self, radius: f64) -> i32 {
+        (self.largest / radius).log2().floor() as i32
+    }
+
+    fn new_level(&self, number: i32) -> Level {
+        // The tiny excess covers the rounding of the logarithm.
+        let radius = self.largest * 0.5_f64.powi(number) * (1.0 + 1e-9);
+        let mut cell = DVec3::INFINITY;
+        let mut cells = [None; 3];
+        for axis in 0..self.dimension {
+            cell[axis] = 2.0 * radius;
+            if self.domain.periodic[axis] {
+                let length = self.length(axis);
+                let count = (length / cell[axis]).floor().max(1.0);
+                cell[axis] = length / count;
+                cells[axis] = Some(count as i64);
+            }
+        }
+        Level { radius, cell, cells, buckets: vec![END; 64], members: Vec::new() }
+    }
+
+    fn origin(&self) -> DVec3 {
+        let lower = self.domain.lower;
+        DVec3::select(lower.is_finite_mask(), lower, DVec3::ZERO)
+    }
+
+    fn length(&self, axis: usize) -> f64 {
+        self.domain.upper[axis] - self.domain.lower[axis]
+    }
+
+    /// Distance between two points, by the nearest periodic image.
+    fn distance(&self, a: DVec3, b: DVec3) -> f64 {
+        let mut delta = a - b;
+        for axis in 0..self.dimension {
+            if self.domain.periodic[axis] {
+                let length = self.length(axis);
+                delta[axis] -= length * (delta[axis] / length).round();
+            }
+        }
+        delta.length()
+    }
+
+    /// The first sphere for which `wanted(index, overlap in m)` holds, among those that overlap the given one.
+    /// With `not_smaller` only spheres of the same or a higher level of size are looked at.
+    pub fn find_overlap(
+        &self,
+        position: DVec3,
+        radius: f64,
+        not_smaller: bool,
+        mut wanted: impl FnMut(usize, f64) -> bool,
+    ) -> Option<(usize, f64)> {
+        let last = match not_smaller {
+            true => self.level_of(radius),
+            false => i32::MAX,
+        };
+        let mut test = |id: u32| {
+            let (other, other_radius) = self.spheres[id as usize];
+            let overlap = radius + other_radius - self.distance(position, other);
+            (overlap > 0.0 && wanted(id as usize, overlap)).then_some((id as usize, overlap))
+        };
+        let mut levels = self.levels.range(..=last).map(|(_, level)| level);
+        levels.find_map(|level| self.find_in_level(level, position, radius, &mut test))
+    }
+
+    fn find_in_level<T>(
+        &self,
+        level: &Level,
+        position: DVec3,
+        radius: f64,
+        test: &mut impl FnMut(u32) -> Option<T>,
+    ) -> Option<T> {
+        let reach = DVec3::splat(radius + level.radius);
+        let relative = position - self.origin();
+        let first = cell_of(relative - reach, level.cell);
+        let last = cell_of(relative + reach, level.cell);
+        let mut first = first.to_array().map(|v| v as i64);
+        let mut count = [0; 3];
+        for axis in 0..3 {
+            count[axis] = last[axis] as i64 - first[axis] + 1;
+            if let Some(cells) = level.cells[axis].filter(|&cells| cells < count[axis]) {
+                (first[axis], count[axis]) = (0, cells);
+            }
+        }
+        let volume: f64 = count.iter().map(|&n| n as f64).product();
+        if volume > level.members.len() as f64 {
+            return level.members.iter().find_map(|&id| test(id));
+        }
+        for z in first[2]..first[2] + count[2] {
+            let z = wrap(z, level.cells[2]);
+            for y in first[1]..first[1] + count[1] {
+                let y = wrap(y, level.cells[1]);
+                for x in first[0]..first[0] + count[0] {
+                    let x = wrap(x, level.cells[0]);
+                    let mut id = level.buckets[bucket([x, y, z], level.buckets.len())];
+                    while id != END {
+                        if let Some(found) = test(id) {
+                            return Some(found);
+                        }
+                        id = self.next[id as usize];
+                    }
+                }
+            }
+        }
+        None
+    }
+}
+
+/// The cell of a point. Far away cells merge, which keeps their numbers within the integers.
+fn cell_of(relative: DVec3, cell: DVec3) -> DVec3 {
+    const FAR: DVec3 = DVec3::splat(1e15);
+    (relative / cell).floor().clamp(-FAR, FAR)
+}
+
+fn wrap(index: i64, cells: Option<i64>) -> i64 {
+    cells.map_or(index, |cells| index.rem_euclid(cells))
+}
+
+/// Bucket of a cell; `len` is a power of two.
+fn bucket(place: [i64; 3], len: usize) -> usize {
+    // Neighbours along x stay neighbours in memory; large odd factors scatter the rows.
+    let row =
+        (place[1] as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (place[2] as u64).wrapping_mul(0xC2B2_AE3D_27D4_EB4F);
+    ((row >> 20).wrapping_add(place[0] as u64) as usize) & (len - 1)
+}

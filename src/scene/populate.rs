@@ -1,0 +1,358 @@
+//! Populations: many grains from a table, on a lattice or at random.
+
+use glam::DVec3;
+use rand::rngs::StdRng;
+use rand::{Rng, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+
+use super::check::{AXES, Check, show, show_vector};
+use super::neighbours::Neighbours;
+use super::schema::{Placement, Population};
+use super::walls::distance;
+use super::{Domain, Grain, Surface, Wall, radius, table};
+use crate::Result;
+
+/// Trials per grain of random insertion.
+const ATTEMPTS: usize = 10_000;
+
+/// Everything that stands before a population is placed.
+pub struct Site<'a> {
+    pub domain: &'a Domain,
+    pub walls: &'a [Wall],
+    /// m/s²; the lattice is filled against it.
+    pub gravity: DVec3,
+    pub seed: u64,
+}
+
+/// Adds population number `number` to `grains`.
+pub fn populate(
+    population: &Population,
+    number: usize,
+    site: &Site,
+    grains: &mut Vec<Grain>,
+    check: &Check,
+) -> Result<()> {
+    let key = format!("population.{number}");
+    // Spread out, so that neighbouring seeds share no population.
+    let seed = site.seed ^ (number as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    let mut rng = StdRng::seed_from_u64(seed);
+    refuse_foreign_keys(population, &key, check)?;
+    let first = grains.len();
+    if let Some(file) = &population.file {
+        let material = population.material.as_deref();
+        let options = table::Options {
+            scale: check.positive(&format!("{key}.scale"), population.scale.unwrap_or(1.0), "")?,
+            count: population.count,
+            material: material.map(|name| check.material(&format!("{key}.material"), name)).transpose()?,
+        };
+        let path = check.origin.directory.join(file);
+        grains.append(&mut table::read(&path, &options, check)?);
+    } else {
+        let mut placed = place(population, &key, site, grains, &mut rng, check)?;
+        grains.append(&mut placed);
+    }
+    let velocity = check.vector_or_zero(&format!("{key}.velocity"), population.velocity.as_deref())?;
+    let spread = population.velocity_spread;
+    check.not_negative(&format!("{key}.velocity_spread"), spread, " of m/s")?;
+    for grain in &mut grains[first..] {
+        grain.velocity += velocity;
+        if spread > 0.0 {
+            for axis in 0..check.dimension {
+                let sample: f64 = StandardNormal.sample(&mut rng);
+                grain.velocity[axis] += spread * sample;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn refuse_foreign_keys(population: &Population, key: &str, check: &Check) -> Result<()> {
+    let from_file = population.file.is_some();
+    let placing = [
+        ("radius", population.radius.is_some()),
+        ("placement", population.placement.is_some()),
+        ("gap", population.gap.is_some()),
+        ("region", population.region.is_some()),
+    ];
+    if let Some((field, _)) = placing.iter().find(|(_, set)| *set && from_file) {
+        let message = "does not go with `file`, which gives every position and radius";
+        return Err(check.origin.wrong(&format!("{key}.{field}"), message));
+    }
+    if population.scale.is_some() && !from_file {
+        let message = "goes with `file` only";
+        return Err(check.origin.wrong(&format!("{key}.scale"), message));
+    }
+    let random = population.placement == Some(Placement::Random);
+    if population.gap.is_some() && random {
+        let message = "goes with placement = \"lattice\" only";
+        return Err(check.origin.wrong(&format!("{key}.gap"), message));
+    }
+    if population.count == Some(0) {
+        return Err(check.origin.bad(&format!("{key}.count"), 0, "must be at least 1"));
+    }
+    Ok(())
+}
+
+fn place(
+    population: &Population,
+    key: &str,
+    site: &Site,
+    earlier: &[Grain],
+    rng: &mut StdRng,
+    check: &Check,
+) -> Result<Vec<Grain>> {
+    let missing = |field: &str| {
+        let message = format!("missing key `{field}`; a population needs `file`, or `material`, `count` and `radius`");
+        check.origin.wrong(key, message)
+    };
+    let name = population.material.as_ref().ok_or_else(|| missing("material"))?;
+    let material = check.material(&format!("{key}.material"), name)?;
+    let count = population.count.ok_or_else(|| missing("count"))?;
+    let law = population.radius.as_ref().ok_or_else(|| missing("radius"))?;
+    let radii = radius::draw(law, &format!("{key}.radius"), count, rng, check)?;
+    let gap = population.gap.unwrap_or(0.05);
+    check.not_negative(&format!("{key}.gap"), gap, " (a fraction of the diameter)")?;
+
+    let (lower, upper) = region(population, key, site, check)?;
+    let largest = radii.iter().copied().fold(0.0, f64::max);
+    let known = earlier.iter().map(|grain| grain.radius);
+    let mut neighbours = Neighbours::new(*site.domain, check.dimension, known.fold(largest, f64::max));
+    for grain in earlier {
+        neighbours.insert(grain.position, grain.radius);
+    }
+    let mut job = Job { key, site, check, lower, upper, largest, neighbours };
+    let positions = match population.placement.unwrap_or(Placement::Lattice) {
+        Placement::Lattice => job.lattice(&radii, gap, rng)?,
+        Placement::Random => job.random(&radii, rng)?,
+    };
+    let grain = |(position, radius)| Grain {
+        position,
+        velocity: DVec3::ZERO,
+        spin: DVec3::ZERO,
+        radius,
+        material,
+        fixed: false,
+    };
+    Ok(positions.into_iter().zip(radii).map(grain).collect())
+}
+
+/// Corners of the space a population may fill: domain, upright walls and `region` together.
+fn region(population: &Population, key: &str, site: &Site, check: &Check) -> Result<(DVec3, DVec3)> {
+    let (mut lower, mut upper) = (site.domain.lower, site.domain.upper);
+    for wall in site.walls {
+        match wall.surface {
+            Surface::Plane { point, normal } => {
+                for axis in 0..check.dimension {
+                    if normal[axis] > 1.0 - 1e-12 {
+                        lower[axis] = lower[axis].max(point[axis]);
+                    } else if normal[axis] < -1.0 + 1e-12 {
+                        upper[axis] = upper[axis].min(point[axis]);
+                    }
+                }
+            }
+            Surface::Cylinder { center, radius } => {
+                for axis in 0..2 {
+                    lower[axis] = lower[axis].max(center[axis] - radius);
+                    upper[axis] = upper[axis].min(center[axis] + radius);
+                }
+            }
+        }
+    }
+    if let Some(region) = &population.region {
+        let key = format!("{key}.region");
+        let (low, high) = check.corners(&key, &region.lower, &region.upper)?;
+        (lower, upper) = (lower.max(low), upper.min(high));
+    }
+    Ok((lower, upper))
+}
+
+/// One population on its way to its places.
+struct Job<'a> {
+    key: &'a str,
+    site: &'a Site<'a>,
+    check: &'a Check<'a>,
+    lower: DVec3,
+    upper: DVec3,
+    /// Largest radius of the population, m.
+    largest: f64,
+    /// Grains placed so far.
+    neighbours: Neighbours,
+}
+
+/// Lattice points along one axis.
+struct Row {
+    /// First point, m.
+    start: f64,
+    /// To the next point, m; negative if the row runs down the axis.
+    step: f64,
+    /// Points in the row; None if it never ends.
+    count: Option<usize>,
+    /// Each point moves by at most this, m.
+    jitter: f64,
+}
+
+impl Job<'_> {
+    /// Fills a jittered lattice from the bottom up and returns the positions in the order of `radii`.
+    fn lattice(&self, radii: &[f64], gap: f64, rng: &mut StdRng) -> Result<Vec<DVec3>> {
+        let dimension = self.check.dimension;
+        let (up, sign) = up(self.site.gravity, dimension);
+        let mut rows = Vec::new();
+        for axis in (0..dimension).filter(|&axis| axis != up) {
+            self.need_bounds(axis, true, true)?;
+            rows.push((axis, self.row(axis, gap)));
+        }
+        self.need_bounds(up, sign > 0.0, sign < 0.0)?;
+        let layer: usize = rows.iter().filter_map(|(_, row)| row.count).product();
+        let column = self.column(up, sign, gap);
+        let layers = column.count.unwrap_or(usize::MAX);
+        rows.push((up, column));
+        // Walls that leave no room must not keep an endless column busy for ever.
+        let trials = layer.saturating_mul(layers).min(1_000_000 + 100 * radii.len());
+
+        let mut positions = Vec::with_capacity(radii.len());
+        for trial in 0..trials {
+            let Some(&radius) = radii.get(positions.len()) else {
+                break;
+            };
+            let position = lattice_point(&rows, trial, rng);
+            if self.is_free(position, radius) {
+                positions.push(position);
+            }
+        }
+        if positions.len() < radii.len() {
+            let spacing = 2.0 * self.largest * (1.0 + gap);
+            let detail = format!("on a lattice of spacing {} m", show(spacing));
+            return Err(self.too_small(positions.len(), radii.len(), &detail));
+        }
+        Ok(positions)
+    }
+
+    /// Lattice points along an axis with two bounds, centred between them.
+    fn row(&self, axis: usize, gap: f64) -> Row {
+        let extent = self.upper[axis] - self.lower[axis];
+        let (count, jitter) = self.fit(axis, extent, gap);
+        let step = 2.0 * self.largest * (1.0 + gap);
+        let middle = 0.5 * (self.lower[axis] + self.upper[axis]);
+        Row { start: middle - 0.5 * step * (count as f64 - 1.0), step, count: Some(count), jitter }
+    }
+
+    /// Lattice points upwards, starting at the bottom.
+    fn column(&self, axis: usize, sign: f64, gap: f64) -> Row {
+        let extent = self.upper[axis] - self.lower[axis];
+        let (count, jitter) = self.fit(axis, extent, gap);
+        let bottom = if sign > 0.0 { self.lower } else { self.upper }[axis];
+        Row {
+            start: bottom + sign * (self.largest + jitter),
+            step: sign * 2.0 * self.largest * (1.0 + gap),
+            count: extent.is_finite().then_some(count),
+            jitter,
+        }
+    }
+
+    /// How many of the largest grains fit side by side, and how far each may be moved.
+    fn fit(&self, axis: usize, extent: f64, gap: f64) -> (usize, f64) {
+        let diameter = 2.0 * self.largest;
+        let count = (extent / (diameter * (1.0 + gap)) * (1.0 + 1e-12)).floor();
+        let jitter = gap * self.largest;
+        // A slit narrower than the spacing still takes one grain.
+        let slit = count < 1.0 && extent >= diameter * (1.0 - 1e-12);
+        if slit && !self.wraps(axis) {
+            return (1, jitter.min(0.5 * (extent - diameter)).max(0.0));
+        }
+        (count.max(0.0) as usize, jitter)
+    }
+
+    /// Random sequential insertion, the largest grains first because they need the most room.
+    fn random(&mut self, radii: &[f64], rng: &mut StdRng) -> Result<Vec<DVec3>> {
+        for axis in 0..self.check.dimension {
+            self.need_bounds(axis, true, true)?;
+        }
+        let mut order: Vec<usize> = (0..radii.len()).collect();
+        order.sort_by(|&a, &b| radii[b].total_cmp(&radii[a]));
+        let mut positions = vec![DVec3::ZERO; radii.len()];
+        for (done, &index) in order.iter().enumerate() {
+            let radius = radii[index];
+            let mut trials = (0..ATTEMPTS).filter_map(|_| self.random_point(radius, rng));
+            let Some(position) = trials.find(|&position| self.is_free(position, radius)) else {
+                let detail = "at random";
+                return Err(self.too_small(done, radii.len(), detail));
+            };
+            self.neighbours.insert(position, radius);
+            positions[index] = position;
+        }
+        Ok(positions)
+    }
+
+    /// A point for a grain that lies inside the region as a whole; None if the region is too narrow for it.
+    fn random_point(&self, radius: f64, rng: &mut StdRng) -> Option<DVec3> {
+        let mut point = DVec3::ZERO;
+        for axis in 0..self.check.dimension {
+            let inset = if self.wraps(axis) { 0.0 } else { radius };
+            let (low, high) = (self.lower[axis] + inset, self.upper[axis] - inset);
+            if low > high {
+                return None;
+            }
+            point[axis] = low + (high - low) * rng.random::<f64>();
+        }
+        Some(point)
+    }
+
+    /// Whether a grain touches neither a wall nor a grain placed earlier.
+    fn is_free(&self, position: DVec3, radius: f64) -> bool {
+        let clear = radius * (1.0 - 1e-9);
+        let mut walls = self.site.walls.iter();
+        walls.all(|wall| distance(&wall.surface, position) >= clear)
+            && self.neighbours.find_overlap(position, radius, false, |_, _| true).is_none()
+    }
+
+    /// Whether the region reaches around the domain along a periodic axis.
+    fn wraps(&self, axis: usize) -> bool {
+        let domain = self.site.domain;
+        domain.periodic[axis] && self.lower[axis] == domain.lower[axis] && self.upper[axis] == domain.upper[axis]
+    }
+
+    fn need_bounds(&self, axis: usize, below: bool, above: bool) -> Result<()> {
+        let bounded = |needed: bool, bound: f64| !needed || bound.is_finite();
+        if bounded(below, self.lower[axis]) && bounded(above, self.upper[axis]) {
+            return Ok(());
+        }
+        let message = format!(
+            "the space along {} has no bounds; give `region = {{ lower, upper }}`, a [domain] or walls",
+            AXES[axis]
+        );
+        Err(self.check.origin.wrong(self.key, message))
+    }
+
+    fn too_small(&self, fit: usize, count: usize, detail: &str) -> crate::Error {
+        let dimension = self.check.dimension;
+        let message = format!(
+            "only {fit} of count = {count} grains fit {detail} between {} and {}; take a larger region, fewer or smaller grains",
+            show_vector(self.lower, dimension),
+            show_vector(self.upper, dimension)
+        );
+        self.check.origin.wrong(self.key, message)
+    }
+}
+
+/// The axis that points most against gravity and the direction along it. Without gravity: the last axis.
+fn up(gravity: DVec3, dimension: usize) -> (usize, f64) {
+    let mut up = dimension - 1;
+    for axis in 0..dimension {
+        if gravity[axis].abs() > gravity[up].abs() {
+            up = axis;
+        }
+    }
+    (up, if gravity[up] > 0.0 { -1.0 } else { 1.0 })
+}
+
+/// Point number `index` of a lattice whose first row runs fastest.
+fn lattice_point(rows: &[(usize, Row)], mut index: usize, rng: &mut StdRng) -> DVec3 {
+    let mut point = DVec3::ZERO;
+    for (axis, row) in rows {
+        let count = row.count.unwrap_or(usize::MAX);
+        let shift = row.jitter * (2.0 * rng.random::<f64>() - 1.0);
+        point[*axis] = row.start + row.step * (index % count) as f64 + shift;
+        index /= count;
+    }
+    point
+}

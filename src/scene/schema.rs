@@ -1,0 +1,302 @@
+//! The TOML schema, key by key as `docs/scene.md` lists it. Nothing here is checked beyond names and types.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+/// A whole scene file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct File {
+    pub title: Option<String>,
+    pub dimension: usize,
+    /// m/s²
+    pub gravity: Option<Vec<f64>>,
+    #[serde(default = "one")]
+    pub seed: u64,
+    pub domain: Option<Domain>,
+    #[serde(default)]
+    pub material: BTreeMap<String, Material>,
+    #[serde(default)]
+    pub pair: Vec<Pair>,
+    #[serde(default)]
+    pub wall: Vec<Wall>,
+    #[serde(default)]
+    pub grain: Vec<Grain>,
+    #[serde(default)]
+    pub population: Vec<Population>,
+    #[serde(default)]
+    pub solver: Solver,
+    #[serde(default)]
+    pub stop: Stop,
+    #[serde(default)]
+    pub output: Output,
+}
+
+fn one() -> u64 {
+    1
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Domain {
+    pub lower: Vec<f64>,
+    pub upper: Vec<f64>,
+    pub boundary: Option<Boundary>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged, expecting = "boundary must be \"open\" or \"periodic\", or an array with one of them per axis")]
+pub enum Boundary {
+    Same(Face),
+    Each(Vec<Face>),
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(rename_all = "lowercase")]
+pub enum Face {
+    Open,
+    Periodic,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    pub density: f64,
+    pub normal_stiffness: f64,
+    pub tangential_stiffness: Option<f64>,
+    #[serde(default)]
+    pub friction: f64,
+    pub restitution: Option<f64>,
+    pub normal_damping: Option<f64>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pair {
+    pub materials: Vec<String>,
+    pub normal_stiffness: Option<f64>,
+    pub tangential_stiffness: Option<f64>,
+    pub friction: Option<f64>,
+    pub restitution: Option<f64>,
+    pub normal_damping: Option<f64>,
+}
+
+/// One struct for all kinds, so that an unknown key is reported at its own line; `walls.rs` checks which keys go with which kind.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Wall {
+    pub kind: WallKind,
+    pub name: Option<String>,
+    pub material: String,
+    pub velocity: Option<Vec<f64>>,
+    pub point: Option<Vec<f64>>,
+    pub normal: Option<Vec<f64>>,
+    pub lower: Option<Vec<f64>>,
+    pub upper: Option<Vec<f64>>,
+    pub faces: Option<Vec<String>>,
+    pub center: Option<Vec<f64>>,
+    pub radius: Option<f64>,
+    pub spin: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(rename_all = "lowercase")]
+pub enum WallKind {
+    Plane,
+    Box,
+    Cylinder,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Grain {
+    pub position: Vec<f64>,
+    pub radius: f64,
+    pub material: String,
+    pub velocity: Option<Vec<f64>>,
+    pub spin: Option<Spin>,
+    #[serde(default)]
+    pub fixed: bool,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged, expecting = "spin must be 3 numbers in three dimensions, one number in two (rad/s)")]
+pub enum Spin {
+    Plane(f64),
+    Space([f64; 3]),
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Population {
+    pub material: Option<String>,
+    pub file: Option<String>,
+    pub scale: Option<f64>,
+    pub count: Option<usize>,
+    pub radius: Option<Radius>,
+    pub placement: Option<Placement>,
+    pub gap: Option<f64>,
+    pub region: Option<Region>,
+    pub velocity: Option<Vec<f64>>,
+    #[serde(default)]
+    pub velocity_spread: f64,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "radius must be a number of metres or one of { uniform = [min, max] }, { normal = { mean, std } }, { log_normal = { mean, std } } (both with optional min and max), { list = [...] }"
+)]
+pub enum Radius {
+    Constant(f64),
+    Law(RadiusLaw),
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RadiusLaw {
+    Uniform([f64; 2]),
+    Normal(Moments),
+    LogNormal(Moments),
+    List(Vec<f64>),
+}
+
+/// Mean and standard deviation of the radius, m, and where its distribution is cut.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Moments {
+    pub mean: f64,
+    pub std: f64,
+    pub min: Option<f64>,
+    pub max: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(rename_all = "lowercase")]
+pub enum Placement {
+    Lattice,
+    Random,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Region {
+    pub lower: Vec<f64>,
+    pub upper: Vec<f64>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Solver {
+    pub method: Method,
+    pub dt: TimeStep,
+    pub dt_fraction: f64,
+    pub allow_unstable: bool,
+    pub allow_overlap: bool,
+    pub damping: f64,
+    pub margin: f64,
+}
+
+impl Default for Solver {
+    fn default() -> Solver {
+        Solver {
+            method: Method::Dem,
+            dt: TimeStep::Word("auto".to_owned()),
+            dt_fraction: 0.15,
+            allow_unstable: false,
+            allow_overlap: false,
+            damping: 0.0,
+            margin: 0.2,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    Dem,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged, expecting = "dt must be \"auto\" or a number of seconds")]
+pub enum TimeStep {
+    Seconds(f64),
+    Word(String),
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stop {
+    pub time: Option<f64>,
+    pub steps: Option<u64>,
+    pub equilibrium: Option<f64>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Output {
+    pub history: Option<f64>,
+    pub snapshots: Option<f64>,
+    pub formats: Vec<Format>,
+}
+
+impl Default for Output {
+    fn default() -> Output {
+        Output { history: None, snapshots: None, formats: vec![Format::Csv, Format::Vtp] }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(rename_all = "lowercase")]
+pub enum Format {
+    Csv,
+    Vtp,
+}
+
+/// What is wrong with a TOML text, and where (lines and columns count from 1).
+#[derive(Debug)]
+pub struct Fault {
+    pub line: usize,
+    pub column: usize,
+    pub message: String,
+}
+
+impl Fault {
+    /// `start` is the byte at which the parser stumbled.
+    pub fn new(text: &str, start: Option<usize>, message: &str) -> Fault {
+        let (before, after) = text.split_at(start.unwrap_or(0).min(text.len()));
+        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        Fault {
+            line: before.matches('\n').count() + 1,
+            column: before[line_start..].chars().count() + 1,
+            message: match message {
+                "duplicate key" => {
+                    let key = after.split(['=', ' ', '\n', ']']).next().unwrap_or_default();
+                    format!("duplicate key `{key}`; a key may appear once in a table")
+                }
+                message => in_words(message),
+            },
+        }
+    }
+}
+
+/// Puts serde's terms in those of a scene file.
+fn in_words(message: &str) -> String {
+    message
+        .replace('\n', ", ")
+        .replace("unknown field", "unknown key")
+        .replace("missing field", "missing key")
+        .replace("unknown variant", "unknown word")
+        .replace(", expected one of ", "; allowed are ")
+        .replace("expected f64", "expected a number")
+        .replace("expected u64", "expected a whole number, 0 or more")
+        .replace("expected usize", "expected a whole number, 0 or more")
+        .replace("floating point", "number with a fraction")
+}
+
+/// Reads a scene file.
+pub fn read(text: &str) -> Result<File, Fault> {
+    toml::from_str(text)
+        .map_err(|error: toml::de::Error| Fault::new(text, error.span().map(|span| span.start), error.message()))
+}

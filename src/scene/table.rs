@@ -1,0 +1,157 @@
+//! Grain tables in CSV files.
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::Grain;
+use super::check::Check;
+use crate::{Error, Result};
+
+/// A value, or what is wrong with it.
+type Parsed<T> = std::result::Result<T, String>;
+
+const COLUMNS: [&str; 12] = ["id", "x", "y", "z", "radius", "vx", "vy", "vz", "wx", "wy", "wz", "material"];
+
+/// How a table is read.
+pub struct Options {
+    /// Factor on positions and radii.
+    pub scale: f64,
+    /// Read only that many rows.
+    pub count: Option<usize>,
+    /// Material of the rows that name none.
+    pub material: Option<u32>,
+}
+
+/// Reads the grains of a CSV file.
+pub fn read(path: &Path, options: &Options, check: &Check) -> Result<Vec<Grain>> {
+    let text = std::fs::read_to_string(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+    let file_error = |message| Error::Scene(format!("{}: {message}", path.display()));
+    let line_error = |line: usize, message| Error::Scene(format!("{}:{line}: {message}", path.display()));
+    let mut lines = text
+        .trim_start_matches('\u{feff}')
+        .lines()
+        .zip(1..)
+        .filter(|(line, _)| !line.trim().is_empty() && !line.starts_with('#'));
+    let mut values = Vec::new();
+
+    let (header, line) = lines.next().ok_or_else(|| file_error("has no header line".to_owned()))?;
+    split(header, &mut values);
+    let columns = Columns::find(&values, options, check).map_err(|message| line_error(line, message))?;
+
+    let mut grains = Vec::new();
+    for (row, line) in lines.take(options.count.unwrap_or(usize::MAX)) {
+        split(row, &mut values);
+        let grain = columns.grain(&values, options, check);
+        grains.push(grain.map_err(|message| line_error(line, message))?);
+    }
+    match options.count {
+        Some(count) if grains.len() < count => {
+            Err(file_error(format!("has {} rows, but count = {count} are asked for", grains.len())))
+        }
+        _ if grains.is_empty() => Err(file_error("has no rows below its header line".to_owned())),
+        _ => Ok(grains),
+    }
+}
+
+/// The values of a line, without spaces and quotes around them.
+fn split<'a>(line: &'a str, values: &mut Vec<&'a str>) {
+    values.clear();
+    values.extend(line.split(',').map(|value| value.trim().trim_matches('"')));
+}
+
+/// Where each quantity stands in a row.
+struct Columns {
+    count: usize,
+    position: [Option<usize>; 3],
+    velocity: [Option<usize>; 3],
+    spin: [Option<usize>; 3],
+    radius: usize,
+    material: Option<usize>,
+}
+
+impl Columns {
+    fn find(header: &[&str], options: &Options, check: &Check) -> Parsed<Columns> {
+        for (at, name) in header.iter().copied().enumerate() {
+            if !COLUMNS.contains(&name) {
+                let known = COLUMNS.join(", ");
+                return Err(format!("unknown column \"{name}\"; allowed are {known}"));
+            }
+            if header[..at].contains(&name) {
+                return Err(format!("column \"{name}\" appears twice"));
+            }
+        }
+        let find = |name: &str| header.iter().position(|column| *column == name);
+        let need = |name: &str| find(name).ok_or_else(|| format!("the header line lacks the column \"{name}\""));
+        for axis in &["x", "y", "z"][..check.dimension] {
+            need(axis)?;
+        }
+        let columns = Columns {
+            count: header.len(),
+            position: ["x", "y", "z"].map(find),
+            velocity: ["vx", "vy", "vz"].map(find),
+            spin: ["wx", "wy", "wz"].map(find),
+            radius: need("radius")?,
+            material: find("material"),
+        };
+        if columns.material.is_none() && options.material.is_none() {
+            return Err("has no column \"material\", so the population needs the key `material`".to_owned());
+        }
+        Ok(columns)
+    }
+
+    fn grain(&self, row: &[&str], options: &Options, check: &Check) -> Parsed<Grain> {
+        if row.len() != self.count {
+            let (found, wanted) = (row.len(), self.count);
+            return Err(format!("has {found} values, the header line {wanted} columns"));
+        }
+        let flat = check.dimension == 2;
+        let radius = number(row, self.radius)? * options.scale;
+        if radius <= 0.0 {
+            let value = row[self.radius];
+            return Err(format!("radius = {value}: must be a positive number of m"));
+        }
+        Ok(Grain {
+            position: vector(row, self.position, [false, false, flat])? * options.scale,
+            velocity: vector(row, self.velocity, [false, false, flat])?,
+            spin: vector(row, self.spin, [flat, flat, false])?,
+            radius,
+            material: self.material(row, options, check)?,
+            fixed: false,
+        })
+    }
+
+    fn material(&self, row: &[&str], options: &Options, check: &Check) -> Parsed<u32> {
+        let name = self.material.map_or("", |column| row[column]);
+        match (name, options.material) {
+            ("", Some(material)) => Ok(material),
+            _ => check
+                .material_index(name)
+                .ok_or_else(|| format!("material = \"{name}\": is no material; {}", check.known_materials())),
+        }
+    }
+}
+
+/// Three components; missing columns are 0, and so must be those that do not exist in two dimensions.
+fn vector(row: &[&str], columns: [Option<usize>; 3], must_be_zero: [bool; 3]) -> Parsed<DVec3> {
+    let mut vector = DVec3::ZERO;
+    for axis in 0..3 {
+        let Some(column) = columns[axis] else {
+            continue;
+        };
+        vector[axis] = number(row, column)?;
+        if must_be_zero[axis] && vector[axis] != 0.0 {
+            let value = row[column];
+            return Err(format!("value {} = {value}: must be 0 or missing in two dimensions", column + 1));
+        }
+    }
+    Ok(vector)
+}
+
+fn number(row: &[&str], column: usize) -> Parsed<f64> {
+    let text = row[column];
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err(format!("value {} = \"{text}\": must be a finite number", column + 1)),
+    }
+}

@@ -1,0 +1,275 @@
+//! From the scene file to the assembly: every value checked, every default filled in.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::check::{AXES, Check, show, show_vector};
+use super::neighbours::Neighbours;
+use super::populate::{Site, populate};
+use super::schema::{self, Boundary, Face, File, Format, Spin};
+use super::walls::{distance, walls};
+use super::{Assembly, Domain, Grain, Material, Origin, Output, Solver, Stop, TimeStep, Wall, materials};
+use crate::Result;
+
+/// Overlap that a start may have, in radii of the smaller grain.
+const OVERLAP: f64 = 0.1;
+
+/// Checks a scene and places its grains.
+pub fn assemble(file: &File, origin: &Origin) -> Result<Assembly> {
+    let dimension = file.dimension;
+    if dimension != 2 && dimension != 3 {
+        return Err(origin.bad("dimension", dimension, "must be 2 or 3"));
+    }
+    let check = &Check { origin, dimension, materials: file.material.keys().map(String::as_str).collect() };
+    let pairs = materials::pairs(file, check)?;
+    let gravity = match &file.gravity {
+        Some(gravity) => check.vector("gravity", gravity)?,
+        None => DVec3::ZERO - 9.81 * DVec3::AXES[dimension - 1],
+    };
+    let domain = domain(file.domain.as_ref(), check)?;
+    let walls = walls(&file.wall, &domain, check)?;
+    let solver = solver(&file.solver, check)?;
+    let stop = stop(&file.stop, check)?;
+    let output = output(&file.output, check)?;
+    let site = Site { domain: &domain, walls: &walls, gravity, seed: file.seed };
+    let mut grains = grains(file, &site, check)?;
+    check_grains(&mut grains, &site, solver.allow_overlap, check)?;
+    Ok(Assembly {
+        dimension,
+        gravity,
+        domain,
+        materials: file
+            .material
+            .iter()
+            .map(|(name, material)| Material { name: name.clone(), density: material.density })
+            .collect(),
+        pairs,
+        walls,
+        grains,
+        solver,
+        stop,
+        output,
+    })
+}
+
+fn domain(domain: Option<&schema::Domain>, check: &Check) -> Result<Domain> {
+    let mut out = Domain { lower: DVec3::NEG_INFINITY, upper: DVec3::INFINITY, periodic: [false; 3] };
+    let Some(domain) = domain else {
+        return Ok(out);
+    };
+    let (lower, upper) = check.corners("domain", &domain.lower, &domain.upper)?;
+    let faces = match &domain.boundary {
+        None => vec![Face::Open; check.dimension],
+        Some(Boundary::Same(face)) => vec![*face; check.dimension],
+        Some(Boundary::Each(faces)) => faces.clone(),
+    };
+    if faces.len() != check.dimension {
+        let message = format!("has {} entries, must be one word or {}, one per axis", faces.len(), check.dimension);
+        return Err(check.origin.wrong("domain.boundary", message));
+    }
+    for (axis, face) in faces.iter().enumerate() {
+        out.lower[axis] = lower[axis];
+        out.upper[axis] = upper[axis];
+        out.periodic[axis] = *face == Face::Periodic;
+    }
+    Ok(out)
+}
+
+fn solver(solver: &schema::Solver, check: &Check) -> Result<Solver> {
+    let schema::Method::Dem = solver.method;
+    let fraction = check.fraction("solver.dt_fraction", solver.dt_fraction)?;
+    let dt = match &solver.dt {
+        schema::TimeStep::Seconds(dt) => TimeStep::Fixed(check.positive("solver.dt", *dt, " of s, or \"auto\"")?),
+        schema::TimeStep::Word(word) if word == "auto" => TimeStep::Auto { fraction },
+        schema::TimeStep::Word(word) => {
+            let rule = "must be \"auto\" or a positive number of s";
+            return Err(check.origin.bad("solver.dt", format!("\"{word}\""), rule));
+        }
+    };
+    Ok(Solver {
+        dt,
+        allow_unstable: solver.allow_unstable,
+        allow_overlap: solver.allow_overlap,
+        damping: check.not_negative("solver.damping", solver.damping, " of 1/s")?,
+        margin: check.positive("solver.margin", solver.margin, " of mean radii")?,
+    })
+}
+
+fn stop(stop: &schema::Stop, check: &Check) -> Result<Stop> {
+    if let Some(time) = stop.time {
+        check.positive("stop.time", time, " of s")?;
+    }
+    if stop.steps == Some(0) {
+        return Err(check.origin.bad("stop.steps", 0, "must be at least 1"));
+    }
+    if let Some(ratio) = stop.equilibrium {
+        check.positive("stop.equilibrium", ratio, "")?;
+    }
+    if stop.time.is_none() && stop.steps.is_none() && stop.equilibrium.is_none() {
+        let message = "the scene never ends; give at least one of time, steps, equilibrium";
+        return Err(check.origin.wrong("stop", message));
+    }
+    Ok(Stop { time: stop.time, steps: stop.steps, equilibrium: stop.equilibrium })
+}
+
+fn output(output: &schema::Output, check: &Check) -> Result<Output> {
+    if let Some(interval) = output.history {
+        check.positive("output.history", interval, " of s")?;
+    }
+    if let Some(interval) = output.snapshots {
+        check.positive("output.snapshots", interval, " of s")?;
+    }
+    Ok(Output {
+        history: output.history,
+        snapshots: output.snapshots,
+        csv: output.formats.contains(&Format::Csv),
+        vtp: output.formats.contains(&Format::Vtp),
+    })
+}
+
+/// Single grains first, then the populations, in the order of the file.
+fn grains(file: &File, site: &Site, check: &Check) -> Result<Vec<Grain>> {
+    let mut grains = Vec::new();
+    for (number, grain) in file.grain.iter().enumerate() {
+        grains.push(single(grain, &format!("grain.{number}"), check)?);
+    }
+    for (number, population) in file.population.iter().enumerate() {
+        populate(population, number, site, &mut grains, check)?;
+    }
+    if grains.is_empty() {
+        let message = "the scene has no grains; add a [[grain]] or a [[population]]";
+        return Err(check.origin.wrong("grain", message));
+    }
+    if u32::try_from(grains.len()).is_err() {
+        return Err(check.origin.wrong("population", "too many grains"));
+    }
+    Ok(grains)
+}
+
+fn single(grain: &schema::Grain, key: &str, check: &Check) -> Result<Grain> {
+    let at = |field: &str| format!("{key}.{field}");
+    let spin = match (check.dimension, &grain.spin) {
+        (_, None) => DVec3::ZERO,
+        (2, Some(Spin::Plane(spin))) => DVec3::new(0.0, 0.0, *spin),
+        (3, Some(Spin::Space(spin))) => DVec3::from_array(*spin),
+        (2, _) => {
+            let message = "must be one number of rad/s (dimension = 2)";
+            return Err(check.origin.wrong(&at("spin"), message));
+        }
+        _ => {
+            let message = "must have 3 numbers of rad/s (dimension = 3)";
+            return Err(check.origin.wrong(&at("spin"), message));
+        }
+    };
+    Ok(Grain {
+        position: check.vector(&at("position"), &grain.position)?,
+        velocity: check.vector_or_zero(&at("velocity"), grain.velocity.as_deref())?,
+        spin,
+        radius: check.positive(&at("radius"), grain.radius, " of m")?,
+        material: check.material(&at("material"), &grain.material)?,
+        fixed: grain.fixed,
+    })
+}
+
+/// Checks the start as a whole: domain, walls, overlaps.
+fn check_grains(grains: &mut [Grain], site: &Site, allow_overlap: bool, check: &Check) -> Result<()> {
+    let largest = grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
+    check_periods(site.domain, largest, check)?;
+    for (id, grain) in grains.iter_mut().enumerate() {
+        check_in_domain(id, grain, site.domain, check)?;
+        for wall in site.walls {
+            check_at_wall(id, grain, wall, allow_overlap, check)?;
+        }
+    }
+    match allow_overlap {
+        true => Ok(()),
+        false => check_overlaps(grains, site.domain, largest, check),
+    }
+}
+
+/// A grain must not meet two images of the same neighbour.
+fn check_periods(domain: &Domain, largest: f64, check: &Check) -> Result<()> {
+    for axis in (0..check.dimension).filter(|&axis| domain.periodic[axis]) {
+        let length = domain.upper[axis] - domain.lower[axis];
+        if length < 4.0 * largest {
+            let message = format!(
+                "the periodic axis {} is {} m long, must be at least 4 largest radii, {} m",
+                AXES[axis],
+                show(length),
+                show(4.0 * largest)
+            );
+            return Err(check.origin.wrong("domain", message));
+        }
+    }
+    Ok(())
+}
+
+fn check_in_domain(id: usize, grain: &mut Grain, domain: &Domain, check: &Check) -> Result<()> {
+    for (axis, name) in AXES.iter().enumerate() {
+        let (low, high) = (domain.lower[axis], domain.upper[axis]);
+        let value = grain.position[axis];
+        if !(low..=high).contains(&value) {
+            let message = format!(
+                "grain {id} at {} is outside the domain: {name} must be from {} to {}",
+                show_vector(grain.position, check.dimension),
+                show(low),
+                show(high)
+            );
+            return Err(check.origin.wrong("domain", message));
+        }
+        // The two ends of a period are the same place; the rest of the crate expects the lower one.
+        if domain.periodic[axis] && value == high {
+            grain.position[axis] = low;
+        }
+    }
+    Ok(())
+}
+
+fn check_at_wall(id: usize, grain: &Grain, wall: &Wall, allow_overlap: bool, check: &Check) -> Result<()> {
+    let distance = distance(&wall.surface, grain.position);
+    let place = || show_vector(grain.position, check.dimension);
+    if distance < 0.0 {
+        let message =
+            format!("grain {id} at {} is beyond the wall \"{}\" by {} m", place(), wall.name, show(-distance));
+        return Err(check.origin.wrong("wall", message));
+    }
+    let overlap = grain.radius - distance;
+    // Fixed grains may be set into a wall to roughen it.
+    if overlap > OVERLAP * grain.radius && !allow_overlap && !grain.fixed {
+        let message = format!(
+            "grain {id} at {} overlaps the wall \"{}\" by {} m, more than 10 % of its radius {} m; move it or set solver.allow_overlap = true",
+            place(),
+            wall.name,
+            show(overlap),
+            show(grain.radius)
+        );
+        return Err(check.origin.wrong("wall", message));
+    }
+    Ok(())
+}
+
+fn check_overlaps(grains: &[Grain], domain: &Domain, largest: f64, check: &Check) -> Result<()> {
+    let mut neighbours = Neighbours::new(*domain, check.dimension, largest);
+    for grain in grains {
+        neighbours.insert(grain.position, grain.radius);
+    }
+    // Each pair is found from its smaller grain, so that no grain has to visit many small ones.
+    let found = grains.par_iter().enumerate().find_map_first(|(id, grain)| {
+        let deep = |other: usize, overlap: f64| {
+            let smaller = grain.radius.min(grains[other].radius);
+            let both_fixed = grain.fixed && grains[other].fixed;
+            other != id && !both_fixed && overlap > OVERLAP * smaller
+        };
+        let (other, overlap) = neighbours.find_overlap(grain.position, grain.radius, true, deep)?;
+        Some((id.min(other), id.max(other), overlap))
+    });
+    let Some((a, b, overlap)) = found else {
+        return Ok(());
+    };
+    let message = format!(
+        "grains {a} and {b} overlap by {} m, more than 10 % of the smaller radius {} m; move them or set solver.allow_overlap = true",
+        show(overlap),
+        show(grains[a].radius.min(grains[b].radius))
+    );
+    Err(check.origin.wrong("grain", message))
+}

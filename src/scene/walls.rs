@@ -1,0 +1,173 @@
+//! Walls: the surfaces of the scene file, with boxes split into planes.
+
+use glam::DVec3;
+
+use super::check::{AXES, Check};
+use super::schema::{self, WallKind};
+use super::{Domain, Surface, Wall};
+use crate::Result;
+
+/// All walls of a scene.
+pub fn walls(walls: &[schema::Wall], domain: &Domain, check: &Check) -> Result<Vec<Wall>> {
+    let mut out = Vec::new();
+    for (number, wall) in walls.iter().enumerate() {
+        Maker { key: format!("wall.{number}"), number, wall, domain, check }.make(&mut out)?;
+    }
+    Ok(out)
+}
+
+/// Distance of a point from a surface, m; negative beyond it.
+pub fn distance(surface: &Surface, position: DVec3) -> f64 {
+    match *surface {
+        Surface::Plane { point, normal } => (position - point).dot(normal),
+        Surface::Cylinder { center, radius } => radius - (position - center).truncate().length(),
+    }
+}
+
+/// One wall of the file on its way into the assembly.
+struct Maker<'a> {
+    key: String,
+    number: usize,
+    wall: &'a schema::Wall,
+    domain: &'a Domain,
+    check: &'a Check<'a>,
+}
+
+impl Maker<'_> {
+    fn make(&self, out: &mut Vec<Wall>) -> Result<()> {
+        self.refuse_foreign_keys()?;
+        let kind = kind_name(self.wall.kind);
+        let name = match &self.wall.name {
+            Some(name) => name.clone(),
+            None => format!("{kind} {}", self.number),
+        };
+        let spin = self.wall.spin.unwrap_or(0.0);
+        let material = self.check.material(&self.at("material"), &self.wall.material)?;
+        let velocity = self.check.vector_or_zero(&self.at("velocity"), self.wall.velocity.as_deref())?;
+        let mut push = |name, surface| out.push(Wall { name, surface, velocity, spin, material });
+        match self.wall.kind {
+            WallKind::Plane => push(name, self.plane()?),
+            WallKind::Cylinder => push(name, self.cylinder()?),
+            WallKind::Box => {
+                for (face, surface) in self.faces()? {
+                    push(format!("{name} {face}"), surface);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn at(&self, field: &str) -> String {
+        format!("{}.{field}", self.key)
+    }
+
+    /// A key of another kind of wall is as wrong as an unknown one.
+    fn refuse_foreign_keys(&self) -> Result<()> {
+        use WallKind::{Box, Cylinder, Plane};
+        let wall = self.wall;
+        let keys = [
+            ("point", Plane, wall.point.is_some()),
+            ("normal", Plane, wall.normal.is_some()),
+            ("lower", Box, wall.lower.is_some()),
+            ("upper", Box, wall.upper.is_some()),
+            ("faces", Box, wall.faces.is_some()),
+            ("center", Cylinder, wall.center.is_some()),
+            ("radius", Cylinder, wall.radius.is_some()),
+            ("spin", Cylinder, wall.spin.is_some()),
+        ];
+        let Some((field, ..)) = keys.iter().find(|(_, kind, set)| *set && *kind != wall.kind) else {
+            return Ok(());
+        };
+        let own: Vec<&str> = keys.iter().filter(|(_, kind, _)| *kind == wall.kind).map(|(field, ..)| *field).collect();
+        let message = format!(
+            "is no key of a {}; allowed are kind, name, material, velocity, {}",
+            kind_name(wall.kind),
+            own.join(", ")
+        );
+        Err(self.check.origin.wrong(&self.at(field), message))
+    }
+
+    fn need<'v, T>(&self, field: &str, value: &'v Option<T>) -> Result<&'v T> {
+        value.as_ref().ok_or_else(|| {
+            let message = format!("missing key `{field}` of a {}", kind_name(self.wall.kind));
+            self.check.origin.wrong(&self.key, message)
+        })
+    }
+
+    fn vector(&self, field: &str, value: &Option<Vec<f64>>) -> Result<DVec3> {
+        let value = self.need(field, value)?;
+        self.check.vector(&self.at(field), value)
+    }
+
+    fn plane(&self) -> Result<Surface> {
+        let point = self.vector("point", &self.wall.point)?;
+        let Some(normal) = self.vector("normal", &self.wall.normal)?.try_normalize() else {
+            let rule = "must not be zero; it points to the side where the grains are";
+            let value = format!("{:?}", self.wall.normal.as_deref().unwrap_or_default());
+            return Err(self.check.origin.bad(&self.at("normal"), value, rule));
+        };
+        for axis in 0..self.check.dimension {
+            if normal[axis] != 0.0 {
+                self.not_periodic(axis)?;
+            }
+        }
+        Ok(Surface::Plane { point, normal })
+    }
+
+    fn cylinder(&self) -> Result<Surface> {
+        let center = self.need("center", &self.wall.center)?;
+        let &[x, y] = center.as_slice() else {
+            let rule = "must have 2 numbers, x and y of the axis";
+            let value = format!("{center:?}");
+            return Err(self.check.origin.bad(&self.at("center"), value, rule));
+        };
+        let radius = *self.need("radius", &self.wall.radius)?;
+        let radius = self.check.positive(&self.at("radius"), radius, " of m")?;
+        self.not_periodic(0)?;
+        self.not_periodic(1)?;
+        Ok(Surface::Cylinder { center: DVec3::new(x, y, 0.0), radius })
+    }
+
+    /// The planes of a box, facing inward, with the names of their faces.
+    fn faces(&self) -> Result<Vec<(String, Surface)>> {
+        let lower = self.need("lower", &self.wall.lower)?;
+        let upper = self.need("upper", &self.wall.upper)?;
+        let (lower, upper) = self.check.corners(&self.key, lower, upper)?;
+        let all: Vec<String> =
+            AXES[..self.check.dimension].iter().flat_map(|axis| [format!("{axis}-"), format!("{axis}+")]).collect();
+        let wanted = self.wall.faces.as_ref().unwrap_or(&all);
+        if let Some(face) = wanted.iter().find(|face| !all.contains(face)) {
+            let rule = format!("is no face; allowed are {}", all.join(", "));
+            let value = format!("\"{face}\"");
+            return Err(self.check.origin.bad(&self.at("faces"), value, rule));
+        }
+        let mut planes = Vec::new();
+        for (index, face) in all.iter().enumerate() {
+            if !wanted.contains(face) {
+                continue;
+            }
+            let axis = index / 2;
+            self.not_periodic(axis)?;
+            let (point, side) = if index % 2 == 0 { (lower, 1.0) } else { (upper, -1.0) };
+            let normal = side * DVec3::AXES[axis];
+            planes.push((face.clone(), Surface::Plane { point, normal }));
+        }
+        Ok(planes)
+    }
+
+    fn not_periodic(&self, axis: usize) -> Result<()> {
+        if !self.domain.periodic[axis] {
+            return Ok(());
+        }
+        let message = format!("a wall cannot stand across the periodic axis {}", AXES[axis]);
+        Err(self.check.origin.wrong(&self.key, message))
+    }
+}
+
+fn kind_name(kind: WallKind) -> &'static str {
+    match kind {
+        WallKind::Plane => "plane",
+        WallKind::Box => "box",
+        WallKind::Cylinder => "cylinder",
+    }
+}

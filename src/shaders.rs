@@ -1,0 +1,51 @@
+//! The WGSL text, embedded; file names are relative to `shaders/`.
+
+macro_rules! embed {
+    ($($file:literal),* $(,)?) => {
+        /// Every file of `shaders/` that kernels are composed from, with its text.
+        pub static FILES: &[(&str, &str)] = &[$(($file, include_str!(concat!("../shaders/", $file)))),*];
+    };
+}
+
+embed![
+    "precision/single.wgsl",
+    "precision/double.wgsl",
+    "dimension/plane.wgsl",
+    "dimension/space.wgsl",
+    "params.wgsl",
+    "boundary/open.wgsl",
+    "boundary/periodic.wgsl",
+    "grid.wgsl",
+    "touch.wgsl",
+    "normal/hooke.wgsl",
+    "dashpot/none.wgsl",
+    "dashpot/restitution.wgsl",
+    "dashpot/mass_scaled.wgsl",
+    "friction/none.wgsl",
+    "friction/coulomb.wgsl",
+    "rotation/none.wgsl",
+    "rotation/sphere.wgsl",
+    "materials/one.wgsl",
+    "materials/many.wgsl",
+    "walls/none.wgsl",
+    "walls/some.wgsl",
+    "bin.wgsl",
+    "scan_reduce.wgsl",
+    "scan_top.wgsl",
+    "scan_down.wgsl",
+    "sort.wgsl",
+    "order.wgsl",
+    "count.wgsl",
+    "neighbours.wgsl",
+    "contact.wgsl",
+    "integrate.wgsl",
+    "half_kick.wgsl",
+    "move_walls.wgsl",
+    "drift.wgsl",
+    "measure.wgsl",
+];
+
+/// Name and text of an embedded file. Panics on a name that is not there.
+pub fn file(name: &str) -> (&'static str, &'static str) {
+    *FILES.iter().find(|(file, _)| *file == name).unwrap_or_else(|| panic!("no shader file is called `{name}`"))
+}

@@ -1,0 +1,499 @@
+//! Simulation = scene + plan + engine + state: advances in chunks, replays a chunk that did not fit, and hands out
+//! samples and states.
+
+use crate::{
+    engine::{Cpu, Engine, Gpu, check_host_memory, gpu},
+    error::{Error, Result},
+    gpu::Device,
+    laws::{dashpot::damping_ratio, rotation::spin_at_step},
+    measure::Sample,
+    model::{Model, Precision, Rotation},
+    plan::{Plan, plan},
+    scene::{Assembly, Dashpot, Grain, Surface},
+    state::{Motion, PARTS, Pair, Params, Place, Sizes, Spin, State, Wall},
+    time_step,
+};
+use glam::{DVec3, UVec3};
+
+/// Which engine to run on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EngineChoice {
+    /// The best adapter, else the CPU.
+    #[default]
+    Auto,
+    Gpu,
+    Cpu,
+}
+
+/// How to run, as opposed to what.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    pub engine: EngineChoice,
+    pub precision: Precision,
+    /// Neighbour slots to start with; more are made when needed. None: a guess.
+    pub slots: Option<usize>,
+    /// Most steps between two looks at the device.
+    pub longest_chunk: u32,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options { engine: EngineChoice::Auto, precision: Precision::Single, slots: None, longest_chunk: 100 }
+    }
+}
+
+/// A running simulation.
+pub struct Simulation {
+    assembly: Assembly,
+    plan: Plan,
+    engine: Box<dyn Engine>,
+    /// The host's mirror; only as fresh as the last read.
+    state: State,
+    /// One line on which engine was taken, and why.
+    notice: String,
+    dt_bound: f64,
+    step: u64,
+    chunk: u32,
+    longest_chunk: u32,
+    slots: usize,
+    replayed: u64,
+    lost: u64,
+}
+
+/// Everything a scene implies before an engine is chosen: the state at time 0, its plan, and the time step's bound.
+pub struct Setup {
+    pub state: State,
+    pub plan: Plan,
+    pub dt_bound: f64,
+}
+
+impl Setup {
+    /// Arrays, parameters and plan of a scene.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if the time step is above its bound, [`Error::Device`] if the host's memory cannot hold it.
+    pub fn new(assembly: &Assembly, options: &Options) -> Result<Setup> {
+        let (dt, dt_bound) = time_step::choose(assembly)?;
+        let model = Model::of(assembly, options.precision);
+        let params = params(assembly, &model, dt);
+        let bodies = assembly.grains.len();
+        let cells = params.cells.as_u64vec3();
+        let guess = bodies * if assembly.dimension == 2 { 5 } else { 10 };
+        let sizes = Sizes {
+            bodies,
+            walls: assembly.walls.len(),
+            materials: assembly.materials.len(),
+            cells: (cells.x * cells.y * cells.z) as usize,
+            slots: options.slots.unwrap_or(guess).max(1),
+        };
+        // Rust's own structs are wider than the device's; 1 KiB per grain is what the arrays below come to.
+        check_host_memory(bodies as u64 * 1024)?;
+        let mut state = State::new(model, sizes, params);
+        fill(&mut state, assembly);
+        Ok(Setup { plan: plan(&model), state, dt_bound })
+    }
+}
+
+/// Contact parameters as the kernels want them.
+fn pair(pair: &crate::scene::Pair) -> Pair {
+    Pair {
+        stiffness: pair.normal_stiffness,
+        tangential_stiffness: pair.tangential_stiffness,
+        friction: pair.friction,
+        dashpot: match pair.dashpot {
+            Dashpot::None => 0.0,
+            Dashpot::Restitution(e) => damping_ratio(e),
+            Dashpot::MassScaled(eta) => eta,
+        },
+    }
+}
+
+/// Stands for "no bound" in both precisions; infinities are not safe on every device.
+const UNBOUNDED: f64 = 3e38;
+
+fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
+    let grains = &assembly.grains;
+    let mean_radius = grains.iter().map(|g| g.radius).sum::<f64>() / grains.len() as f64;
+    let largest = grains.iter().map(|g| g.radius).fold(0.0, f64::max);
+    let margin = assembly.solver.margin * mean_radius;
+    let mut p = Params {
+        gravity: assembly.gravity,
+        lower: DVec3::splat(-UNBOUNDED),
+        upper: DVec3::splat(UNBOUNDED),
+        dt,
+        damping: assembly.solver.damping,
+        margin,
+        drift_limit: 0.5 * margin,
+        pair: pair(&assembly.pairs[0]),
+        cells: UVec3::ONE,
+        bodies: grains.len() as u32,
+        walls: assembly.walls.len() as u32,
+        materials: assembly.materials.len() as u32,
+        parts: PARTS as u32,
+        ..Params::default()
+    };
+    // A hair wider than the reach of the lists, so that rounding cannot hide a neighbour two cells away.
+    let edge = 1.001 * (2.0 * largest + margin);
+    let domain = &assembly.domain;
+    for axis in 0..model.dims() {
+        let positions = || grains.iter().map(|g| g.position[axis]);
+        let (lower, upper) = (domain.lower[axis], domain.upper[axis]);
+        if domain.periodic[axis] {
+            p.period[axis] = upper - lower;
+            p.inverse_period[axis] = 1.0 / p.period[axis];
+            p.cell_origin[axis] = lower;
+            p.cells[axis] = (p.period[axis] / edge).floor().clamp(1.0, 1e6) as u32;
+            p.inverse_cell[axis] = f64::from(p.cells[axis]) / p.period[axis];
+        } else {
+            p.lower[axis] = lower.max(-UNBOUNDED);
+            p.upper[axis] = upper.min(UNBOUNDED);
+            p.cell_origin[axis] = positions().fold(f64::INFINITY, f64::min);
+            let extent = positions().fold(f64::NEG_INFINITY, f64::max) - p.cell_origin[axis];
+            p.cells[axis] = ((extent / edge).floor() + 1.0).clamp(1.0, 1e6) as u32;
+            p.inverse_cell[axis] = 1.0 / edge;
+        }
+    }
+    // Open axes wrap around, so fewer cells are always right; a sparse scene need not pay for its emptiness.
+    let budget = (2 * grains.len() as u64).max(64);
+    loop {
+        let total: u64 = p.cells.to_array().iter().map(|c| u64::from(*c)).product();
+        let open = (0..model.dims()).filter(|a| !domain.periodic[*a]).max_by_key(|a| p.cells[*a]);
+        match open {
+            Some(axis) if total > budget && p.cells[axis] > 3 => p.cells[axis] = p.cells[axis].div_ceil(2).max(3),
+            _ => break,
+        }
+    }
+    // A periodic axis must be divided exactly, so there emptiness is paid for with larger cells.
+    loop {
+        let total: u64 = p.cells.to_array().iter().map(|c| u64::from(*c)).product();
+        let axis = (0..model.dims()).filter(|a| domain.periodic[*a]).max_by_key(|a| p.cells[*a]);
+        match axis {
+            Some(axis) if total > 4 * budget && p.cells[axis] > 3 => {
+                p.cells[axis] = p.cells[axis].div_ceil(2).max(3);
+                p.inverse_cell[axis] = f64::from(p.cells[axis]) / p.period[axis];
+            }
+            _ => break,
+        }
+    }
+    p
+}
+
+fn fill(state: &mut State, assembly: &Assembly) {
+    let dimension = state.model.dimension;
+    for (i, grain) in assembly.grains.iter().enumerate() {
+        let density = assembly.materials[grain.material as usize].density;
+        let mass = time_step::mass(dimension, density, grain.radius);
+        state.place[i] = Place { x: grain.position, radius: grain.radius };
+        state.motion[i] = Motion { v: grain.velocity, inverse_mass: if grain.fixed { 0.0 } else { 1.0 / mass } };
+    }
+    if state.model.rotation == Rotation::Sphere {
+        state.spin = assembly.grains.iter().map(|g| Spin(g.spin)).collect();
+    }
+    for (wall, given) in state.wall.iter_mut().zip(&assembly.walls) {
+        let (point, normal, radius) = match given.surface {
+            Surface::Plane { point, normal } => (point, normal, 0.0),
+            Surface::Cylinder { center, radius } => (center, DVec3::ZERO, radius),
+        };
+        *wall = Wall { point, normal, velocity: given.velocity, radius, spin: given.spin };
+    }
+    if !state.material.is_empty() {
+        let materials = assembly.grains.iter().map(|g| g.material).chain(assembly.walls.iter().map(|w| w.material));
+        state.material = materials.collect();
+        state.pair = assembly.pairs.iter().map(pair).collect();
+    }
+}
+
+/// The engine for a choice, and one line that says which and why.
+fn engine(setup: &Setup, options: &Options) -> Result<(Box<dyn Engine>, String)> {
+    let double = options.precision == Precision::Double;
+    let on_cpu = |why: &str| -> (Box<dyn Engine>, String) {
+        let engine = Cpu::new(setup.state.clone());
+        let notice = format!("engine cpu (f64, {}): {why}", engine.adapter());
+        (Box::new(engine), notice)
+    };
+    if options.engine == EngineChoice::Cpu {
+        return Ok(on_cpu("asked for"));
+    }
+    let on_gpu = || -> Result<(Box<dyn Engine>, String)> {
+        let gpu = Gpu::new(Device::open(double)?, &setup.plan, &setup.state)?;
+        let real = if double { "f64" } else { "f32" };
+        let why = if options.engine == EngineChoice::Gpu { "asked for" } else { "best adapter found" };
+        let notice = format!("engine gpu ({real}, {}): {why}", gpu.adapter());
+        Ok((Box::new(gpu), notice))
+    };
+    match (on_gpu(), options.engine) {
+        (Err(Error::Device(why)), EngineChoice::Auto) => Ok(on_cpu(&why)),
+        (result, _) => result,
+    }
+}
+
+impl Simulation {
+    /// Build a scene and bring it to time 0.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for a time step above the bound, [`Error::Device`] if there is no adapter or not enough memory.
+    pub fn new(assembly: Assembly, options: Options) -> Result<Simulation> {
+        let setup = Setup::new(&assembly, &options)?;
+        let (engine, notice) = engine(&setup, &options)?;
+        let mut simulation = Simulation {
+            assembly,
+            engine,
+            notice,
+            dt_bound: setup.dt_bound,
+            step: 0,
+            chunk: 8,
+            longest_chunk: options.longest_chunk.max(1),
+            slots: setup.state.sizes.slots,
+            replayed: 0,
+            lost: 0,
+            plan: setup.plan,
+            state: setup.state,
+        };
+        simulation.start()?;
+        Ok(simulation)
+    }
+
+    /// Lists, forces at time 0 with springs at rest, and velocities half a step back.
+    fn start(&mut self) -> Result<()> {
+        let params = self.state.params;
+        loop {
+            self.engine.execute(&params, &self.plan.rebuild, 1)?;
+            let counters = self.engine.counters()?;
+            if counters.bad_body > 0 {
+                return Err(self.gone(params.bodies - counters.bad_body, self.step)?);
+            }
+            if counters.slots_needed as usize <= self.slots {
+                break;
+            }
+            self.grow(counters.slots_needed)?;
+        }
+        self.engine.execute(&Params { dt: 0.0, ..params }, &self.plan.start, 1)?;
+        self.engine.execute(&params, &self.plan.kick, 1)
+    }
+
+    /// Advance by this many steps, in chunks.
+    ///
+    /// # Errors
+    /// [`Error::Run`] if a grain is lost or moves too fast; the state is then the last good one.
+    pub fn advance(&mut self, steps: u64) -> Result<()> {
+        let end = self.step + steps;
+        while self.step < end {
+            self.try_chunk((end - self.step).min(u64::from(self.chunk)) as u32)?;
+        }
+        Ok(())
+    }
+
+    /// One chunk of at most `steps`, so that progress can be shown and a run interrupted; returns the steps done,
+    /// which may be 0 if the chunk has to be replayed.
+    pub fn advance_chunk(&mut self, steps: u64) -> Result<u64> {
+        let before = self.step;
+        self.try_chunk(steps.clamp(1, u64::from(self.chunk)) as u32)?;
+        Ok(self.step - before)
+    }
+
+    fn try_chunk(&mut self, steps: u32) -> Result<()> {
+        let params = self.state.params;
+        self.match_spare_lists()?;
+        self.engine.execute(&params, &self.plan.rebuild, 1)?;
+        self.engine.execute(&params, &self.plan.step, steps)?;
+        self.engine.execute(&params, &self.plan.close, 1)?;
+        let counters = self.engine.counters()?;
+        let drift = f64::from(f32::from_bits(counters.drift)).sqrt();
+        if counters.slots_needed as usize > self.slots {
+            self.undo()?;
+            return self.grow(counters.slots_needed);
+        }
+        if counters.bad_body > 0 || counters.broken > 0 {
+            if steps == 1 {
+                let reason = if counters.bad_body > 0 {
+                    self.gone(params.bodies - counters.bad_body, self.step + 1)
+                } else {
+                    self.too_fast()
+                }?;
+                self.undo()?;
+                return Err(reason);
+            }
+            self.undo()?;
+            self.chunk = steps / 2;
+            return Ok(());
+        }
+        self.lost += u64::from(counters.lost);
+        self.step += u64::from(steps);
+        // Aim at 70 % of the margin; grains that speed up cost a replay, lists made too often cost time.
+        let aim = f64::from(steps) * (0.7 / drift.max(0.01)).clamp(0.5, 2.0);
+        self.chunk = (aim as u32).clamp(1, self.longest_chunk.min(self.wall_limit()));
+        Ok(())
+    }
+
+    /// Steps after which the fastest wall has used up its part of the margin.
+    fn wall_limit(&self) -> u32 {
+        let fastest = self.assembly.walls.iter().map(|w| w.velocity.length()).fold(0.0, f64::max);
+        (self.state.params.drift_limit / (fastest * self.state.params.dt)).clamp(1.0, 1e6) as u32
+    }
+
+    fn undo(&mut self) -> Result<()> {
+        self.replayed += 1;
+        self.engine.execute(&self.state.params.clone(), &self.plan.restore, 1)
+    }
+
+    fn grow(&mut self, needed: u32) -> Result<()> {
+        self.slots = needed as usize + needed as usize / 4;
+        self.resize_lists("neighbour", "spring")
+    }
+
+    /// The lists of the chunk before last are about to be overwritten: they may get as long as the current ones.
+    fn match_spare_lists(&mut self) -> Result<()> {
+        if self.slots != self.state.sizes.slots {
+            self.state.sizes.slots = self.slots;
+            if !self.state.spring.is_empty() {
+                self.resize_lists("neighbour_before", "spring_before")?;
+            }
+        }
+        Ok(())
+    }
+
+    fn resize_lists(&mut self, neighbour: &'static str, spring: &'static str) -> Result<()> {
+        self.engine.resize(neighbour, self.slots)?;
+        if !self.state.spring.is_empty() {
+            self.engine.resize(spring, self.slots)?;
+        }
+        Ok(())
+    }
+
+    fn stopped(&self, step: u64, reason: String) -> Error {
+        Error::Run { step, time: step as f64 * self.state.params.dt, reason }
+    }
+
+    fn gone(&mut self, id: u32, step: u64) -> Result<Error> {
+        self.engine.read(&["place"], &mut self.state)?;
+        let x = self.state.place[id as usize].x;
+        let p = &self.state.params;
+        let reason = if !x.is_finite() {
+            format!("grain {id} has no position any more (not a number)")
+        } else if crate::laws::dimension::outside(x, p.lower, p.upper) {
+            format!("grain {id} has left the domain at {x} m")
+        } else {
+            format!("the centre of grain {id} is beyond a wall at {x} m")
+        };
+        Ok(self.stopped(step, format!("{reason}; is the time step ({:e} s) too large?", p.dt)))
+    }
+
+    fn too_fast(&mut self) -> Result<Error> {
+        self.engine.read(&["place", "place_before"], &mut self.state)?;
+        let s = &self.state;
+        let moved = |i: usize| crate::laws::boundary::separation(s, s.place_before[i].x, s.place[i].x).length();
+        let fastest = (0..s.sizes.bodies).max_by(|a, b| moved(*a).total_cmp(&moved(*b))).unwrap_or(0);
+        let reason = format!(
+            "grain {fastest} moves {:e} m in one step, {:.2} of its radius; at most {:e} m can be followed safely: use a \
+             smaller time step, or a larger solver.margin",
+            moved(fastest),
+            moved(fastest) / s.place[fastest].radius,
+            s.params.drift_limit,
+        );
+        Ok(self.stopped(self.step + 1, reason))
+    }
+
+    /// Sums over the grains now.
+    pub fn sample(&mut self) -> Result<Sample> {
+        let params = self.state.params;
+        self.engine.execute(&params, &self.plan.sample, 1)?;
+        self.engine.read(&["part"], &mut self.state)?;
+        let free = self.assembly.grains.iter().filter(|g| !g.fixed).count();
+        Ok(Sample::new(self.step, self.time(), free, self.assembly.grains.len(), &self.state.part))
+    }
+
+    /// All grains now, in input order, with velocities and spins brought to the time of the positions.
+    pub fn grains(&mut self) -> Result<Vec<Grain>> {
+        let rotating = self.state.model.rotation == Rotation::Sphere;
+        let arrays: &[&str] =
+            if rotating { &["place", "motion", "force", "spin", "torque"] } else { &["place", "motion", "force"] };
+        self.engine.read(arrays, &mut self.state)?;
+        let s = &self.state;
+        let p = &s.params;
+        let half = 0.5 * p.dt;
+        let at_step = |(i, given): (usize, &Grain)| {
+            let Motion { v, inverse_mass } = s.motion[i];
+            let free = inverse_mass != 0.0;
+            let acceleration = inverse_mass * s.force[i] + p.gravity;
+            let spin = if rotating {
+                spin_at_step(s, s.spin[i].0, s.torque[i].0, &s.place[i], inverse_mass)
+            } else {
+                given.spin
+            };
+            Grain {
+                position: s.place[i].x,
+                velocity: if free { (v + half * acceleration) / (1.0 + half * p.damping) } else { v },
+                spin,
+                ..*given
+            }
+        };
+        Ok(self.assembly.grains.iter().enumerate().map(at_step).collect())
+    }
+
+    /// Walls now.
+    pub fn walls(&mut self) -> Result<Vec<crate::scene::Wall>> {
+        let mut walls = self.assembly.walls.clone();
+        if self.state.model.moving_walls {
+            self.engine.read(&["wall"], &mut self.state)?;
+            for (wall, now) in walls.iter_mut().zip(&self.state.wall) {
+                match &mut wall.surface {
+                    Surface::Plane { point, .. } => *point = now.point,
+                    Surface::Cylinder { center, .. } => *center = now.point,
+                }
+            }
+        }
+        Ok(walls)
+    }
+
+    /// The host's copy of these arrays, read now.
+    pub fn read(&mut self, arrays: &[&'static str]) -> Result<&State> {
+        self.engine.read(arrays, &mut self.state)?;
+        Ok(&self.state)
+    }
+
+    /// Bytes per grain of all arrays as they are now.
+    pub fn bytes_per_particle(&self) -> Result<f64> {
+        let s = &self.state;
+        let layouts = gpu::layouts(&s.model, &self.plan)?;
+        let sizes = Sizes { slots: self.slots, ..s.sizes };
+        let total: u64 = gpu::bytes(&s.model, &layouts, &sizes).map(|(_, b)| b).sum();
+        Ok(total as f64 / s.sizes.bodies as f64)
+    }
+
+    pub fn assembly(&self) -> &Assembly {
+        &self.assembly
+    }
+    pub fn model(&self) -> &Model {
+        &self.state.model
+    }
+    pub fn engine(&self) -> &dyn Engine {
+        self.engine.as_ref()
+    }
+    /// One line: which engine was taken, and why.
+    pub fn notice(&self) -> &str {
+        &self.notice
+    }
+    /// s
+    pub fn dt(&self) -> f64 {
+        self.state.params.dt
+    }
+    /// s
+    pub fn dt_bound(&self) -> f64 {
+        self.dt_bound
+    }
+    pub fn step(&self) -> u64 {
+        self.step
+    }
+    /// s
+    pub fn time(&self) -> f64 {
+        self.step as f64 * self.dt()
+    }
+    /// Chunks that were discarded and done again.
+    pub fn replayed_chunks(&self) -> u64 {
+        self.replayed
+    }
+    /// Contacts whose history got lost when lists were made anew: 0, or a defect.
+    pub fn lost_contacts(&self) -> u64 {
+        self.lost
+    }
+}

@@ -1,0 +1,370 @@
+//! State: every array by name, the same name in Rust and in WGSL, with its length and unit.
+//!
+//! The CPU engine works on this struct; the GPU engine keeps buffers of the same names, whose layout it reads from the
+//! WGSL text, so that no struct is described twice. On the CPU a plane is space with z = 0.
+
+use crate::model::{Friction, Materials, Model, Rotation, Walls};
+use glam::{DVec3, UVec3};
+use std::any::Any;
+
+/// Slot content for "no neighbour": `NONE` of `params.wgsl`.
+pub const NONE: u32 = u32::MAX;
+/// Values per tile of the prefix sum: `TILE` of `scan_*.wgsl`.
+pub const TILE: usize = 256;
+/// Rows of the measurement.
+pub const PARTS: usize = 4096;
+
+/// A value made of scalars ("lanes") in the order in which WGSL declares them.
+pub trait Element: Clone + Default + Send + Sync + 'static {
+    /// Member names of a record, empty for a plain value.
+    const NAMES: &'static [&'static str] = &[];
+    /// Feed the lanes in `dims` dimensions.
+    fn put(&self, dims: usize, sink: &mut impl FnMut(f64));
+    /// Build from lanes.
+    fn take(dims: usize, source: &mut impl FnMut() -> f64) -> Self;
+}
+
+impl Element for f64 {
+    fn put(&self, _: usize, sink: &mut impl FnMut(f64)) {
+        sink(*self);
+    }
+    fn take(_: usize, source: &mut impl FnMut() -> f64) -> f64 {
+        source()
+    }
+}
+
+impl Element for u32 {
+    fn put(&self, _: usize, sink: &mut impl FnMut(f64)) {
+        sink(f64::from(*self));
+    }
+    fn take(_: usize, source: &mut impl FnMut() -> f64) -> u32 {
+        source() as u32
+    }
+}
+
+impl Element for UVec3 {
+    fn put(&self, _: usize, sink: &mut impl FnMut(f64)) {
+        self.to_array().iter().for_each(|c| sink(f64::from(*c)));
+    }
+    fn take(_: usize, source: &mut impl FnMut() -> f64) -> UVec3 {
+        UVec3::from_array(std::array::from_fn(|_| source() as u32))
+    }
+}
+
+impl Element for DVec3 {
+    fn put(&self, dims: usize, sink: &mut impl FnMut(f64)) {
+        self.to_array()[..dims].iter().for_each(|c| sink(*c));
+    }
+    fn take(dims: usize, source: &mut impl FnMut() -> f64) -> DVec3 {
+        let mut v = [0.0; 3];
+        v[..dims].iter_mut().for_each(|c| *c = source());
+        v.into()
+    }
+}
+
+/// An angular quantity: three components in space, one about z in the plane.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Spin(pub DVec3);
+
+impl Element for Spin {
+    fn put(&self, dims: usize, sink: &mut impl FnMut(f64)) {
+        if dims == 2 { sink(self.0.z) } else { self.0.put(dims, sink) }
+    }
+    fn take(dims: usize, source: &mut impl FnMut() -> f64) -> Spin {
+        Spin(if dims == 2 { DVec3::new(0.0, 0.0, source()) } else { DVec3::take(dims, source) })
+    }
+}
+
+/// Declares the Rust side of a WGSL struct: same name, same members, same order.
+macro_rules! record {
+    ($(#[$meta:meta])* $name:ident { $($(#[$fmeta:meta])* $field:ident: $ty:ty),* $(,)? }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        pub struct $name { $($(#[$fmeta])* pub $field: $ty),* }
+
+        impl Element for $name {
+            const NAMES: &'static [&'static str] = &[$(stringify!($field)),*];
+            fn put(&self, dims: usize, sink: &mut impl FnMut(f64)) {
+                $(self.$field.put(dims, sink);)*
+            }
+            fn take(dims: usize, source: &mut impl FnMut() -> f64) -> Self {
+                $name { $($field: Element::take(dims, source)),* }
+            }
+        }
+    };
+}
+
+record!(
+    /// Where a grain is. Units and meaning of all records: `shaders/params.wgsl`.
+    Place { x: DVec3, radius: f64 }
+);
+record!(
+    /// How a grain moves.
+    Motion { v: DVec3, inverse_mass: f64 }
+);
+record!(
+    /// Contact parameters of a pair of materials.
+    Pair { stiffness: f64, tangential_stiffness: f64, friction: f64, dashpot: f64 }
+);
+record!(
+    /// A wall (`shaders/walls/some.wgsl`).
+    Wall { point: DVec3, normal: DVec3, velocity: DVec3, radius: f64, spin: f64 }
+);
+record!(
+    /// What the device tells the host once per chunk.
+    Counters { slots_needed: u32, broken: u32, drift: u32, bad_body: u32, lost: u32 }
+);
+record!(
+    /// A row of the measurement (`shaders/measure.wgsl`).
+    Part {
+        kinetic: f64,
+        potential: f64,
+        elastic: f64,
+        net_force: f64,
+        contact_force: f64,
+        overlap: f64,
+        grain_sides: u32,
+        wall_contacts: u32,
+    }
+);
+record!(
+    /// What every kernel may know.
+    Params {
+        gravity: DVec3,
+        lower: DVec3,
+        upper: DVec3,
+        period: DVec3,
+        inverse_period: DVec3,
+        cell_origin: DVec3,
+        inverse_cell: DVec3,
+        dt: f64,
+        damping: f64,
+        margin: f64,
+        drift_limit: f64,
+        pair: Pair,
+        cells: UVec3,
+        bodies: u32,
+        walls: u32,
+        materials: u32,
+        parts: u32,
+    }
+);
+
+/// An array behind its name: what engines need to move it between host and device.
+pub trait Column {
+    /// Number of elements.
+    fn len(&self) -> usize;
+    /// Whether there are none.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+    /// Change the length; new elements are zero.
+    fn resize(&mut self, len: usize);
+    /// Member names of a record, empty for plain values.
+    fn names(&self) -> &'static [&'static str];
+    /// All lanes, element by element.
+    fn lanes(&self, dims: usize, sink: &mut dyn FnMut(f64));
+    /// Overwrite all elements from lanes.
+    fn fill(&mut self, dims: usize, source: &mut dyn FnMut() -> f64);
+    /// A copy of the content.
+    fn duplicate(&self) -> Box<dyn Any>;
+    /// Put another array's content here and hand the old content back; anything but an array of this kind empties it.
+    fn replace(&mut self, content: Box<dyn Any>) -> Box<dyn Any>;
+}
+
+impl<T: Element> Column for Vec<T> {
+    fn len(&self) -> usize {
+        self.len()
+    }
+    fn resize(&mut self, len: usize) {
+        self.resize(len, T::default());
+    }
+    fn names(&self) -> &'static [&'static str] {
+        T::NAMES
+    }
+    fn lanes(&self, dims: usize, sink: &mut dyn FnMut(f64)) {
+        self.iter().for_each(|e| e.put(dims, &mut |x| sink(x)));
+    }
+    fn fill(&mut self, dims: usize, source: &mut dyn FnMut() -> f64) {
+        self.iter_mut().for_each(|e| *e = T::take(dims, &mut || source()));
+    }
+    fn duplicate(&self) -> Box<dyn Any> {
+        Box::new(self.clone())
+    }
+    fn replace(&mut self, content: Box<dyn Any>) -> Box<dyn Any> {
+        let content = content.downcast::<Vec<T>>().map(|v| *v).unwrap_or_default();
+        Box::new(std::mem::replace(self, content))
+    }
+}
+
+/// What the length of an array follows from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Length {
+    One,
+    Bodies,
+    BodiesPlusOne,
+    BodiesAndWalls,
+    Walls,
+    MaterialsSquared,
+    CellsPlusOne,
+    Tiles,
+    Slots,
+    Parts,
+}
+
+/// The numbers all lengths follow from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sizes {
+    pub bodies: usize,
+    pub walls: usize,
+    pub materials: usize,
+    pub cells: usize,
+    pub slots: usize,
+}
+
+impl Sizes {
+    /// Number of elements. Never 0: a device has no empty buffers.
+    pub fn of(&self, length: Length) -> usize {
+        let len = match length {
+            Length::One => 1,
+            Length::Bodies => self.bodies,
+            Length::BodiesPlusOne => self.bodies + 1,
+            Length::BodiesAndWalls => self.bodies + self.walls,
+            Length::Walls => self.walls,
+            Length::MaterialsSquared => self.materials * self.materials,
+            Length::CellsPlusOne => self.cells + 1,
+            Length::Tiles => self.cells.max(self.bodies) / TILE + 1,
+            Length::Slots => self.slots,
+            Length::Parts => PARTS,
+        };
+        len.max(1)
+    }
+}
+
+/// An entry of the dictionary.
+pub struct Array {
+    pub name: &'static str,
+    pub length: Length,
+    /// Unit, or what the numbers are.
+    pub unit: &'static str,
+    /// Whether the array exists under a model.
+    pub needed: fn(&Model) -> bool,
+}
+
+/// Declares `State` and its dictionary in one table.
+macro_rules! state {
+    ($($(#[$meta:meta])* $name:ident: $ty:ty, $length:ident, $unit:literal, $needed:expr;)*) => {
+        /// All arrays, with what the scene chose and the numbers kernels may know.
+        #[derive(Clone, Debug)]
+        pub struct State {
+            pub model: Model,
+            pub sizes: Sizes,
+            pub params: Params,
+            $($(#[$meta])* pub $name: Vec<$ty>,)*
+        }
+
+        /// The dictionary of arrays.
+        pub static ARRAYS: &[Array] = &[
+            $(Array { name: stringify!($name), length: Length::$length, unit: $unit, needed: $needed },)*
+        ];
+
+        impl State {
+            /// A state of zeros with exactly the arrays that the model needs.
+            pub fn new(model: Model, sizes: Sizes, params: Params) -> State {
+                let len = |length, needed: fn(&Model) -> bool| if needed(&model) { sizes.of(length) } else { 0 };
+                State {
+                    model,
+                    sizes,
+                    params,
+                    $($name: vec![Default::default(); len(Length::$length, $needed)],)*
+                }
+            }
+
+            /// The array of this name. Panics on a name that is not in the dictionary.
+            pub fn column(&self, name: &str) -> &dyn Column {
+                match name {
+                    $(stringify!($name) => &self.$name,)*
+                    _ => panic!("no array is called `{name}`"),
+                }
+            }
+
+            /// The array of this name, to write. Panics on a name that is not in the dictionary.
+            pub fn column_mut(&mut self, name: &str) -> &mut dyn Column {
+                match name {
+                    $(stringify!($name) => &mut self.$name,)*
+                    _ => panic!("no array is called `{name}`"),
+                }
+            }
+
+            /// Copy one array onto another of the same kind.
+            pub fn copy(&mut self, from: &str, to: &str) {
+                let content = self.column(from).duplicate();
+                self.column_mut(to).replace(content);
+            }
+
+            /// Exchange two arrays of the same kind.
+            pub fn swap(&mut self, a: &str, b: &str) {
+                let first = self.column_mut(a).replace(Box::new(()));
+                let second = self.column_mut(b).replace(first);
+                self.column_mut(a).replace(second);
+            }
+        }
+    };
+}
+
+fn always(_: &Model) -> bool {
+    true
+}
+fn frictional(m: &Model) -> bool {
+    m.friction == Friction::Coulomb
+}
+fn rotating(m: &Model) -> bool {
+    m.rotation == Rotation::Sphere
+}
+fn mixed(m: &Model) -> bool {
+    m.materials == Materials::Many
+}
+fn walled(m: &Model) -> bool {
+    m.walls == Walls::Some
+}
+
+state! {
+    place: Place, Bodies, "m", always;
+    motion: Motion, Bodies, "m/s, 1/kg", always;
+    spin: Spin, Bodies, "rad/s", rotating;
+    force: DVec3, Bodies, "N", always;
+    torque: Spin, Bodies, "N m", rotating;
+    material: u32, BodiesAndWalls, "index", mixed;
+    pair: Pair, MaterialsSquared, "N/m, N/m, 1, 1 or 1/s", mixed;
+    wall: Wall, Walls, "m, 1, m/s, m, rad/s", walled;
+    rank: u32, Bodies, "order inside the cell", always;
+    sorted: u32, Bodies, "ids by cell", always;
+    cell_start: u32, CellsPlusOne, "index into sorted", always;
+    tile: u32, Tiles, "sums of the prefix sum", always;
+    slot_start: u32, BodiesPlusOne, "index into neighbour", always;
+    neighbour: u32, Slots, "ids; wall w is bodies + w", always;
+    spring: DVec3, Slots, "N", frictional;
+    part: Part, Parts, "J, N, 1", always;
+    counters: Counters, One, "see params.wgsl", always;
+    place_before: Place, Bodies, "m, start of the chunk", always;
+    motion_before: Motion, Bodies, "m/s, 1/kg", always;
+    spin_before: Spin, Bodies, "rad/s", rotating;
+    force_before: DVec3, Bodies, "N", always;
+    torque_before: Spin, Bodies, "N m", rotating;
+    wall_before: Wall, Walls, "m, 1, m/s, m, rad/s", |m| m.moving_walls;
+    slot_start_before: u32, BodiesPlusOne, "index into neighbour_before", frictional;
+    neighbour_before: u32, Slots, "ids", frictional;
+    spring_before: DVec3, Slots, "N", frictional;
+}
+
+impl Array {
+    /// The entry of this name. Panics on a name that is not in the dictionary.
+    pub fn named(name: &str) -> &'static Array {
+        ARRAYS.iter().find(|a| a.name == name).unwrap_or_else(|| panic!("no array is called `{name}`"))
+    }
+
+    /// The array whose WGSL declaration gives this one its layout: a saved copy is laid out like its original.
+    pub fn original(&self) -> &'static str {
+        self.name.strip_suffix("_before").unwrap_or(self.name)
+    }
+}
