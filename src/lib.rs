@@ -1,4 +1,5 @@
 //! packstone
+pub mod check;
 pub mod engine;
 pub mod error;
 pub mod gpu;
@@ -7,6 +8,7 @@ pub mod laws;
 pub mod measure;
 pub mod model;
 pub mod plan;
+pub mod render;
 pub mod scene;
 pub mod shaders;
 pub mod simulation;

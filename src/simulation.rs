@@ -74,7 +74,9 @@ impl Setup {
     /// [`Error::Scene`] if the time step is above its bound, [`Error::Device`] if the host's memory cannot hold it.
     pub fn new(assembly: &Assembly, options: &Options) -> Result<Setup> {
         let (dt, dt_bound) = time_step::choose(assembly)?;
-        let model = Model::of(assembly, options.precision);
+        // The CPU engine has only f64.
+        let precision = if options.engine == EngineChoice::Cpu { Precision::Double } else { options.precision };
+        let model = Model::of(assembly, precision);
         let params = params(assembly, &model, dt);
         let bodies = assembly.grains.len();
         let cells = params.cells.as_u64vec3();
@@ -207,7 +209,9 @@ fn fill(state: &mut State, assembly: &Assembly) {
 fn engine(setup: &Setup, options: &Options) -> Result<(Box<dyn Engine>, String)> {
     let double = options.precision == Precision::Double;
     let on_cpu = |why: &str| -> (Box<dyn Engine>, String) {
-        let engine = Cpu::new(setup.state.clone());
+        let mut state = setup.state.clone();
+        state.model.precision = Precision::Double;
+        let engine = Cpu::new(state);
         let notice = format!("engine cpu (f64, {}): {why}", engine.adapter());
         (Box::new(engine), notice)
     };
@@ -235,6 +239,10 @@ impl Simulation {
     pub fn new(assembly: Assembly, options: Options) -> Result<Simulation> {
         let setup = Setup::new(&assembly, &options)?;
         let (engine, notice) = engine(&setup, &options)?;
+        let mut state = setup.state;
+        if engine.name() == "cpu" {
+            state.model.precision = Precision::Double;
+        }
         let mut simulation = Simulation {
             assembly,
             engine,
@@ -243,11 +251,11 @@ impl Simulation {
             step: 0,
             chunk: 8,
             longest_chunk: options.longest_chunk.max(1),
-            slots: setup.state.sizes.slots,
+            slots: state.sizes.slots,
             replayed: 0,
             lost: 0,
             plan: setup.plan,
-            state: setup.state,
+            state,
         };
         simulation.start()?;
         Ok(simulation)

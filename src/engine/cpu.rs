@@ -23,6 +23,21 @@ impl Cpu {
     }
 }
 
+/// One operation on a state.
+pub fn apply(op: &Op, state: &mut State) {
+    match op {
+        Op::Run(stage) => (stage.twin)(state),
+        Op::Clear(array) => {
+            let column = state.column_mut(array);
+            let len = column.len();
+            column.resize(0);
+            column.resize(len);
+        }
+        Op::Copy { from, to } => state.copy(from, to),
+        Op::Swap(a, b) => state.swap(a, b),
+    }
+}
+
 impl Engine for Cpu {
     fn name(&self) -> &'static str {
         "cpu"
@@ -39,15 +54,7 @@ impl Engine for Cpu {
                 match op {
                     // Lists that did not fit are not walked: the host will grow them and come back.
                     Op::Run(_) if self.overflowed() => {}
-                    Op::Run(stage) => (stage.twin)(&mut self.state),
-                    Op::Clear(array) => {
-                        let column = self.state.column_mut(array);
-                        let len = column.len();
-                        column.resize(0);
-                        column.resize(len);
-                    }
-                    Op::Copy { from, to } => self.state.copy(from, to),
-                    Op::Swap(a, b) => self.state.swap(a, b),
+                    op => apply(op, &mut self.state),
                 }
             }
         }

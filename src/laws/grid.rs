@@ -1,13 +1,20 @@
 //! Twin of `shaders/grid.wgsl`: the wrapping grid of the broad phase.
 
 use super::dimension::cell_coordinates;
-use crate::state::State;
+use crate::{model::Precision, state::State};
 use glam::{DVec3, UVec3};
 
-/// Cell of a point.
+/// Cell of a point, in the precision of the model: where a grain lies on the border of two cells, rounding decides, and
+/// must decide as on the device.
 pub fn cell_of(s: &State, x: DVec3) -> UVec3 {
     let size = s.params.cells.as_ivec3();
-    let c = cell_coordinates((x - s.params.cell_origin) * s.params.inverse_cell) % size;
+    let scaled = match s.model.precision {
+        Precision::Single => {
+            ((x.as_vec3() - s.params.cell_origin.as_vec3()) * s.params.inverse_cell.as_vec3()).as_dvec3()
+        }
+        Precision::Double => (x - s.params.cell_origin) * s.params.inverse_cell,
+    };
+    let c = cell_coordinates(scaled) % size;
     ((c + size) % size).as_uvec3()
 }
 

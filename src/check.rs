@@ -1,0 +1,310 @@
+//! CPU and GPU side by side, stage by stage.
+//!
+//! The device's state drives. Before each stage both engines hold the same numbers (what the device holds is exact in
+//! f64); both run the stage; what the device wrote is compared with what the twin wrote, and then adopted by the twin.
+//! So every row of the report is the rounding of one stage, not the drift of a trajectory.
+
+use crate::{
+    engine::{Engine, Gpu, cpu::apply},
+    error::Result,
+    gpu::Device,
+    kernels::Stage,
+    laws::{touch::touch_grain, walls::touch_wall},
+    measure::Sample,
+    model::Precision,
+    plan::Op,
+    scene::Assembly,
+    simulation::{EngineChoice, Options, Setup, Simulation},
+    state::{ARRAYS, NONE, State},
+};
+use serde::Serialize;
+
+/// The outcome of a check.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    pub adapter: String,
+    pub precision: &'static str,
+    /// Steps compared, and steps done before the comparison began.
+    pub steps: u64,
+    pub after: u64,
+    /// Largest number of contacts seen: a check without contacts checks little.
+    pub contacts: u64,
+    pub rows: Vec<Row>,
+    /// How far both engines drift apart when they run the same steps freely, largest distance over mean radius. For
+    /// information: in a collision every difference grows.
+    pub trajectory: f64,
+    pub passed: bool,
+}
+
+/// One array written by one stage, worst over all calls.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    pub stage: &'static str,
+    pub array: &'static str,
+    /// Numbers: largest difference over the largest value. Integers: the fraction that differs.
+    pub worst: f64,
+    /// Numbers: root mean square of the difference over that of the values.
+    pub rms: f64,
+    pub tolerance: f64,
+    pub calls: u64,
+    pub passed: bool,
+}
+
+/// Unit round-off of a precision.
+fn epsilon(precision: Precision) -> f64 {
+    match precision {
+        Precision::Single => f64::from(f32::EPSILON),
+        Precision::Double => f64::EPSILON,
+    }
+}
+
+/// Compare `steps` steps stage by stage, after the device has done `after` steps on its own.
+///
+/// # Errors
+/// As [`Simulation::new`] on the GPU engine, and whatever stops a run.
+pub fn check(assembly: &Assembly, precision: Precision, after: u64, steps: u64) -> Result<Report> {
+    let options = Options { engine: EngineChoice::Gpu, precision, ..Options::default() };
+    let mut simulation = Simulation::new(assembly.clone(), options)?;
+    simulation.advance(after)?;
+    let present: Vec<&'static str> = ARRAYS.iter().filter(|a| (a.needed)(simulation.model())).map(|a| a.name).collect();
+    let mut state = simulation.read(&present)?.clone();
+    let plan = Setup::new(assembly, &options)?.plan;
+    let mut gpu = Gpu::new(Device::open(precision == Precision::Double)?, &plan, &state)?;
+
+    let mut checker = Checker { gpu: &mut gpu, state: &mut state, precision, present, rows: Vec::new(), contacts: 0 };
+    checker.run(&plan.rebuild)?;
+    for _ in 0..steps {
+        checker.run(&plan.step)?;
+        checker.run(&plan.sample)?;
+    }
+    checker.run(&plan.close)?;
+    let Checker { rows, contacts, .. } = checker;
+
+    let passed = rows.iter().all(|r| r.passed);
+    let trajectory = trajectory(assembly, options, after + steps)?;
+    let precision = precision.label();
+    Ok(Report { adapter: gpu.adapter(), precision, steps, after, contacts, rows, trajectory, passed })
+}
+
+fn trajectory(assembly: &Assembly, options: Options, steps: u64) -> Result<f64> {
+    let run = |engine| -> Result<_> {
+        let mut simulation = Simulation::new(assembly.clone(), Options { engine, ..options })?;
+        simulation.advance(steps)?;
+        simulation.grains()
+    };
+    let (gpu, cpu) = (run(EngineChoice::Gpu)?, run(EngineChoice::Cpu)?);
+    let mean_radius = cpu.iter().map(|g| g.radius).sum::<f64>() / cpu.len() as f64;
+    let nearest = |mut d: glam::DVec3| {
+        for axis in (0..3).filter(|a| assembly.domain.periodic[*a]) {
+            let length = assembly.domain.upper[axis] - assembly.domain.lower[axis];
+            d[axis] -= length * (d[axis] / length).round();
+        }
+        d.length()
+    };
+    let distance = gpu.iter().zip(&cpu).map(|(a, b)| nearest(a.position - b.position));
+    Ok(distance.fold(0.0, f64::max) / mean_radius)
+}
+
+struct Checker<'a> {
+    gpu: &'a mut Gpu,
+    state: &'a mut State,
+    precision: Precision,
+    present: Vec<&'static str>,
+    rows: Vec<Row>,
+    contacts: u64,
+}
+
+impl Checker<'_> {
+    fn run(&mut self, ops: &[Op]) -> Result<()> {
+        ops.iter().try_for_each(|op| self.op(op))
+    }
+
+    fn op(&mut self, op: &Op) -> Result<()> {
+        let params = self.state.params;
+        // The lists may have to grow; a check that runs out of slots would compare two refusals.
+        if let Op::Run(stage) = op
+            && stage.name == "neighbours"
+        {
+            let needed = self.state.slot_start[self.state.sizes.bodies] as usize;
+            self.grow(needed)?;
+        }
+        self.gpu.execute(&params, std::slice::from_ref(op), 1)?;
+        let Op::Run(stage) = op else {
+            apply(op, self.state);
+            return Ok(());
+        };
+        let undecided = undecided(self.state, self.precision);
+        let overlap = deepest(self.state);
+        (stage.twin)(self.state);
+        let written: Vec<&'static str> = self.gpu.written(stage).to_vec();
+        let mut device = self.state.clone();
+        self.gpu.read(&written, &mut device)?;
+        for array in written {
+            let tolerance = self.tolerance(stage, array, overlap);
+            let (worst, rms) = compare(self.state, &device, stage, array, &undecided);
+            self.record(stage, array, worst, rms, tolerance);
+            self.state.column_mut(array).replace(device.column(array).duplicate());
+        }
+        if stage.name == "measure" {
+            let bodies = self.state.sizes.bodies;
+            self.contacts = self.contacts.max(Sample::new(0, 0.0, bodies, bodies, &self.state.part).contacts);
+        }
+        Ok(())
+    }
+
+    fn grow(&mut self, needed: usize) -> Result<()> {
+        for array in ["neighbour", "spring"] {
+            if self.present.contains(&array) && needed > self.state.column(array).len() {
+                self.gpu.resize(array, needed)?;
+                self.state.column_mut(array).resize(needed);
+            }
+        }
+        self.state.sizes.slots = self.state.sizes.slots.max(needed);
+        Ok(())
+    }
+
+    /// A few roundings of the largest term. A gap is the difference of a distance and two radii, so what depends on
+    /// forces loses as many digits as the overlap is smaller than a grain. Integers are exact, except for pairs within
+    /// rounding of the reach of the lists.
+    fn tolerance(&self, stage: &Stage, array: &str, overlap: f64) -> f64 {
+        let epsilon = epsilon(self.precision);
+        match (stage.name, array) {
+            ("count" | "neighbours", "slot_start" | "neighbour") => 1e4 * epsilon,
+            ("contact" | "measure", _) => 16.0 * epsilon * (1.0 / overlap).max(1.0),
+            _ => 16.0 * epsilon,
+        }
+    }
+
+    fn record(&mut self, stage: &Stage, array: &'static str, worst: f64, rms: f64, tolerance: f64) {
+        let passed = worst <= tolerance;
+        match self.rows.iter_mut().find(|r| r.stage == stage.name && r.array == array) {
+            Some(row) => {
+                // The call that came closest to its tolerance speaks for the row.
+                if worst * row.tolerance >= row.worst * tolerance {
+                    (row.worst, row.rms, row.tolerance) = (worst, rms, tolerance);
+                }
+                row.calls += 1;
+                row.passed &= passed;
+            }
+            None => self.rows.push(Row { stage: stage.name, array, worst, rms, tolerance, calls: 1, passed }),
+        }
+    }
+}
+
+/// Overlap of every list entry over the sum of radii: > 0 where surfaces touch.
+fn overlaps(s: &State, i: usize) -> impl Iterator<Item = f64> {
+    let slots = s.slot_start[i] as usize..(s.slot_start[i + 1] as usize).min(s.neighbour.len());
+    let bodies = s.sizes.bodies;
+    let here = &s.place[i];
+    let ids = s.neighbour[slots.start.min(slots.end)..slots.end].iter().take_while(|j| **j != NONE);
+    ids.filter(move |&&j| (j as usize) < bodies + s.sizes.walls).map(move |&j| {
+        let j = j as usize;
+        if j < bodies {
+            -touch_grain(s, i, j, here, &s.place[j]).gap / (here.radius + s.place[j].radius)
+        } else {
+            -touch_wall(&s.wall[j - bodies], here.x, here.radius).gap / here.radius
+        }
+    })
+}
+
+/// Grains with a contact so close to opening that rounding decides whether it is one. With a dashpot the force jumps
+/// there, so no tolerance can hold for them.
+fn undecided(s: &State, precision: Precision) -> Vec<bool> {
+    let limit = 16.0 * epsilon(precision);
+    (0..s.sizes.bodies).map(|i| overlaps(s, i).any(|o| o.abs() < limit)).collect()
+}
+
+/// The deepest overlap over the sum of radii.
+fn deepest(s: &State) -> f64 {
+    (0..s.sizes.bodies).flat_map(|i| overlaps(s, i)).fold(0.0, f64::max)
+}
+
+/// Worst and RMS relative difference of an array between twin and device.
+fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: &[bool]) -> (f64, f64) {
+    let dims = twin.model.dims();
+    let lanes = |s: &State| {
+        let mut lanes = Vec::new();
+        s.column(array).lanes(dims, &mut |x| lanes.push(x));
+        lanes
+    };
+    let (mut a, mut b) = (lanes(twin), lanes(device));
+    if stage.unordered.contains(&array) {
+        a.sort_by(f64::total_cmp);
+        b.sort_by(f64::total_cmp);
+    }
+    if array == "counters" {
+        return counters(&a, &b);
+    }
+    let integer = ["rank", "sorted", "cell_start", "tile", "slot_start", "neighbour"].contains(&array);
+    if integer {
+        let different = a.iter().zip(&b).filter(|(x, y)| x != y).count();
+        return (different as f64 / a.len() as f64, 0.0);
+    }
+    let width = a.len() / twin.column(array).len().max(1);
+    let masked = |k: usize| match (stage.name, array) {
+        ("contact", "force" | "torque") => undecided[k / width],
+        ("contact", "spring") => undecided[owner(twin, k / width)],
+        ("measure", _) => (k / width..undecided.len()).step_by(crate::state::PARTS).any(|i| undecided[i]),
+        _ => false,
+    };
+    // Springs and moments are made of forces whose rounding they inherit, however small they are themselves.
+    let force_scale = |of: f64| {
+        let force = twin.force.iter().map(|f| f.abs().max_element()).fold(0.0, f64::max);
+        if stage.name == "contact" { force * of } else { 0.0 }
+    };
+    let floor = match array {
+        "spring" => force_scale(1.0),
+        "torque" => force_scale(twin.place.iter().map(|p| p.radius).fold(0.0, f64::max)),
+        _ => 0.0,
+    };
+    // Members of a record have different units, so each is compared with its own largest value; vectors as a whole.
+    let mut result = (0.0_f64, 0.0_f64);
+    for members in member_lanes(twin, array, width) {
+        let (mut worst, mut largest, mut squares, mut scale) = (0.0_f64, floor, 0.0, 0.0);
+        for k in (0..a.len()).filter(|k| members.contains(&(k % width)) && !masked(*k)) {
+            let difference = (a[k] - b[k]).abs();
+            // NaN must fail, and f64::max would swallow it.
+            worst = if difference.is_nan() { f64::INFINITY } else { worst.max(difference) };
+            largest = largest.max(a[k].abs());
+            squares += difference * difference;
+            scale += a[k] * a[k];
+        }
+        let relative = |d: f64, of: f64| if d == 0.0 { 0.0 } else { d / of };
+        result.0 = result.0.max(relative(worst, largest));
+        result.1 = result.1.max(relative(squares.sqrt(), scale.sqrt()));
+    }
+    result
+}
+
+/// Lanes of each member of a record: a vector is one member. Plain arrays have one.
+fn member_lanes(s: &State, array: &str, width: usize) -> Vec<std::ops::Range<usize>> {
+    let names = s.column(array).names();
+    if names.is_empty() {
+        return vec![0..width];
+    }
+    let vectors = ["x", "v", "point", "normal", "velocity"];
+    let mut at = 0;
+    names
+        .iter()
+        .map(|name| {
+            let len = if vectors.contains(name) { s.model.dims() } else { 1 };
+            at += len;
+            at - len..at
+        })
+        .collect()
+}
+
+/// The grain a slot belongs to.
+fn owner(s: &State, slot: usize) -> usize {
+    s.slot_start[..s.sizes.bodies].partition_point(|begin| *begin as usize <= slot).saturating_sub(1)
+}
+
+/// Flags must agree; the drift is a number behind its bits.
+fn counters(a: &[f64], b: &[f64]) -> (f64, f64) {
+    const DRIFT: usize = 2;
+    let flags = (0..a.len()).filter(|k| *k != DRIFT && a[*k] != b[*k]).count() as f64;
+    let drift = |c: &[f64]| f64::from(f32::from_bits(c[DRIFT] as u32));
+    let (x, y) = (drift(a), drift(b));
+    let difference = if x == y { 0.0 } else { (x - y).abs() / x.max(y) };
+    (flags.max(difference), difference)
+}

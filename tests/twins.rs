@@ -1,0 +1,176 @@
+//! Every stage against its twin, on random states, over models that cover every pair of slot alternatives. A new kernel
+//! is tested by standing in the plan.
+
+use glam::DVec3;
+use packstone::{
+    Result,
+    check::{Report, check},
+    engine::gpu::layouts,
+    model::{Boundary, Dashpot as DashpotSlot, Dimension, Friction, Materials, Model, Precision, Rotation, Walls},
+    plan::plan,
+    scene::*,
+};
+use rand::{Rng, SeedableRng, rngs::StdRng};
+use std::collections::HashSet;
+
+/// Grains thrown into a small box, many of them overlapping, moving and spinning: every branch of the contact law is
+/// taken by some of them.
+fn random_scene(model: &Model, seed: u64) -> Assembly {
+    let mut rng = StdRng::seed_from_u64(seed);
+    let dims = model.dims();
+    let edge = 0.03;
+    let mut vector = |low: f64, high: f64| {
+        let mut v = DVec3::from_array(std::array::from_fn(|_| rng.random_range(low..high)));
+        if dims == 2 {
+            v.z = 0.0;
+        }
+        v
+    };
+    let count = if dims == 2 { 250 } else { 900 };
+    let radius = |k: usize| [1e-3, 1.3e-3, 0.7e-3][k % 3];
+    let materials = if model.materials == Materials::Many { 2 } else { 1 };
+    let grains = (0..count).map(|k| {
+        let w = vector(-80.0, 80.0);
+        let spin = if dims == 2 { DVec3::new(0.0, 0.0, w.x) } else { w };
+        Grain {
+            position: vector(1.5e-3, edge - 1.5e-3),
+            velocity: vector(-0.1, 0.1),
+            spin: if model.rotation == Rotation::Sphere { spin } else { DVec3::ZERO },
+            radius: radius(k),
+            material: (k % materials) as u32,
+            fixed: k % 37 == 5,
+        }
+    });
+    let grains = grains.collect();
+    let periodic = model.boundary == Boundary::Periodic;
+    let axis = |a: usize| periodic && a < dims && a != 1;
+    let bounds = |value: f64, open: f64| DVec3::from_array(std::array::from_fn(|a| if axis(a) { value } else { open }));
+    let pair = |k: usize| Pair {
+        normal_stiffness: 1e4 * (1.0 + k as f64),
+        tangential_stiffness: 3e3,
+        friction: if model.friction == Friction::Coulomb { 0.4 + 0.1 * k as f64 } else { 0.0 },
+        dashpot: match model.dashpot {
+            DashpotSlot::None => Dashpot::None,
+            DashpotSlot::Restitution => Dashpot::Restitution(0.6),
+            DashpotSlot::MassScaled => Dashpot::MassScaled(3000.0),
+        },
+    };
+    Assembly {
+        dimension: dims,
+        gravity: if dims == 2 { DVec3::new(0.0, -9.81, 0.0) } else { DVec3::new(0.0, 0.3, -9.81) },
+        domain: Domain {
+            lower: bounds(0.0, f64::NEG_INFINITY),
+            upper: bounds(edge, f64::INFINITY),
+            periodic: std::array::from_fn(axis),
+        },
+        materials: (0..materials)
+            .map(|k| Material { name: format!("m{k}"), density: 2000.0 + 500.0 * k as f64 })
+            .collect(),
+        pairs: if materials == 2 { vec![pair(0), pair(1), pair(1), pair(2)] } else { vec![pair(0)] },
+        walls: if model.walls == Walls::Some { walls(model, edge, materials) } else { Vec::new() },
+        grains,
+        solver: Solver {
+            dt: TimeStep::Auto { fraction: 0.1 },
+            allow_unstable: false,
+            allow_overlap: true,
+            damping: 3.0,
+            margin: 0.2,
+        },
+        stop: Stop { steps: Some(1), ..Stop::default() },
+        output: Output { history: None, snapshots: None, csv: false, vtp: false },
+    }
+}
+
+fn walls(model: &Model, edge: f64, materials: usize) -> Vec<Wall> {
+    let velocity = if model.moving_walls { DVec3::new(0.02, 0.05, 0.0) } else { DVec3::ZERO };
+    let plane = |point: DVec3, normal: DVec3| Surface::Plane { point, normal };
+    let mut surfaces = vec![plane(DVec3::splat(1e-3), DVec3::Y), plane(DVec3::Y * (edge - 1e-3), DVec3::NEG_Y)];
+    if model.boundary == Boundary::Open {
+        let center = DVec3::new(0.5 * edge, 0.5 * edge, 0.0);
+        surfaces.push(Surface::Cylinder { center, radius: 0.75 * edge });
+    }
+    let wall = |(k, surface)| Wall {
+        name: format!("wall {k}"),
+        surface,
+        velocity,
+        spin: if matches!(surface, Surface::Cylinder { .. }) { 2.0 } else { 0.0 },
+        material: (k % materials) as u32,
+    };
+    surfaces.into_iter().enumerate().map(wall).collect()
+}
+
+/// The alternatives of a model, with moving walls as one more.
+fn choices(model: &Model) -> Vec<String> {
+    let slots = model.slots().into_iter().map(|(slot, choice)| format!("{slot}={choice}"));
+    slots.chain([format!("moving_walls={}", model.moving_walls)]).collect()
+}
+
+/// Few models in which every two alternatives that can meet do meet.
+fn covering(precision: Precision) -> Vec<Model> {
+    let pairs = |m: &Model| -> HashSet<(String, String)> {
+        let c = choices(m);
+        c.iter().enumerate().flat_map(|(k, a)| c[k + 1..].iter().map(|b| (a.clone(), b.clone()))).collect()
+    };
+    let all = Model::all(precision);
+    let mut missing: HashSet<_> = all.iter().flat_map(pairs).collect();
+    let mut chosen = Vec::new();
+    while !missing.is_empty() {
+        let best = all.iter().max_by_key(|m| pairs(m).intersection(&missing).count()).expect("there are models");
+        pairs(best).iter().for_each(|p| {
+            missing.remove(p);
+        });
+        chosen.push(*best);
+    }
+    chosen
+}
+
+fn without_gpu(error: &packstone::Error) -> bool {
+    let allowed = std::env::var("PACKSTONE_ALLOW_NO_GPU").is_ok_and(|v| v == "1");
+    if allowed {
+        println!("skipped, PACKSTONE_ALLOW_NO_GPU=1: {error}");
+    }
+    allowed
+}
+
+fn twins_agree(precision: Precision) {
+    for (k, model) in covering(precision).into_iter().enumerate() {
+        let scene = random_scene(&model, k as u64);
+        assert_eq!(Model::of(&scene, precision), model, "the scene must ask for the model it is made for");
+        let report: Result<Report> = check(&scene, precision, 3, 3);
+        match report {
+            Err(e) if packstone::gpu::adapters().is_empty() && without_gpu(&e) => return,
+            Err(e) => panic!("{model:?}: {e}"),
+            Ok(report) => {
+                let failed: Vec<_> = report.rows.iter().filter(|r| !r.passed).collect();
+                assert!(failed.is_empty(), "{model:?}: {failed:#?}");
+                assert!(report.contacts > 200, "only {} contacts were exercised", report.contacts);
+            }
+        }
+    }
+}
+
+#[test]
+fn single_precision_kernels_agree_with_their_twins() {
+    twins_agree(Precision::Single);
+}
+
+#[test]
+fn double_precision_kernels_agree_with_their_twins() {
+    twins_agree(Precision::Double);
+}
+
+#[test]
+fn every_model_composes_and_matches_the_rust_records() {
+    for precision in [Precision::Single, Precision::Double] {
+        for model in Model::all(precision) {
+            layouts(&model, &plan(&model)).unwrap_or_else(|e| panic!("{model:?}: {e}"));
+        }
+    }
+}
+
+#[test]
+fn a_plane_is_covered_in_both_dimensions() {
+    let models = covering(Precision::Single);
+    assert!(models.iter().any(|m| m.dimension == Dimension::Plane));
+    assert!(models.len() < 40, "{} models are too many to run", models.len());
+}
