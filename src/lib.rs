@@ -1,4 +1,54 @@
-//! packstone
+//! packstone simulates granular packings: spheres and disks that touch, slide and come to rest, on any GPU that wgpu
+//! reaches, with an f64 CPU path that checks every kernel.
+//!
+//! # A first packing
+//!
+//! A scene is a TOML text (keys: `docs/scene.md`). It is validated into an [`Assembly`](scene::Assembly), which a
+//! [`Simulation`](simulation::Simulation) advances:
+//!
+//! ```
+//! use packstone::{scene::Scene, simulation::{EngineChoice, Options, Simulation}};
+//!
+//! let text = r#"
+//!     dimension = 3
+//!     [material.glass]
+//!     density = 2500          # kg/m³
+//!     normal_stiffness = 2e3  # N/m
+//!     friction = 0.5
+//!     restitution = 0.3
+//!     [[wall]]
+//!     kind = "plane"
+//!     material = "glass"
+//!     point = [0, 0, 0]
+//!     normal = [0, 0, 1]
+//!     [[grain]]
+//!     position = [0, 0, 1.2e-3]
+//!     radius = 1e-3
+//!     material = "glass"
+//!     [stop]
+//!     time = 0.1
+//! "#;
+//! let scene = Scene::parse(text, "one grain", ".".as_ref(), &[])?;
+//! let options = Options { engine: EngineChoice::Cpu, ..Options::default() };
+//! let mut simulation = Simulation::new(scene.assemble()?, options)?;
+//! simulation.advance((0.1 / simulation.dt()) as u64)?;
+//!
+//! // At rest the spring carries the weight: overlap = m g / k.
+//! let grain = simulation.grains()?[0];
+//! let weight = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * 1e-9 * 9.81;
+//! assert!((1e-3 - grain.position.z - weight / 2e3).abs() < 1e-12);
+//! # Ok::<(), packstone::Error>(())
+//! ```
+//!
+//! # How it is built
+//!
+//! A scene implies a [`Model`](model::Model): one choice per slot, and nothing that the scene does not need. The model
+//! gives a [`Plan`](plan::Plan), the [stages](kernels::Stage) of a step in order; every stage is a WGSL kernel beside an
+//! f64 twin. An [`Engine`](engine::Engine) runs the plan on a [`State`](state::State), arrays by name. Equation numbers
+//! like (2.19) and errata like E7 in the documentation of laws and kernels are those of the theory the project
+//! implements: the classic discrete element method of Cundall and Strack, in the sign conventions given there
+//! ([`laws`]). `ARCHITECTURE.md` says what to touch to add a law, a kernel or a scene key.
+
 pub mod check;
 pub mod engine;
 pub mod error;

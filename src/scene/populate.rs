@@ -55,6 +55,7 @@ pub fn populate(
     let spread = population.velocity_spread;
     check.not_negative(&format!("{key}.velocity_spread"), spread, " of m/s")?;
     for grain in &mut grains[first..] {
+        grain.fixed = population.fixed;
         grain.velocity += velocity;
         if spread > 0.0 {
             for axis in 0..check.dimension {

@@ -141,6 +141,8 @@ pub struct Population {
     pub velocity: Option<Vec<f64>>,
     #[serde(default)]
     pub velocity_spread: f64,
+    #[serde(default)]
+    pub fixed: bool,
 }
 
 #[derive(Clone, Debug, Deserialize)]
