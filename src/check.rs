@@ -280,7 +280,7 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
 fn member_lanes(s: &State, array: &str, width: usize) -> Vec<std::ops::Range<usize>> {
     let names = s.column(array).names();
     if names.is_empty() {
-        return vec![0..width];
+        return std::iter::once(0..width).collect();
     }
     let vectors = ["x", "v", "point", "normal", "velocity"];
     let mut at = 0;

@@ -29,17 +29,3 @@ pub trait Engine {
     /// Overwrite arrays of the state from the engine.
     fn read(&mut self, arrays: &[&'static str], state: &mut State) -> Result<()>;
 }
-
-/// Refuse what the host's memory cannot hold. Where the system does not tell, everything passes.
-pub(crate) fn check_host_memory(need: u64) -> Result<()> {
-    let available = std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| {
-        let line = text.lines().find(|l| l.starts_with("MemAvailable:"))?;
-        Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? * 1024)
-    });
-    match available {
-        Some(available) if need > available => Err(crate::error::Error::Device(format!(
-            "scene too large: it needs {need} bytes, but {available} bytes of memory are available"
-        ))),
-        _ => Ok(()),
-    }
-}

@@ -56,6 +56,7 @@ pub mod gpu;
 pub mod kernels;
 pub mod laws;
 pub mod measure;
+pub mod memory;
 pub mod model;
 pub mod plan;
 pub mod render;

@@ -2,11 +2,12 @@
 //! samples and states.
 
 use crate::{
-    engine::{Cpu, Engine, Gpu, check_host_memory, gpu},
+    engine::{Cpu, Engine, Gpu, gpu},
     error::{Error, Result},
     gpu::Device,
     laws::{dashpot::damping_ratio, rotation::spin_at_step},
     measure::Sample,
+    memory,
     model::{Model, Precision, Rotation},
     plan::{Plan, plan},
     scene::{Assembly, Dashpot, Grain, Surface},
@@ -88,8 +89,7 @@ impl Setup {
             cells: (cells.x * cells.y * cells.z) as usize,
             slots: options.slots.unwrap_or(guess).max(1),
         };
-        // Rust's own structs are wider than the device's; 1 KiB per grain is what the arrays below come to.
-        check_host_memory(bodies as u64 * 1024)?;
+        memory::check_host(bodies as u64 * memory::BYTES_PER_GRAIN)?;
         let mut state = State::new(model, sizes, params);
         fill(&mut state, assembly);
         Ok(Setup { plan: plan(&model), state, dt_bound })

@@ -5,6 +5,7 @@ use crate::{
     error::{Error, Result},
     gpu::{Device, Layout, Program, compose},
     kernels::{Dispatch, Stage},
+    memory,
     model::Model,
     plan::{Op, Plan},
     shaders,
@@ -272,7 +273,7 @@ fn check_memory(device: &Device, model: &Model, layouts: &HashMap<&'static str, 
         )));
     }
     if device.software {
-        super::check_host_memory(total)?;
+        memory::check_host(total)?;
     }
     Ok(())
 }

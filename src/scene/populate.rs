@@ -109,6 +109,7 @@ fn place(
     let name = population.material.as_ref().ok_or_else(|| missing("material"))?;
     let material = check.material(&format!("{key}.material"), name)?;
     let count = population.count.ok_or_else(|| missing("count"))?;
+    crate::memory::check_host(count as u64 * crate::memory::BYTES_PER_GRAIN)?;
     let law = population.radius.as_ref().ok_or_else(|| missing("radius"))?;
     let radii = radius::draw(law, &format!("{key}.radius"), count, rng, check)?;
     let gap = population.gap.unwrap_or(0.05);
