@@ -4,14 +4,15 @@
 set -euo pipefail
 cd "$(dirname "$0")"
 
-driver_found() { compgen -G '/usr/share/vulkan/icd.d/*.json' >/dev/null || compgen -G '/etc/vulkan/icd.d/*.json' >/dev/null || [ -n "${VK_DRIVER_FILES:-}" ]; }
+# Mesa complains on stderr where a session has no runtime directory.
+export XDG_RUNTIME_DIR="${XDG_RUNTIME_DIR:-$(mktemp -d)}"
+cargo build --release
 
-if [ "$(uname -s)" = Linux ] && ! driver_found && [ "${PACKSTONE_ALLOW_NO_GPU:-}" != 1 ]; then
-    echo "no Vulkan driver found: installing Mesa's software driver"
-    sudo=""; [ "$(id -u)" = 0 ] || sudo=sudo
+if [ "${PACKSTONE_ALLOW_NO_GPU:-}" != 1 ] && ! cargo run --release --quiet -- adapters && command -v apt-get >/dev/null; then
+    echo "no GPU adapter found: installing Mesa's software Vulkan driver"
+    sudo=""
+    [ "$(id -u)" = 0 ] || sudo=sudo
     $sudo apt-get update -q
     $sudo apt-get install -y --no-install-recommends libvulkan1 mesa-vulkan-drivers
 fi
-# Mesa complains on stderr where a session has no runtime directory.
-export XDG_RUNTIME_DIR="${XDG_RUNTIME_DIR:-$(mktemp -d)}"
 cargo test --release "$@"

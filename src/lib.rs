@@ -53,6 +53,7 @@ pub mod check;
 pub mod engine;
 pub mod error;
 pub mod gpu;
+pub mod io;
 pub mod kernels;
 pub mod laws;
 pub mod measure;

@@ -1,0 +1,58 @@
+//! Pours spheres into a box with and without friction and compares the packings: friction makes them looser.
+//!
+//! `cargo run --release --example packing`
+
+use packstone::{
+    measure::packing_fraction,
+    scene::Scene,
+    simulation::{Options, Simulation},
+};
+
+fn main() -> packstone::Result<()> {
+    let (smooth, rough) = (packing(0.0)?, packing(0.5)?);
+    assert!(smooth.0 > rough.0 + 0.02, "friction must loosen the packing: {smooth:?} {rough:?}");
+    assert!((0.55..0.66).contains(&smooth.0) && (0.52..0.62).contains(&rough.0), "{smooth:?} {rough:?}");
+    assert!(smooth.1 > rough.1, "friction must lower the coordination number");
+    Ok(())
+}
+
+/// Packing fraction and coordination number of 2,000 spheres at rest, periodic sideways.
+fn packing(friction: f64) -> packstone::Result<(f64, f64)> {
+    let text = format!(
+        r#"
+        dimension = 3
+        [domain]
+        lower = [0, 0, 0]
+        upper = [0.024, 0.024, 0.3]
+        boundary = ["periodic", "periodic", "open"]
+        [material.glass]
+        density = 2500
+        normal_stiffness = 2000
+        friction = {friction}
+        restitution = 0.3
+        [[wall]]
+        kind = "plane"
+        material = "glass"
+        point = [0, 0, 0]
+        normal = [0, 0, 1]
+        [[population]]
+        material = "glass"
+        count = 2000
+        radius = {{ uniform = [0.9e-3, 1.1e-3] }}
+        velocity_spread = 0.1
+        [stop]
+        time = 0.15
+        "#
+    );
+    let assembly = Scene::parse(&text, "packing", ".".as_ref(), &[])?.assemble()?;
+    let mut simulation = Simulation::new(assembly, Options::default())?;
+    if friction == 0.0 {
+        println!("{}", simulation.notice());
+    }
+    simulation.advance((0.15 / simulation.dt()) as u64)?;
+    let sample = simulation.sample()?;
+    let grains = simulation.grains()?;
+    let fraction = packing_fraction(simulation.assembly(), &grains).expect("2,000 grains have a core");
+    println!("friction {friction}: packing fraction {fraction:.4}, coordination {:.3}", sample.coordination_number);
+    Ok((fraction, sample.coordination_number))
+}

@@ -1,0 +1,82 @@
+//! `packstone describe`
+
+use super::{SceneArgs, say, table::table};
+use packstone::{
+    engine::gpu::{bytes, layouts},
+    scene::{Assembly, Scene},
+    simulation::{Options, Setup},
+};
+use std::process::ExitCode;
+
+/// Show what a scene comes down to: model, plan, kernels, arrays, memory, time step
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  packstone describe examples/scenes/heap_2d.toml --set material.wood.friction=0")]
+pub struct DescribeArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+}
+
+pub fn describe(args: &DescribeArgs) -> anyhow::Result<ExitCode> {
+    let (scene, assembly) = args.scene.load(&[])?;
+    let options = Options { precision: args.scene.precision, ..Options::default() };
+    let setup = Setup::new(&assembly, &options)?;
+    say(contents(&scene, &assembly, &setup));
+    say(format!("\nModel\n{}", indent(&model(&setup))));
+    say(format!("\nPlan\n{}", indent(&setup.plan.to_string())));
+    say(format!("\nWGSL\n{}", indent(&files(&setup))));
+    say(format!("\nArrays\n{}", indent(&arrays(&setup)?)));
+    Ok(ExitCode::SUCCESS)
+}
+
+fn contents(scene: &Scene, assembly: &Assembly, setup: &Setup) -> String {
+    let dimension = assembly.dimension;
+    let fixed = assembly.grains.iter().filter(|g| g.fixed).count();
+    let (grains, walls, materials) = (assembly.grains.len(), assembly.walls.len(), assembly.materials.len());
+    let cells = setup.state.params.cells.to_array()[..dimension].iter().map(u32::to_string).collect::<Vec<_>>();
+    let (dt, bound) = (setup.state.params.dt, setup.dt_bound);
+    let bound = if bound.is_finite() { format!("bound {bound:e} s") } else { "no bound".to_owned() };
+    format!(
+        "{}: {dimension} dimensions\ngrains     {grains}, {fixed} of them fixed\nwalls      {walls}\n\
+         materials  {materials}\ncells      {} = {}\ntime step  {dt:e} s, {bound}",
+        scene.name(),
+        setup.state.sizes.cells,
+        cells.join(" x "),
+    )
+}
+
+fn model(setup: &Setup) -> String {
+    let rows = setup.state.model.slots().map(|(slot, choice)| vec![slot.to_owned(), choice.to_owned()]);
+    table(&["slot", "choice"], &rows)
+}
+
+/// What all kernels share, then the kernels.
+fn files(setup: &Setup) -> String {
+    let mut kernels: Vec<&str> = Vec::new();
+    for stage in setup.plan.stages() {
+        if !kernels.contains(&stage.kernel) {
+            kernels.push(stage.kernel);
+        }
+    }
+    let kernels: Vec<String> = kernels.iter().map(|kernel| format!("{kernel}.wgsl")).collect();
+    format!("shared   {}\nkernels  {}", setup.state.model.files().join(", "), kernels.join(", "))
+}
+
+fn arrays(setup: &Setup) -> packstone::Result<String> {
+    let state = &setup.state;
+    let layouts = layouts(&state.model, &setup.plan)?;
+    let per_particle = |bytes: u64| format!("{:.1}", bytes as f64 / state.sizes.bodies as f64);
+    let arrays: Vec<_> = bytes(&state.model, &layouts, &state.sizes).collect();
+    let total: u64 = arrays.iter().map(|(_, bytes)| bytes).sum();
+    let row = |(array, bytes): &(&packstone::state::Array, u64)| {
+        let elements = state.sizes.of(array.length).to_string();
+        vec![array.name.to_owned(), elements, bytes.to_string(), per_particle(*bytes), array.unit.to_owned()]
+    };
+    let mut rows: Vec<_> = arrays.iter().map(row).collect();
+    rows.push(vec!["total".to_owned(), "-".to_owned(), total.to_string(), per_particle(total), String::new()]);
+    let table = table(&["array", "elements", "bytes", "bytes/particle", "unit"], &rows);
+    Ok(format!("{table}\nThe arrays of neighbours grow if a packing needs more."))
+}
+
+fn indent(text: &str) -> String {
+    text.lines().map(|line| format!("  {line}")).collect::<Vec<_>>().join("\n")
+}

@@ -1,0 +1,99 @@
+//! `packstone render`
+
+use super::say;
+use anyhow::bail;
+use packstone::{
+    gpu::Device,
+    io::{
+        self,
+        csv::{GrainRow, read_grains},
+        summary::Surroundings,
+    },
+    render::{ColorBy, Picture, colors, draw, write_png},
+};
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+/// Draw the last state of a run, or any table of grains
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  packstone render out/heap_2d --color speed\n  \
+                        packstone render grains.csv -o grains.png --width 800 --height 800")]
+pub struct RenderArgs {
+    /// Folder of a run, or a CSV file with the columns x, y, z and radius
+    #[arg(value_name = "DIR_OR_STATE")]
+    state: PathBuf,
+    /// What the colours show
+    #[arg(long, value_enum, default_value_t = Color::Radius)]
+    color: Color,
+    /// The picture [default: picture.png in the folder, or next to the file]
+    #[arg(short, long, value_name = "PNG")]
+    output: Option<PathBuf>,
+    /// Pixels
+    #[arg(long, default_value_t = 1280)]
+    width: u32,
+    /// Pixels
+    #[arg(long, default_value_t = 960)]
+    height: u32,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Color {
+    Radius,
+    Speed,
+    Id,
+}
+
+pub fn render(args: &RenderArgs) -> anyhow::Result<ExitCode> {
+    let (grains, surroundings) = read(&args.state)?;
+    let picture = picture(args, &grains, &surroundings);
+    let device = Device::open(false)?;
+    let pixels = draw(&device.device, &device.queue, &picture)?;
+    let path = args.output.clone().unwrap_or_else(|| default_path(&args.state));
+    io::replace(&path, |part| write_png(part, args.width, args.height, &pixels))?;
+    say(path.display());
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Grains and what is around them: a folder knows its walls, a table only whether it is flat.
+fn read(state: &Path) -> anyhow::Result<(Vec<GrainRow>, Surroundings)> {
+    if !state.is_dir() {
+        let grains = read_grains(state)?;
+        let flat = grains.iter().all(|g| g.z == 0.0);
+        return Ok((grains, Surroundings::empty(if flat { 2 } else { 3 })));
+    }
+    let table = state.join(io::FINAL);
+    if !table.exists() {
+        bail!("{}: has no {}; is it the folder of a run with \"csv\" in output.formats?", state.display(), io::FINAL);
+    }
+    Ok((read_grains(&table)?, Surroundings::read(&state.join(io::SUMMARY))?))
+}
+
+fn default_path(state: &Path) -> PathBuf {
+    if state.is_dir() { state.join("picture.png") } else { state.with_extension("png") }
+}
+
+fn picture(args: &RenderArgs, grains: &[GrainRow], surroundings: &Surroundings) -> Picture {
+    let by = match args.color {
+        Color::Radius => ColorBy::Radius,
+        Color::Speed => ColorBy::Speed,
+        Color::Id => ColorBy::Id,
+    };
+    let value = |(row, grain): (usize, &GrainRow)| match by {
+        ColorBy::Radius => grain.radius,
+        ColorBy::Speed => grain.velocity().length(),
+        ColorBy::Id => grain.id.unwrap_or(row as u64) as f64,
+    };
+    let values: Vec<f64> = grains.iter().enumerate().map(value).collect();
+    Picture {
+        dimension: surroundings.dimension,
+        centers: grains.iter().map(GrainRow::position).collect(),
+        radii: grains.iter().map(|g| g.radius).collect(),
+        colors: colors(by, &values),
+        walls: surroundings.walls(),
+        domain: surroundings.domain(),
+        width: args.width,
+        height: args.height,
+    }
+}

@@ -1,0 +1,287 @@
+//! `packstone run`
+
+use super::{INTERRUPTED, STOPPED, SceneArgs, complain, engines, progress::Progress, say, stem};
+use packstone::{
+    Error,
+    io::{
+        Results,
+        summary::{Ending, Summary},
+    },
+    measure::Sample,
+    scene::{Assembly, Stop},
+    simulation::{EngineChoice, Options, Simulation},
+};
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+    sync::atomic::{AtomicBool, Ordering},
+    time::Instant,
+};
+
+/// Simulate a scene and write its results to a folder
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  packstone run examples/scenes/heap_2d.toml\n  \
+                        packstone run examples/scenes/heap_2d.toml --engine cpu --steps 1000 --out out/short\n  \
+                        packstone run examples/scenes/heap_2d.toml --set solver.dt_fraction=0.1\n\n\
+                        Ctrl-C ends a run early, with results; a second one ends it at once, without.")]
+pub struct RunArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Folder for the results [default: out/ and the name of the scene file]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// What to compute on; auto takes the best GPU, or the CPU if there is none
+    #[arg(long, default_value = "auto", value_parser = engines())]
+    engine: EngineChoice,
+    /// The same as --set stop.steps=N
+    #[arg(long, value_name = "N")]
+    steps: Option<u64>,
+    /// The same as --set stop.time=T, s
+    #[arg(long, value_name = "T")]
+    time: Option<f64>,
+}
+
+impl RunArgs {
+    fn stop(&self) -> Vec<String> {
+        let steps = self.steps.map(|steps| format!("stop.steps={steps}"));
+        let time = self.time.map(|time| format!("stop.time={time:?}"));
+        steps.into_iter().chain(time).collect()
+    }
+}
+
+pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
+    let (scene, assembly) = args.scene.load(&args.stop())?;
+    let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(stem(&args.scene.scene)));
+    let options = Options { engine: args.engine, precision: args.scene.precision, ..Options::default() };
+    let simulation = Simulation::new(assembly, options)?;
+    say(simulation.notice());
+    listen()?;
+    // Only now, so that a scene that cannot run leaves no trace.
+    let mut run = Run::new(simulation, &folder)?;
+    let end = run.drive()?;
+    run.write(scene.name(), &end)?;
+    say(format!("results in {}", folder.display()));
+    Ok(match end {
+        End::Reached | End::AtRest => ExitCode::SUCCESS,
+        End::Interrupted => ExitCode::from(INTERRUPTED),
+        End::Stopped(error) => {
+            complain(error);
+            ExitCode::from(STOPPED)
+        }
+    })
+}
+
+static CTRL_C: AtomicBool = AtomicBool::new(false);
+
+fn listen() -> anyhow::Result<()> {
+    ctrlc::set_handler(|| {
+        if CTRL_C.swap(true, Ordering::Relaxed) {
+            std::process::exit(INTERRUPTED.into());
+        }
+    })?;
+    Ok(())
+}
+
+/// Why a run is over.
+enum End {
+    /// The last step.
+    Reached,
+    /// Equilibrium.
+    AtRest,
+    Interrupted,
+    /// [`Error::Run`]
+    Stopped(Error),
+}
+
+/// Something that happens every so many steps, which need not be a whole number.
+struct Clock {
+    interval: f64,
+    ticks: u64,
+}
+
+impl Clock {
+    fn new(interval: f64) -> Clock {
+        Clock { interval: interval.max(1.0), ticks: 0 }
+    }
+
+    /// The step at which it happens next; 0 at first.
+    fn next(&self) -> u64 {
+        whole(self.ticks as f64 * self.interval)
+    }
+
+    /// Whether it happens at this step, which is then over.
+    fn strikes(&mut self, step: u64) -> bool {
+        let now = self.next() <= step;
+        self.ticks += u64::from(now);
+        now
+    }
+}
+
+/// The first step that is not before this one; a number that is whole up to rounding is itself.
+fn whole(steps: f64) -> u64 {
+    (steps * (1.0 - 1e-9)).ceil() as u64
+}
+
+/// The last step, if the scene sets a time or a number of steps.
+fn last_step(stop: &Stop, dt: f64) -> Option<u64> {
+    let of_time = stop.time.map(|time| whole(time / dt));
+    of_time.into_iter().chain(stop.steps).min()
+}
+
+/// Steps between two rows of the history.
+fn history_interval(assembly: &Assembly, dt: f64, end: Option<u64>) -> f64 {
+    match (assembly.output.history, end) {
+        (Some(seconds), _) => seconds / dt,
+        (None, Some(end)) => end as f64 / 100.0,
+        (None, None) => 1000.0,
+    }
+}
+
+struct Run {
+    simulation: Simulation,
+    results: Results,
+    end: Option<u64>,
+    history: Clock,
+    snapshots: Option<Clock>,
+    start: Instant,
+    /// When and at which step the last row was written.
+    row: (Instant, u64),
+    /// Step of the last snapshot.
+    snapshot: Option<u64>,
+}
+
+impl Run {
+    fn new(simulation: Simulation, folder: &Path) -> packstone::Result<Run> {
+        let assembly = simulation.assembly();
+        let dt = simulation.dt();
+        let end = last_step(&assembly.stop, dt);
+        let start = Instant::now();
+        Ok(Run {
+            results: Results::create(folder, assembly.output, &assembly.materials)?,
+            end,
+            history: Clock::new(history_interval(assembly, dt, end)),
+            snapshots: assembly.output.snapshots.map(|seconds| Clock::new(seconds / dt)),
+            start,
+            row: (start, 0),
+            snapshot: None,
+            simulation,
+        })
+    }
+
+    fn drive(&mut self) -> packstone::Result<End> {
+        let mut progress = Progress::start(&self.simulation, self.end);
+        let end = loop {
+            if let Some(end) = self.pause()? {
+                break end;
+            }
+            match self.advance(&mut progress) {
+                Err(error @ Error::Run { .. }) => break End::Stopped(error),
+                result => result?,
+            }
+        };
+        progress.finish(&self.simulation);
+        Ok(end)
+    }
+
+    /// Whatever is due at this step, and whether it is the last one.
+    fn pause(&mut self) -> packstone::Result<Option<End>> {
+        let step = self.simulation.step();
+        let last = Some(step) == self.end;
+        if self.snapshots.as_mut().is_some_and(|clock| clock.strikes(step)) {
+            self.snapshot()?;
+        }
+        let mut at_rest = false;
+        if self.history.strikes(step) || last {
+            let sample = self.record()?;
+            at_rest = self.is_at_rest(&sample);
+        }
+        Ok(match () {
+            () if at_rest => Some(End::AtRest),
+            () if last => Some(End::Reached),
+            () if CTRL_C.load(Ordering::Relaxed) => Some(End::Interrupted),
+            () => None,
+        })
+    }
+
+    /// Up to the next step at which something is due, or until Ctrl-C.
+    fn advance(&mut self, progress: &mut Progress) -> packstone::Result<()> {
+        let next = [Some(self.history.next()), self.snapshots.as_ref().map(Clock::next), self.end];
+        let next = next.into_iter().flatten().min().expect("there is always a next row");
+        while self.simulation.step() < next {
+            let done = self.simulation.advance_chunk(next - self.simulation.step())?;
+            progress.update(&self.simulation);
+            // A chunk that has to be replayed has left no lists to measure with.
+            if done > 0 && CTRL_C.load(Ordering::Relaxed) {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// A row of the history.
+    fn record(&mut self) -> packstone::Result<Sample> {
+        let sample = self.simulation.sample()?;
+        let (then, step) = self.row;
+        let work = (sample.step - step) as f64 * self.simulation.assembly().grains.len() as f64;
+        let rate = if work > 0.0 { work / then.elapsed().as_secs_f64() } else { 0.0 };
+        self.results.history(&sample, rate)?;
+        self.row = (Instant::now(), sample.step);
+        Ok(sample)
+    }
+
+    fn snapshot(&mut self) -> packstone::Result<()> {
+        let grains = self.simulation.grains()?;
+        self.snapshot = Some(self.simulation.step());
+        self.results.snapshot(self.simulation.time(), &grains)
+    }
+
+    fn is_at_rest(&self, sample: &Sample) -> bool {
+        let tolerance = self.simulation.assembly().stop.equilibrium;
+        tolerance.is_some_and(|tolerance| sample.contacts > 0 && sample.unbalanced_force_ratio < tolerance)
+    }
+
+    /// The last state and the summary.
+    fn write(mut self, scene: &str, end: &End) -> packstone::Result<()> {
+        let wall_seconds = self.start.elapsed().as_secs_f64();
+        let step = self.simulation.step();
+        if self.row.1 != step {
+            self.record()?;
+        }
+        if self.snapshot != Some(step) {
+            self.snapshot()?;
+        }
+        let sample = self.simulation.sample()?;
+        let (converged, stopped) = match end {
+            End::Reached | End::AtRest => (self.is_at_rest(&sample), None),
+            End::Interrupted => (false, Some(format!("interrupted at step {step}"))),
+            End::Stopped(error) => (false, Some(error.to_string())),
+        };
+        let grains = self.simulation.grains()?;
+        let ending = Ending { wall_seconds, converged, stopped };
+        let summary = Summary::new(scene, &mut self.simulation, &sample, &grains, ending)?;
+        self.results.finish(&summary, &grains)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clocks_keep_time() {
+        let mut clock = Clock::new(2.5);
+        let steps: Vec<u64> = (0..=10).filter(|step| clock.strikes(*step)).collect();
+        assert_eq!(steps, [0, 3, 5, 8, 10]);
+        assert_eq!(Clock::new(0.01).interval, 1.0);
+        assert_eq!(Clock { interval: 0.3 / 0.1, ticks: 1 }.next(), 3);
+    }
+
+    #[test]
+    fn the_first_condition_ends_the_run() {
+        let stop = |time, steps| Stop { time, steps, equilibrium: None };
+        assert_eq!(last_step(&stop(Some(0.3), None), 0.1), Some(3));
+        assert_eq!(last_step(&stop(Some(0.25), Some(10)), 0.1), Some(3));
+        assert_eq!(last_step(&stop(Some(1e-9), None), 0.1), Some(1));
+        assert_eq!(last_step(&stop(None, None), 0.1), None);
+    }
+}

@@ -1,0 +1,145 @@
+//! Results on disk, described in `docs/output.md`. A file is written under another name and renamed when it is
+//! complete, so that nothing half-written ever carries the name of a result.
+
+pub mod csv;
+pub mod summary;
+pub mod vtp;
+
+use crate::{
+    error::{Error, Result},
+    measure::Sample,
+    scene::{Grain, Material, Output},
+};
+use std::{
+    fs::{self, File},
+    io::{self, BufWriter, Write},
+    path::{Path, PathBuf},
+};
+use summary::Summary;
+
+pub const HISTORY: &str = "history.csv";
+pub const FINAL: &str = "final.csv";
+pub const SUMMARY: &str = "summary.json";
+pub const SERIES: &str = "packstone.pvd";
+
+/// The folder a run writes to.
+pub struct Results {
+    folder: PathBuf,
+    output: Output,
+    materials: Vec<Material>,
+    history: csv::History,
+    /// Snapshots so far: time and file name.
+    series: Vec<(f64, String)>,
+}
+
+impl Results {
+    /// Make the folder. What an earlier run left there is removed, everything else stays.
+    ///
+    /// # Errors
+    /// [`Error::Io`], here and in all functions below.
+    pub fn create(folder: &Path, output: Output, materials: &[Material]) -> Result<Results> {
+        fs::create_dir_all(folder).map_err(at(folder))?;
+        for entry in fs::read_dir(folder).map_err(at(folder))? {
+            let path = entry.map_err(at(folder))?.path();
+            if path.file_name().and_then(|name| name.to_str()).is_some_and(is_ours) {
+                fs::remove_file(&path).map_err(at(&path))?;
+            }
+        }
+        let history = csv::History::create(&folder.join(HISTORY))?;
+        Ok(Results { folder: folder.to_owned(), output, materials: materials.to_vec(), history, series: Vec::new() })
+    }
+
+    /// A row of the history; `rate` is in particle-steps/s since the row before.
+    pub fn history(&mut self, sample: &Sample, rate: f64) -> Result<()> {
+        self.history.row(sample, rate)
+    }
+
+    /// A snapshot, if the scene wants any.
+    pub fn snapshot(&mut self, time: f64, grains: &[Grain]) -> Result<()> {
+        if self.output.vtp {
+            let name = format!("snapshot_{:06}.vtp", self.series.len());
+            write(&self.folder.join(&name), |file| vtp::write(file, time, grains))?;
+            self.series.push((time, name));
+        }
+        Ok(())
+    }
+
+    /// Everything that is written once, at the end.
+    pub fn finish(self, summary: &Summary, grains: &[Grain]) -> Result<()> {
+        self.history.finish()?;
+        if self.output.csv {
+            csv::write_grains(&self.folder.join(FINAL), grains, &self.materials)?;
+        }
+        if self.output.vtp {
+            write(&self.folder.join(SERIES), |file| vtp::write_series(file, &self.series))?;
+        }
+        write(&self.folder.join(SUMMARY), |file| {
+            serde_json::to_writer_pretty(&mut *file, summary)?;
+            writeln!(file)
+        })
+    }
+}
+
+/// Whether a run may have written a file of this name.
+fn is_ours(name: &str) -> bool {
+    let name = name.strip_suffix(".part").unwrap_or(name);
+    let number = name.strip_prefix("snapshot_").and_then(|rest| rest.strip_suffix(".vtp"));
+    [HISTORY, FINAL, SUMMARY, SERIES].contains(&name) || number.is_some_and(|n| n.parse::<u64>().is_ok())
+}
+
+/// What a file is called until it is complete.
+fn part(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".part");
+    name.into()
+}
+
+/// Let `make` write a file under another name, and give it its own when it is complete.
+pub fn replace(path: &Path, make: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+    let part = part(path);
+    let made = make(&part).and_then(|()| fs::rename(&part, path).map_err(at(path)));
+    if made.is_err() {
+        // The first error is the one to report; the file may not even exist.
+        let _ = fs::remove_file(&part);
+    }
+    made
+}
+
+fn write(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<()> {
+    replace(path, |part| {
+        let fill = || {
+            let mut file = BufWriter::new(File::create(part)?);
+            content(&mut file)?;
+            file.flush()
+        };
+        fill().map_err(at(path))
+    })
+}
+
+/// Adds the path to an error of the system.
+pub(crate) fn at(path: &Path) -> impl Fn(io::Error) -> Error {
+    move |source| Error::Io { path: path.to_owned(), source }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_files_of_a_run_are_ours() {
+        assert!(["summary.json", "snapshot_000012.vtp", "history.csv.part"].into_iter().all(is_ours));
+        assert!(!["picture.png", "snapshot_mine.vtp", "notes.csv", "summary.json.bak"].into_iter().any(is_ours));
+    }
+
+    #[test]
+    fn a_failed_write_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("summary.json");
+        let failed = write(&path, |file| {
+            file.write_all(b"half")?;
+            Err(io::Error::other("disk full"))
+        });
+        assert!(failed.unwrap_err().to_string().contains("disk full"));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+}

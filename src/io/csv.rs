@@ -1,0 +1,151 @@
+//! `history.csv` and grain tables such as `final.csv`.
+
+use super::{at, part, write};
+use crate::{
+    error::{Error, Result},
+    measure::Sample,
+    scene::{Grain, Material},
+};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use std::{
+    fs::{self, File},
+    io,
+    path::{Path, PathBuf},
+};
+
+/// The last column of `history.csv`; those before are the members of [`Sample`].
+#[derive(Serialize)]
+struct Rate {
+    particle_steps_per_second: f64,
+}
+
+/// The history, written row by row so that a run can be followed; it gets its name in the end.
+pub struct History {
+    path: PathBuf,
+    writer: csv::Writer<File>,
+}
+
+impl History {
+    pub(super) fn create(path: &Path) -> Result<History> {
+        let file = File::create(part(path)).map_err(at(path))?;
+        Ok(History { path: path.to_owned(), writer: csv::Writer::from_writer(file) })
+    }
+
+    pub(super) fn row(&mut self, sample: &Sample, rate: f64) -> Result<()> {
+        let row = (sample, Rate { particle_steps_per_second: rate });
+        let written = self.writer.serialize(row).map_err(io::Error::from).and_then(|()| self.writer.flush());
+        written.map_err(at(&self.path))
+    }
+
+    pub(super) fn finish(self) -> Result<()> {
+        fs::rename(part(&self.path), &self.path).map_err(at(&self.path))
+    }
+}
+
+/// A row of a grain table, in SI units; the names of the members are those of the columns. Scenes read such tables as
+/// the `file` of a population.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct GrainRow {
+    pub id: Option<u64>,
+    pub x: f64,
+    pub y: f64,
+    pub z: f64,
+    pub vx: f64,
+    pub vy: f64,
+    pub vz: f64,
+    pub wx: f64,
+    pub wy: f64,
+    pub wz: f64,
+    pub radius: f64,
+    pub material: String,
+}
+
+impl GrainRow {
+    fn new(id: usize, grain: &Grain, materials: &[Material]) -> GrainRow {
+        let (x, v, w) = (grain.position, grain.velocity, grain.spin);
+        let material = materials[grain.material as usize].name.clone();
+        let (id, radius) = (Some(id as u64), grain.radius);
+        GrainRow { id, x: x.x, y: x.y, z: x.z, vx: v.x, vy: v.y, vz: v.z, wx: w.x, wy: w.y, wz: w.z, radius, material }
+    }
+
+    /// m
+    pub fn position(&self) -> DVec3 {
+        DVec3::new(self.x, self.y, self.z)
+    }
+
+    /// m/s
+    pub fn velocity(&self) -> DVec3 {
+        DVec3::new(self.vx, self.vy, self.vz)
+    }
+}
+
+/// Writes all grains in their order. Numbers have as many digits as it takes to read the same number back.
+pub fn write_grains(path: &Path, grains: &[Grain], materials: &[Material]) -> Result<()> {
+    write(path, |file| {
+        let mut writer = csv::Writer::from_writer(file);
+        for (id, grain) in grains.iter().enumerate() {
+            writer.serialize(GrainRow::new(id, grain, materials))?;
+        }
+        writer.flush()
+    })
+}
+
+/// Reads a grain table; `x`, `y` and `radius` must be there, everything else counts as 0 where it is missing.
+///
+/// # Errors
+/// [`Error::Io`] if there is no such file, [`Error::Scene`] if it is no grain table.
+pub fn read_grains(path: &Path) -> Result<Vec<GrainRow>> {
+    let file = File::open(path).map_err(at(path))?;
+    let wrong = |message: String| Error::Scene(format!("{}: {message}", path.display()));
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(file);
+    let header = reader.headers().map_err(|e| wrong(e.to_string()))?;
+    if let Some(missing) = ["x", "y", "radius"].into_iter().find(|name| !header.iter().any(|h| h == *name)) {
+        return Err(wrong(format!("the header line lacks the column \"{missing}\"")));
+    }
+    let rows: Vec<GrainRow> =
+        reader.deserialize().collect::<std::result::Result<_, _>>().map_err(|e| wrong(e.to_string()))?;
+    if rows.is_empty() {
+        return Err(wrong("has no rows below its header line".to_owned()));
+    }
+    Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_bit_survives() {
+        let material = |name: &str| Material { name: name.into(), density: 1.0 };
+        let materials = [material("glass"), material("a, \"b\"")];
+        let grain = Grain {
+            position: DVec3::new(0.1 + 0.2, -1.0 / 3.0, f64::MIN_POSITIVE),
+            velocity: DVec3::new(1e300, -0.0, 5e-324),
+            spin: DVec3::new(f64::from(0.1_f32), 2e22, 1.0),
+            radius: 1e-3,
+            material: 1,
+            fixed: false,
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("grains.csv");
+        write_grains(&path, &[grain], &materials).unwrap();
+        assert_eq!(read_grains(&path).unwrap(), [GrainRow::new(0, &grain, &materials)]);
+    }
+
+    #[test]
+    fn what_is_no_table_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("grains.csv");
+        for (text, part) in [
+            ("x,y\n0,0\n", "lacks the column \"radius\""),
+            ("x,y,radius\n", "no rows"),
+            ("x,y,radius\n0,a,1\n", "line: 2"),
+        ] {
+            fs::write(&path, text).unwrap();
+            let message = read_grains(&path).unwrap_err().to_string();
+            assert!(message.contains(part), "{message}");
+        }
+    }
+}

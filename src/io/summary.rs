@@ -1,0 +1,199 @@
+//! `summary.json`: how a run went, and where its walls stand in the end.
+
+use super::at;
+use crate::{
+    error::{Error, Result},
+    measure::{self, Sample},
+    scene::{self, Assembly, Grain, Surface},
+    simulation::Simulation,
+};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use std::{fs, path::Path};
+
+/// The content of `summary.json`. Numbers that are not finite become `null`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    pub scene: String,
+    pub engine: &'static str,
+    pub adapter: String,
+    pub precision: &'static str,
+    pub particles: usize,
+    pub steps: u64,
+    /// s, and so are the time steps.
+    pub time: f64,
+    pub dt: f64,
+    pub dt_bound: f64,
+    pub wall_seconds: f64,
+    pub particle_steps_per_second: f64,
+    pub bytes_per_particle: f64,
+    pub replayed_chunks: u64,
+    pub lost_contacts: u64,
+    pub contacts: u64,
+    pub coordination_number: f64,
+    pub packing_fraction: Option<f64>,
+    pub max_overlap_over_radius: f64,
+    pub unbalanced_force_ratio: f64,
+    /// J
+    pub kinetic_energy: f64,
+    /// kg m/s
+    pub momentum: DVec3,
+    /// About the origin, kg m²/s.
+    pub angular_momentum: DVec3,
+    pub converged: bool,
+    /// Why the run ended before its time.
+    pub stopped: Option<String>,
+    pub version: &'static str,
+    #[serde(flatten)]
+    pub surroundings: Surroundings,
+}
+
+/// How a run ended.
+pub struct Ending {
+    pub wall_seconds: f64,
+    pub converged: bool,
+    pub stopped: Option<String>,
+}
+
+impl Summary {
+    /// Of a simulation now, with the sample and the grains of now.
+    ///
+    /// # Errors
+    /// Whatever goes wrong when the walls are read.
+    pub fn new(
+        scene: &str,
+        simulation: &mut Simulation,
+        sample: &Sample,
+        grains: &[Grain],
+        ending: Ending,
+    ) -> Result<Summary> {
+        let walls = simulation.walls()?;
+        let s = &*simulation;
+        let assembly = s.assembly();
+        let masses = measure::masses(assembly);
+        let work = grains.len() as f64 * s.step() as f64;
+        Ok(Summary {
+            scene: scene.to_owned(),
+            engine: s.engine().name(),
+            adapter: s.engine().adapter(),
+            precision: s.model().precision.label(),
+            particles: grains.len(),
+            steps: s.step(),
+            time: s.time(),
+            dt: s.dt(),
+            dt_bound: s.dt_bound(),
+            wall_seconds: ending.wall_seconds,
+            particle_steps_per_second: work / ending.wall_seconds,
+            bytes_per_particle: s.bytes_per_particle()?,
+            replayed_chunks: s.replayed_chunks(),
+            lost_contacts: s.lost_contacts(),
+            contacts: sample.contacts,
+            coordination_number: sample.coordination_number,
+            packing_fraction: measure::packing_fraction(assembly, grains),
+            max_overlap_over_radius: sample.max_overlap_over_radius,
+            unbalanced_force_ratio: sample.unbalanced_force_ratio,
+            kinetic_energy: sample.kinetic_energy,
+            momentum: measure::momentum(grains, &masses),
+            angular_momentum: measure::angular_momentum(assembly.dimension, grains, &masses),
+            converged: ending.converged,
+            stopped: ending.stopped,
+            version: env!("CARGO_PKG_VERSION"),
+            surroundings: Surroundings::new(assembly, &walls),
+        })
+    }
+}
+
+/// What surrounds the grains: the part of the summary that a picture needs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Surroundings {
+    pub dimension: usize,
+    domain: Domain,
+    walls: Vec<Wall>,
+}
+
+/// A bound that is not there is `null`; JSON has no infinity.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Domain {
+    lower: [Option<f64>; 3],
+    upper: [Option<f64>; 3],
+    periodic: [bool; 3],
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Wall {
+    name: String,
+    #[serde(flatten)]
+    shape: Shape,
+    velocity: DVec3,
+    spin: f64,
+    material: String,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+enum Shape {
+    Plane { point: DVec3, normal: DVec3 },
+    Cylinder { center: DVec3, radius: f64 },
+}
+
+impl Surroundings {
+    /// Of a scene, with its walls where they are now.
+    pub fn new(assembly: &Assembly, walls: &[scene::Wall]) -> Surroundings {
+        let bounds = |corner: DVec3| corner.to_array().map(|x| Some(x).filter(|x| x.is_finite()));
+        let domain = &assembly.domain;
+        let wall = |wall: &scene::Wall| Wall {
+            name: wall.name.clone(),
+            shape: match wall.surface {
+                Surface::Plane { point, normal } => Shape::Plane { point, normal },
+                Surface::Cylinder { center, radius } => Shape::Cylinder { center, radius },
+            },
+            velocity: wall.velocity,
+            spin: wall.spin,
+            material: assembly.materials[wall.material as usize].name.clone(),
+        };
+        Surroundings {
+            dimension: assembly.dimension,
+            domain: Domain { lower: bounds(domain.lower), upper: bounds(domain.upper), periodic: domain.periodic },
+            walls: walls.iter().map(wall).collect(),
+        }
+    }
+
+    /// Unbounded space without walls.
+    pub fn empty(dimension: usize) -> Surroundings {
+        let domain = Domain { lower: [None; 3], upper: [None; 3], periodic: [false; 3] };
+        Surroundings { dimension, domain, walls: Vec::new() }
+    }
+
+    /// From `summary.json`.
+    ///
+    /// # Errors
+    /// [`Error::Io`] if it cannot be read, [`Error::Scene`] if it is no summary.
+    pub fn read(path: &Path) -> Result<Surroundings> {
+        let text = fs::read_to_string(path).map_err(at(path))?;
+        serde_json::from_str(&text).map_err(|e| Error::Scene(format!("{}: {e}", path.display())))
+    }
+
+    pub fn domain(&self) -> scene::Domain {
+        let corner = |of: [Option<f64>; 3], without: f64| DVec3::from_array(of.map(|x| x.unwrap_or(without)));
+        scene::Domain {
+            lower: corner(self.domain.lower, f64::NEG_INFINITY),
+            upper: corner(self.domain.upper, f64::INFINITY),
+            periodic: self.domain.periodic,
+        }
+    }
+
+    /// The walls as a picture needs them: materials are not told apart.
+    pub fn walls(&self) -> Vec<scene::Wall> {
+        let wall = |wall: &Wall| scene::Wall {
+            name: wall.name.clone(),
+            surface: match wall.shape {
+                Shape::Plane { point, normal } => Surface::Plane { point, normal },
+                Shape::Cylinder { center, radius } => Surface::Cylinder { center, radius },
+            },
+            velocity: wall.velocity,
+            spin: wall.spin,
+            material: 0,
+        };
+        self.walls.iter().map(wall).collect()
+    }
+}

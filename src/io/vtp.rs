@@ -1,0 +1,105 @@
+//! Snapshots for ParaView: VTK's XML PolyData with one vertex per grain, numbers as base64, and their series in time.
+
+use crate::scene::Grain;
+use base64::{engine::general_purpose::STANDARD, write::EncoderWriter};
+use glam::DVec3;
+use std::io::{self, Write};
+
+/// VTK's name of a type, and its bytes.
+trait Number {
+    const TYPE: &'static str;
+    const BYTES: usize;
+    fn put(self, out: &mut impl Write) -> io::Result<()>;
+}
+
+macro_rules! number {
+    ($($type:ty = $name:literal),*) => {
+        $(impl Number for $type {
+            const TYPE: &'static str = $name;
+            const BYTES: usize = size_of::<$type>();
+            fn put(self, out: &mut impl Write) -> io::Result<()> {
+                out.write_all(&self.to_le_bytes())
+            }
+        })*
+    };
+}
+
+number!(f64 = "Float64", i64 = "Int64", u32 = "UInt32");
+
+/// Writes a snapshot; material is the index of the material by name.
+pub fn write(out: &mut impl Write, time: f64, grains: &[Grain]) -> io::Result<()> {
+    let count = grains.len();
+    let ids = || (0..count).map(|id| id as i64);
+    writeln!(out, r#"<?xml version="1.0"?>"#)?;
+    writeln!(out, r#"<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">"#)?;
+    writeln!(out, "<PolyData>\n<FieldData>")?;
+    writeln!(
+        out,
+        r#"<DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{time:?}</DataArray>"#
+    )?;
+    writeln!(out, "</FieldData>")?;
+    let others = r#"NumberOfLines="0" NumberOfStrips="0" NumberOfPolys="0""#;
+    writeln!(out, r#"<Piece NumberOfPoints="{count}" NumberOfVerts="{count}" {others}>"#)?;
+    writeln!(out, r#"<PointData Scalars="radius" Vectors="velocity">"#)?;
+    array(out, "id", 1, ids())?;
+    array(out, "radius", 1, grains.iter().map(|g| g.radius))?;
+    vectors(out, "velocity", grains, |g| g.velocity)?;
+    vectors(out, "angular_velocity", grains, |g| g.spin)?;
+    array(out, "material", 1, grains.iter().map(|g| g.material))?;
+    writeln!(out, "</PointData>\n<Points>")?;
+    vectors(out, "Points", grains, |g| g.position)?;
+    writeln!(out, "</Points>\n<Verts>")?;
+    array(out, "connectivity", 1, ids())?;
+    array(out, "offsets", 1, ids().map(|id| id + 1))?;
+    writeln!(out, "</Verts>\n</Piece>\n</PolyData>\n</VTKFile>")
+}
+
+fn vectors(out: &mut impl Write, name: &str, grains: &[Grain], of: fn(&Grain) -> DVec3) -> io::Result<()> {
+    let components: Vec<f64> = grains.iter().flat_map(|g| of(g).to_array()).collect();
+    array(out, name, 3, components.into_iter())
+}
+
+/// The number of bytes as UInt64 and then the bytes, encoded as one.
+fn array<T: Number>(
+    out: &mut impl Write,
+    name: &str,
+    components: usize,
+    values: impl ExactSizeIterator<Item = T>,
+) -> io::Result<()> {
+    let kind = T::TYPE;
+    write!(out, r#"<DataArray type="{kind}" Name="{name}" NumberOfComponents="{components}" format="binary">"#)?;
+    let mut encoder = EncoderWriter::new(&mut *out, &STANDARD);
+    encoder.write_all(&((values.len() * T::BYTES) as u64).to_le_bytes())?;
+    for value in values {
+        value.put(&mut encoder)?;
+    }
+    encoder.finish()?;
+    drop(encoder);
+    writeln!(out, "</DataArray>")
+}
+
+/// Writes the list of snapshots with their times, s, which ParaView opens as one.
+pub fn write_series(out: &mut impl Write, series: &[(f64, String)]) -> io::Result<()> {
+    writeln!(out, r#"<?xml version="1.0"?>"#)?;
+    writeln!(out, r#"<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">"#)?;
+    writeln!(out, "<Collection>")?;
+    for (time, file) in series {
+        writeln!(out, r#"<DataSet timestep="{time:?}" part="0" file="{file}"/>"#)?;
+    }
+    writeln!(out, "</Collection>\n</VTKFile>")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_array_is_its_length_and_its_bytes() {
+        let mut out = Vec::new();
+        array(&mut out, "id", 1, [1_u32, 2].into_iter()).unwrap();
+        let text = String::from_utf8(out).unwrap();
+        let body = text.split(['<', '>']).nth(2).unwrap();
+        use base64::Engine;
+        assert_eq!(STANDARD.decode(body).unwrap(), [8, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
+    }
+}

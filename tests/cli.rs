@@ -1,0 +1,400 @@
+//! The program as its users see it: arguments in; files, words and exit codes out.
+
+use serde_json::Value;
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
+use tempfile::{TempDir, tempdir};
+
+const TWO_GRAINS: &str = r#"
+dimension = 3
+gravity = [0, 0, 0]
+[material.glass]
+density = 2500
+normal_stiffness = 1e5
+friction = 0.4
+[[grain]]
+material = "glass"
+position = [0, 0, 0]
+radius = 1e-3
+velocity = [0.1, 0, 0]
+[[grain]]
+material = "glass"
+position = [2.1e-3, 0.5e-3, 0]
+radius = 1e-3
+[stop]
+time = 2e-3
+"#;
+
+const HUNDRED_DISKS: &str = r#"
+title = "a hundred disks"
+dimension = 2
+[material.glass]
+density = 2500
+normal_stiffness = 1e5
+friction = 0.4
+normal_damping = 2000
+[material.steel]
+density = 7800
+normal_stiffness = 1e5
+friction = 0.3
+normal_damping = 2000
+[[wall]]
+kind = "box"
+name = "bin"
+material = "steel"
+lower = [0, 0]
+upper = [0.025, 1]
+faces = ["x-", "x+", "y-"]
+[[population]]
+material = "glass"
+count = 100
+radius = { uniform = [0.8e-3, 1.2e-3] }
+[stop]
+time = 0.02
+[output]
+snapshots = 0.005
+"#;
+
+/// Turns the two grains into an explosion: half inside each other, with a time step far above the bound.
+const EXPLOSION: [&str; 4] = [
+    "--set=grain.1.position=[1e-3, 0, 0]",
+    "--set=solver.dt=1e-3",
+    "--set=solver.allow_unstable=true",
+    "--set=solver.allow_overlap=true",
+];
+
+/// A folder with a scene file, in which the program runs.
+struct Place(TempDir);
+
+impl Place {
+    fn new(scene: &str) -> Place {
+        let place = Place(tempdir().expect("a folder"));
+        fs::write(place.path("scene.toml"), scene).expect("a scene file");
+        place
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn packstone(&self, arguments: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_packstone"));
+        command.current_dir(self.0.path()).args(arguments).output().expect("the program starts")
+    }
+
+    /// Runs the scene on the CPU, and expects this exit code.
+    fn run(&self, more: &[&str], code: i32) -> Output {
+        let output = self.packstone(&[&["run", "scene.toml", "--engine", "cpu"], more].concat());
+        assert_eq!(output.status.code(), Some(code), "{output:?}");
+        output
+    }
+
+    fn text(&self, name: &str) -> String {
+        fs::read_to_string(self.path("out/scene").join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    fn summary(&self) -> Value {
+        serde_json::from_str(&self.text("summary.json")).expect("JSON")
+    }
+
+    fn results(&self) -> Vec<String> {
+        let entries = fs::read_dir(self.path("out/scene")).expect("a folder of results");
+        let mut names: Vec<String> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+}
+
+fn out(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// The program's own errors; drivers complain on the same stream.
+fn errors(output: &Output) -> String {
+    let text = String::from_utf8_lossy(&output.stderr);
+    let own = text.lines().filter(|line| line.starts_with("error: ") && !line.contains("XDG_RUNTIME_DIR"));
+    own.collect::<Vec<_>>().join("\n")
+}
+
+/// Header and rows.
+fn table(text: &str) -> (Vec<&str>, Vec<Vec<&str>>) {
+    let mut lines = text.lines().map(|line| line.split(',').collect());
+    (lines.next().expect("a header line"), lines.collect())
+}
+
+fn column(text: &str, name: &str) -> Vec<f64> {
+    let (header, rows) = table(text);
+    let at = header.iter().position(|h| *h == name).unwrap_or_else(|| panic!("no column {name}"));
+    rows.iter().map(|row| row[at].parse().unwrap_or_else(|_| panic!("{name} = {}", row[at]))).collect()
+}
+
+/// Whether there is a GPU adapter; that there is none is a failure unless the environment allows it.
+fn gpu() -> bool {
+    let found = !packstone::gpu::adapters().is_empty();
+    let allowed = std::env::var("PACKSTONE_ALLOW_NO_GPU").is_ok_and(|value| value == "1");
+    assert!(found || allowed, "no GPU adapter; set PACKSTONE_ALLOW_NO_GPU=1 to skip this test");
+    found
+}
+
+#[test]
+fn two_grains_leave_all_files_and_keys() {
+    let place = Place::new(TWO_GRAINS);
+    let output = place.run(&[], 0);
+    assert_eq!(place.results(), ["final.csv", "history.csv", "packstone.pvd", "snapshot_000000.vtp", "summary.json"]);
+    let said = out(&output);
+    assert!(said.starts_with("engine cpu"), "{said}");
+    assert!(said.contains("(0 %)") && said.contains("(100 %)") && said.contains("out/scene"), "{said}");
+
+    let summary = place.summary();
+    let keys = "scene engine adapter precision dimension particles steps time dt dt_bound wall_seconds \
+                particle_steps_per_second bytes_per_particle replayed_chunks lost_contacts contacts \
+                coordination_number packing_fraction max_overlap_over_radius unbalanced_force_ratio kinetic_energy \
+                momentum angular_momentum converged stopped version domain walls";
+    for key in keys.split_whitespace() {
+        assert!(summary.get(key).is_some(), "no {key}");
+    }
+    assert_eq!((&summary["engine"], &summary["precision"]), (&"cpu".into(), &"double".into()));
+    assert_eq!((&summary["particles"], &summary["dimension"]), (&2.into(), &3.into()));
+    assert_eq!((&summary["stopped"], &summary["converged"]), (&Value::Null, &false.into()));
+    assert!(summary["unbalanced_force_ratio"].is_null(), "the grains have parted");
+    assert!(summary["time"].as_f64().unwrap() >= 2e-3);
+    let momentum = summary["momentum"][0].as_f64().unwrap();
+    let before = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * 1e-9 * 0.1;
+    assert!((momentum / before - 1.0).abs() < 1e-12, "{momentum} was {before}");
+}
+
+#[test]
+fn a_hundred_disks_have_history_and_snapshots() {
+    let place = Place::new(HUNDRED_DISKS);
+    place.run(&[], 0);
+    let summary = place.summary();
+    assert_eq!(summary["scene"], "a hundred disks");
+    assert_eq!(summary["walls"].as_array().unwrap().len(), 3);
+    assert_eq!(summary["walls"][0]["kind"], "plane");
+
+    let history = place.text("history.csv");
+    let times = column(&history, "time");
+    assert_eq!(times.len(), 101);
+    assert!(times[0] == 0.0 && times.windows(2).all(|w| w[0] < w[1]));
+    assert_eq!(*times.last().unwrap(), summary["time"].as_f64().unwrap());
+    assert_eq!(*column(&history, "contacts").last().unwrap(), summary["contacts"].as_f64().unwrap());
+    assert!(column(&history, "particle_steps_per_second")[1..].iter().all(|rate| *rate > 0.0));
+
+    let series = place.text("packstone.pvd");
+    let files: Vec<&str> = series.split("file=\"").skip(1).map(|rest| rest.split('"').next().unwrap()).collect();
+    assert_eq!(files.len(), 5, "0, 5, 10, 15 and 20 ms");
+    assert_eq!(files, place.results().iter().filter(|name| name.ends_with(".vtp")).collect::<Vec<_>>());
+    files.iter().for_each(|file| check_snapshot(&place.text(file), 100));
+}
+
+/// Tags match, and every array has as many bytes as it says and as there are grains.
+fn check_snapshot(text: &str, grains: usize) {
+    assert!(text.contains(&format!("NumberOfPoints=\"{grains}\" NumberOfVerts=\"{grains}\"")));
+    let mut open: Vec<&str> = Vec::new();
+    let mut arrays = 0;
+    for (tag, content) in text.split('<').skip(1).map(|rest| rest.split_once('>').expect("a closed tag")) {
+        match tag.strip_prefix('/') {
+            Some(name) => assert_eq!(open.pop(), Some(name)),
+            None if tag.starts_with('?') => {}
+            None => open.push(tag.split(' ').next().unwrap()),
+        }
+        if tag.contains("format=\"binary\"") {
+            let value = |key: &str| tag.split(&format!("{key}=\"")).nth(1).unwrap().split('"').next().unwrap();
+            let width = if value("type").ends_with("64") { 8 } else { 4 };
+            let wanted = grains * width * value("NumberOfComponents").parse::<usize>().unwrap();
+            assert_eq!(decode(content).len(), wanted, "{tag}");
+            arrays += 1;
+        }
+    }
+    assert!(open.is_empty() && arrays == 8, "{open:?}, {arrays} arrays");
+}
+
+/// Bytes of an array, without the count in front, which must be right.
+fn decode(text: &str) -> Vec<u8> {
+    use base64::{Engine, engine::general_purpose::STANDARD};
+    let mut bytes = STANDARD.decode(text).expect("base64");
+    let content = bytes.split_off(8);
+    assert_eq!(u64::from_le_bytes(bytes.try_into().unwrap()), content.len() as u64);
+    content
+}
+
+#[test]
+fn the_last_state_can_be_the_first() {
+    let place = Place::new(HUNDRED_DISKS);
+    place.run(&[], 0);
+    let first = place.text("final.csv");
+    let (header, rows) = table(&first);
+    assert_eq!(header.join(","), "id,x,y,z,vx,vy,vz,wx,wy,wz,radius,material");
+    assert_eq!(rows.len(), 100);
+    assert!(rows.iter().zip(0..).all(|(row, id)| row[0] == id.to_string() && row[11] == "glass"));
+
+    // Without forces and in a step too short to matter, every number must come back as it was.
+    let scene = HUNDRED_DISKS
+        .replace("radius = { uniform = [0.8e-3, 1.2e-3] }", "file = \"out/scene/final.csv\"")
+        .replace("time = 0.02", "steps = 1")
+        .replace("dimension = 2", "dimension = 2\ngravity = [0, 0]\nsolver = { dt = 1e-100 }");
+    fs::write(place.path("again.toml"), scene).unwrap();
+    let output = place.packstone(&["run", "again.toml", "--engine", "cpu", "--out", "again"]);
+    assert!(output.status.success(), "{output:?}");
+    let second = fs::read_to_string(place.path("again/final.csv")).unwrap();
+    assert_eq!(first, second);
+}
+
+#[test]
+fn steps_and_formats_are_obeyed() {
+    let place = Place::new(HUNDRED_DISKS);
+    place.run(&[], 0);
+    fs::write(place.path("out/scene/notes.txt"), "mine").unwrap();
+    place.run(&["--steps", "10", "--set", "output.formats=[\"csv\"]"], 0);
+    assert_eq!(place.summary()["steps"], 10);
+    assert_eq!(column(&place.text("history.csv"), "step").len(), 11);
+    assert_eq!(place.results(), ["final.csv", "history.csv", "notes.txt", "summary.json"], "only the old run is gone");
+}
+
+#[test]
+fn time_and_history_are_obeyed() {
+    let place = Place::new(TWO_GRAINS);
+    place.run(&["--time", "1e-3", "--set", "output.history=2.5e-4"], 0);
+    let summary = place.summary();
+    let (time, dt) = (summary["time"].as_f64().unwrap(), summary["dt"].as_f64().unwrap());
+    assert!((1e-3..1e-3 + dt).contains(&time));
+    let times = column(&place.text("history.csv"), "time");
+    assert_eq!(times.len(), 5);
+    assert!(times.iter().zip(0..).all(|(t, k)| (*t - 2.5e-4 * f64::from(k)).abs() <= dt), "{times:?}");
+}
+
+#[test]
+fn equilibrium_ends_a_run() {
+    let place = Place::new(HUNDRED_DISKS);
+    place.run(&["--time=5", "--set=stop.equilibrium=0.05", "--set=solver.damping=50"], 0);
+    let summary = place.summary();
+    assert_eq!(summary["converged"], true);
+    assert!(summary["time"].as_f64().unwrap() < 4.9);
+    assert!(summary["unbalanced_force_ratio"].as_f64().unwrap() < 0.05);
+    assert!(summary["packing_fraction"].as_f64().unwrap() > 0.7);
+}
+
+#[test]
+fn bad_input_leaves_nothing_behind() {
+    let place = Place::new(TWO_GRAINS);
+    for (set, part) in [
+        ("solver.dx=1", "unknown key `dx`"),
+        ("grain.7.radius=1", "no entry `7`"),
+        ("solver.dt=1", "above the stability bound"),
+        ("stop.steps=0", "must be at least 1"),
+    ] {
+        let output = place.run(&["--set", set], 2);
+        let error = errors(&output);
+        assert!(error.starts_with("error: ") && error.contains(part), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+    let missing = place.packstone(&["run", "nowhere.toml"]);
+    assert_eq!(missing.status.code(), Some(2));
+    assert!(errors(&missing).contains("nowhere.toml"));
+    assert_eq!(fs::read_dir(place.0.path()).unwrap().count(), 1, "only the scene file");
+}
+
+#[test]
+fn an_explosion_keeps_the_last_good_state() {
+    let place = Place::new(TWO_GRAINS);
+    let output = place.run(&EXPLOSION, 1);
+    let error = errors(&output);
+    assert!(error.contains("stopped at step") && error.contains("grain "), "{error}");
+
+    let summary = place.summary();
+    assert_eq!(format!("error: {}", summary["stopped"].as_str().unwrap()), error);
+    assert_eq!(summary["converged"], false);
+    let grains = place.text("final.csv");
+    for name in ["x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz", "radius"] {
+        let values = column(&grains, name);
+        assert!(values.len() == 2 && values.iter().all(|x| x.is_finite()), "{name}: {values:?}");
+    }
+    let last = *column(&place.text("history.csv"), "step").last().unwrap();
+    assert_eq!(last, summary["steps"].as_f64().unwrap());
+}
+
+#[test]
+fn describe_tells_memory_and_time_step() {
+    let place = Place::new(HUNDRED_DISKS);
+    let output = place.packstone(&["describe", "scene.toml"]);
+    assert!(output.status.success(), "{output:?}");
+    let said = out(&output);
+    let parts = ["a hundred disks", "bytes/particle", "total", "time step", "bound", "dashpot/mass_scaled.wgsl"];
+    for part in parts.into_iter().chain(["contact.wgsl", "rebuild", "neighbour"]) {
+        assert!(said.contains(part), "no {part} in\n{said}");
+    }
+    let smooth = ["--set", "material.glass.friction=0", "--set", "material.steel.friction=0"];
+    let said = out(&place.packstone(&[&["describe", "scene.toml"], &smooth[..]].concat()));
+    assert!(!said.contains("torque"), "no friction, no torque:\n{said}");
+}
+
+#[test]
+fn every_command_has_help_with_an_example() {
+    let place = Place::new("");
+    for command in ["run", "check", "render", "describe", "adapters"] {
+        let output = place.packstone(&[command, "--help"]);
+        assert!(output.status.success());
+        assert!(out(&output).contains(&format!("  packstone {command}")), "{command}");
+    }
+    assert_eq!(place.packstone(&["fly"]).status.code(), Some(2));
+}
+
+#[test]
+fn adapters_are_listed_or_missed() {
+    let output = Place::new("").packstone(&["adapters"]);
+    if gpu() {
+        assert!(output.status.success(), "{output:?}");
+        assert!(out(&output).contains("subgroup"), "{output:?}");
+    } else {
+        assert_eq!(output.status.code(), Some(2));
+        assert!(errors(&output).contains("install"), "{output:?}");
+    }
+}
+
+#[test]
+fn check_compares_the_engines() {
+    let place = Place::new(HUNDRED_DISKS);
+    if !gpu() {
+        return;
+    }
+    let arguments = ["check", "scene.toml", "--steps", "3", "--after", "2000"];
+    let output = place.packstone(&arguments);
+    assert!(output.status.success(), "{output:?}");
+    assert!(out(&output).contains("passed: all"), "{output:?}");
+    let output = place.packstone(&[&arguments[..], &["--json"]].concat());
+    let report: Value = serde_json::from_str(&out(&output)).expect("JSON");
+    assert_eq!(report["passed"], true);
+    assert!(!report["rows"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn pictures_are_drawn_from_folders_and_tables() {
+    let place = Place::new(HUNDRED_DISKS);
+    if !gpu() {
+        return;
+    }
+    place.run(&["--steps", "10"], 0);
+    let size = ["--width", "64", "--height", "48"];
+    for (state, color, picture) in
+        [("out/scene", "speed", "out/scene/picture.png"), ("out/scene/final.csv", "id", "out/scene/final.png")]
+    {
+        let output = place.packstone(&[&["render", state, "--color", color], &size[..]].concat());
+        assert!(output.status.success(), "{output:?}");
+        assert_eq!(Path::new(out(&output).trim()), Path::new(picture));
+        assert!(fs::read(place.path(picture)).unwrap().starts_with(b"\x89PNG"));
+    }
+}
+
+#[test]
+fn what_cannot_be_drawn_is_bad_input() {
+    let place = Place::new(TWO_GRAINS);
+    fs::write(place.path("words.csv"), "a,b\n1,2\n").unwrap();
+    for (state, part) in [("nowhere", "nowhere"), (".", "final.csv"), ("words.csv", "lacks the column")] {
+        let output = place.packstone(&["render", state]);
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        assert!(errors(&output).contains(part), "{output:?}");
+    }
+}
