@@ -170,7 +170,7 @@ impl Checker<'_> {
         let epsilon = epsilon(self.precision);
         match (stage.name, array) {
             ("count" | "neighbours", "slot_start" | "neighbour") => 1e4 * epsilon,
-            ("contact" | "measure", _) => 16.0 * epsilon * (1.0 / overlap).max(1.0),
+            ("contact" | "measure", _) if overlap > 0.0 => 16.0 * epsilon * (1.0 / overlap).max(1.0),
             _ => 16.0 * epsilon,
         }
     }

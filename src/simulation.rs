@@ -56,7 +56,10 @@ pub struct Simulation {
     step: u64,
     chunk: u32,
     longest_chunk: u32,
+    /// Neighbour slots that the next lists get, and the lengths of the current lists and of the spare ones.
     slots: usize,
+    list_len: usize,
+    spare_len: usize,
     replayed: u64,
     lost: u64,
 }
@@ -252,6 +255,8 @@ impl Simulation {
             chunk: 8,
             longest_chunk: options.longest_chunk.max(1),
             slots: state.sizes.slots,
+            list_len: state.sizes.slots,
+            spare_len: state.sizes.slots,
             replayed: 0,
             lost: 0,
             plan: setup.plan,
@@ -265,18 +270,60 @@ impl Simulation {
     fn start(&mut self) -> Result<()> {
         let params = self.state.params;
         loop {
-            self.engine.execute(&params, &self.plan.rebuild, 1)?;
+            self.rebuild()?;
             let counters = self.engine.counters()?;
+            if counters.slots_needed as usize > self.list_len {
+                self.grow(counters.slots_needed);
+                self.restore()?;
+                continue;
+            }
             if counters.bad_body > 0 {
                 return Err(self.gone(params.bodies - counters.bad_body, self.step)?);
             }
-            if counters.slots_needed as usize <= self.slots {
-                break;
-            }
-            self.grow(counters.slots_needed)?;
+            break;
         }
         self.engine.execute(&Params { dt: 0.0, ..params }, &self.plan.start, 1)?;
         self.engine.execute(&params, &self.plan.kick, 1)
+    }
+
+    /// New lists, in the arrays that the lists of the chunk before last occupy: those may be made longer first.
+    fn rebuild(&mut self) -> Result<()> {
+        let frictional = !self.state.spring.is_empty();
+        let (neighbour, spring) = if frictional { ("neighbour_before", "spring_before") } else { ("neighbour", "spring") };
+        let spare = if frictional { &mut self.spare_len } else { &mut self.list_len };
+        if *spare != self.slots {
+            *spare = self.slots;
+            self.engine.resize(neighbour, self.slots)?;
+            if frictional {
+                self.engine.resize(spring, self.slots)?;
+            }
+        }
+        self.engine.execute(&self.state.params, &self.plan.rebuild, 1)?;
+        self.exchange_lengths();
+        Ok(())
+    }
+
+    /// The state of before the last `rebuild`.
+    fn restore(&mut self) -> Result<()> {
+        self.engine.execute(&self.state.params, &self.plan.restore, 1)?;
+        self.exchange_lengths();
+        Ok(())
+    }
+
+    /// Frictional lists change places with the spare ones in every rebuild and restore.
+    fn exchange_lengths(&mut self) {
+        if !self.state.spring.is_empty() {
+            std::mem::swap(&mut self.list_len, &mut self.spare_len);
+        }
+    }
+
+    fn undo(&mut self) -> Result<()> {
+        self.replayed += 1;
+        self.restore()
+    }
+
+    fn grow(&mut self, needed: u32) {
+        self.slots = needed as usize + needed as usize / 4;
     }
 
     /// Advance by this many steps, in chunks.
@@ -301,15 +348,14 @@ impl Simulation {
 
     fn try_chunk(&mut self, steps: u32) -> Result<()> {
         let params = self.state.params;
-        self.match_spare_lists()?;
-        self.engine.execute(&params, &self.plan.rebuild, 1)?;
+        self.rebuild()?;
         self.engine.execute(&params, &self.plan.step, steps)?;
         self.engine.execute(&params, &self.plan.close, 1)?;
         let counters = self.engine.counters()?;
         let drift = f64::from(f32::from_bits(counters.drift)).sqrt();
-        if counters.slots_needed as usize > self.slots {
-            self.undo()?;
-            return self.grow(counters.slots_needed);
+        if counters.slots_needed as usize > self.list_len {
+            self.grow(counters.slots_needed);
+            return self.undo();
         }
         if counters.bad_body > 0 || counters.broken > 0 {
             if steps == 1 {
@@ -337,35 +383,6 @@ impl Simulation {
     fn wall_limit(&self) -> u32 {
         let fastest = self.assembly.walls.iter().map(|w| w.velocity.length()).fold(0.0, f64::max);
         (self.state.params.drift_limit / (fastest * self.state.params.dt)).clamp(1.0, 1e6) as u32
-    }
-
-    fn undo(&mut self) -> Result<()> {
-        self.replayed += 1;
-        self.engine.execute(&self.state.params.clone(), &self.plan.restore, 1)
-    }
-
-    fn grow(&mut self, needed: u32) -> Result<()> {
-        self.slots = needed as usize + needed as usize / 4;
-        self.resize_lists("neighbour", "spring")
-    }
-
-    /// The lists of the chunk before last are about to be overwritten: they may get as long as the current ones.
-    fn match_spare_lists(&mut self) -> Result<()> {
-        if self.slots != self.state.sizes.slots {
-            self.state.sizes.slots = self.slots;
-            if !self.state.spring.is_empty() {
-                self.resize_lists("neighbour_before", "spring_before")?;
-            }
-        }
-        Ok(())
-    }
-
-    fn resize_lists(&mut self, neighbour: &'static str, spring: &'static str) -> Result<()> {
-        self.engine.resize(neighbour, self.slots)?;
-        if !self.state.spring.is_empty() {
-            self.engine.resize(spring, self.slots)?;
-        }
-        Ok(())
     }
 
     fn stopped(&self, step: u64, reason: String) -> Error {
@@ -463,7 +480,7 @@ impl Simulation {
     pub fn bytes_per_particle(&self) -> Result<f64> {
         let s = &self.state;
         let layouts = gpu::layouts(&s.model, &self.plan)?;
-        let sizes = Sizes { slots: self.slots, ..s.sizes };
+        let sizes = Sizes { slots: self.list_len.max(self.spare_len), ..s.sizes };
         let total: u64 = gpu::bytes(&s.model, &layouts, &sizes).map(|(_, b)| b).sum();
         Ok(total as f64 / s.sizes.bodies as f64)
     }
