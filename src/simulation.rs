@@ -289,7 +289,8 @@ impl Simulation {
     /// New lists, in the arrays that the lists of the chunk before last occupy: those may be made longer first.
     fn rebuild(&mut self) -> Result<()> {
         let frictional = !self.state.spring.is_empty();
-        let (neighbour, spring) = if frictional { ("neighbour_before", "spring_before") } else { ("neighbour", "spring") };
+        let (neighbour, spring) =
+            if frictional { ("neighbour_before", "spring_before") } else { ("neighbour", "spring") };
         let spare = if frictional { &mut self.spare_len } else { &mut self.list_len };
         if *spare != self.slots {
             *spare = self.slots;

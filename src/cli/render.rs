@@ -33,9 +33,9 @@ pub struct RenderArgs {
     /// Pixels
     #[arg(long, default_value_t = 1280)]
     width: u32,
-    /// Pixels
-    #[arg(long, default_value_t = 960)]
-    height: u32,
+    /// Pixels [default: 3/4 of the width; for disks what their extent asks for]
+    #[arg(long)]
+    height: Option<u32>,
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -51,7 +51,7 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let device = Device::open(false)?;
     let pixels = draw(&device.device, &device.queue, &picture)?;
     let path = args.output.clone().unwrap_or_else(|| default_path(&args.state));
-    io::replace(&path, |part| write_png(part, args.width, args.height, &pixels))?;
+    io::replace(&path, |part| write_png(part, picture.width, picture.height, &pixels))?;
     say(path.display());
     Ok(ExitCode::SUCCESS)
 }
@@ -94,6 +94,16 @@ fn picture(args: &RenderArgs, grains: &[GrainRow], surroundings: &Surroundings) 
         walls: surroundings.walls(),
         domain: surroundings.domain(),
         width: args.width,
-        height: args.height,
+        height: args.height.unwrap_or_else(|| (f64::from(args.width) * aspect(grains, surroundings.dimension)) as u32),
     }
+}
+
+/// Height over width that suits the grains.
+fn aspect(grains: &[GrainRow], dimension: usize) -> f64 {
+    let extent = |of: fn(&GrainRow) -> f64| {
+        let ends = grains.iter().map(|g| (of(g) - g.radius, of(g) + g.radius));
+        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
+        high - low
+    };
+    if dimension == 3 { 0.75 } else { (0.1 + extent(|g| g.y) / extent(|g| g.x)).clamp(0.25, 1.5) }
 }
