@@ -5,6 +5,7 @@ var<storage, read> motion: array<Motion>;        // N, at n - 1/2
 var<storage, read> slot_start: array<u32>;       // N + 1
 var<storage, read> neighbour: array<u32>;        // slots
 var<storage, read_write> force: array<Vec>;      // N, N, at step n, without gravity
+var<storage, read_write> counters: Counters;
 
 @compute @workgroup_size(WG)
 fn contact(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
@@ -26,6 +27,9 @@ fn contact(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
             touch = touch_grain(i, j, here, place[j]);
         } else {
             touch = touch_wall(j - params.bodies, here.x, here.radius);
+            if (touch.gap < -here.radius) {
+                atomicMax(&counters.bad_body, params.bodies - i);
+            }
         }
         if (!(touch.gap < 0)) {
             forget_spring(slot);

@@ -328,12 +328,10 @@ fn oblique_impacts() {
     }
 }
 
-/// The same from the shared table of cases, which has more rows.
+/// The same from a table with more rows: the closed form, evaluated independently.
 #[test]
-fn oblique_impacts_of_the_shared_table() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/cases/oblique/sphere.csv");
-    let text = std::fs::read_to_string(path)
-        .unwrap_or_else(|e| panic!("the shared cases are not beside this checkout: {path}: {e}"));
+fn oblique_impacts_of_the_table() {
+    let text = include_str!("data/oblique_sphere.csv");
     let rows = text.lines().filter(|line| line.starts_with("sphere,"));
     let impacts: Vec<Impact> = rows
         .map(|row| {
@@ -341,7 +339,7 @@ fn oblique_impacts_of_the_shared_table() {
             (n[0], n[1], n[2])
         })
         .collect();
-    assert!(impacts.len() >= 30, "{path} has only {} rows", impacts.len());
+    assert!(impacts.len() >= 30, "only {} rows", impacts.len());
     oblique(CPU, 3, &impacts, (1e-7, 3e-4), 500.0, whole_step);
 }
 

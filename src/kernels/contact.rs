@@ -21,32 +21,37 @@ use rayon::prelude::*;
 pub fn contact(s: &mut State) {
     let (mut force, mut torque) = (std::mem::take(&mut s.force), std::mem::take(&mut s.torque));
     let mut spring = std::mem::take(&mut s.spring);
-    let world = &*s;
-    let of_body = |i: usize, spring: &mut [DVec3], force: &mut DVec3| {
-        let (f, m) = contacts_of(world, i, spring);
-        *force = f;
-        Spin(m)
+    let bodies = force.par_iter_mut().zip(rows(&mut spring, &s.slot_start)).enumerate();
+    let of_body = |((i, (force, springs)), torque): ((usize, (&mut DVec3, &mut [DVec3])), &mut Spin)| {
+        let gathered = contacts_of(s, i, springs);
+        (*force, torque.0) = (gathered.force, gathered.torque);
+        if gathered.crossed { (s.sizes.bodies - i) as u32 } else { 0 }
     };
-    let springs = rows(&mut spring, &s.slot_start).into_par_iter();
-    let bodies = force.par_iter_mut().zip(springs).enumerate();
-    match s.model.rotation {
-        Rotation::None => bodies.for_each(|(i, (force, spring))| {
-            of_body(i, spring, force);
-        }),
-        Rotation::Sphere => {
-            bodies.zip(&mut torque).for_each(|((i, (force, spring)), torque)| *torque = of_body(i, spring, force))
-        }
-    }
+    let bad = match s.model.rotation {
+        Rotation::None => bodies.map(|body| of_body((body, &mut Spin::default()))).max(),
+        Rotation::Sphere => bodies.zip(&mut torque).map(of_body).max(),
+    };
     (s.force, s.torque, s.spring) = (force, torque, spring);
+    s.counters[0].bad_body = s.counters[0].bad_body.max(bad.unwrap_or(0));
 }
 
-/// Force, N, and moment, N m, on grain i; `springs` are those of its slots, none in a frictionless model.
-fn contacts_of(s: &State, i: usize, springs: &mut [DVec3]) -> (DVec3, DVec3) {
+/// Sums over the contacts of a grain.
+#[derive(Default)]
+struct Gathered {
+    /// N
+    force: DVec3,
+    /// N m
+    torque: DVec3,
+    /// Whether the centre is beyond a wall.
+    crossed: bool,
+}
+
+/// All contacts of grain i; `springs` are those of its slots, none in a frictionless model.
+fn contacts_of(s: &State, i: usize, springs: &mut [DVec3]) -> Gathered {
     let bodies = s.sizes.bodies;
     let here = &s.place[i];
     let moving = &s.motion[i];
-    let mut force_sum = DVec3::ZERO;
-    let mut torque_sum = DVec3::ZERO;
+    let mut sum = Gathered::default();
     let begin = s.slot_start[i] as usize;
     for (k, &id) in s.neighbour[begin..s.slot_start[i + 1] as usize].iter().enumerate() {
         if id == NONE {
@@ -56,7 +61,9 @@ fn contacts_of(s: &State, i: usize, springs: &mut [DVec3]) -> (DVec3, DVec3) {
         let touch = if j < bodies {
             touch_grain(s, i, j, here, &s.place[j])
         } else {
-            touch_wall(&s.wall[j - bodies], here.x, here.radius)
+            let touch = touch_wall(&s.wall[j - bodies], here.x, here.radius);
+            sum.crossed |= touch.gap < -here.radius;
+            touch
         };
         if !(touch.gap < 0.0) {
             forget_spring(springs.get_mut(k));
@@ -85,8 +92,8 @@ fn contacts_of(s: &State, i: usize, springs: &mut [DVec3]) -> (DVec3, DVec3) {
         let pressing =
             normal_force(&pair, touch.gap) + dashpot_force(s.model.dashpot, &pair, v_rel.dot(n), inverse_mass);
         let f = -pressing * n + tangential_force(s, springs.get_mut(k), &pair, n, n_before, v_rel, pressing);
-        force_sum += f;
-        torque_sum += moment(arm, f);
+        sum.force += f;
+        sum.torque += moment(arm, f);
     }
-    (force_sum, torque_sum)
+    sum
 }
