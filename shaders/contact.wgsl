@@ -15,16 +15,20 @@ fn contact(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
     }
     let here = place[i];
     let moving = motion[i];
+    let spinning = spin_of(i);
+    let end = slot_start[i + 1u];
     var force_sum = Vec();
     var torque_sum = Spin();
-    for (var slot = slot_start[i]; slot < slot_start[i + 1u]; slot++) {
+    for (var slot = slot_start[i]; slot < end; slot++) {
         let j = neighbour[slot];
         if (j == NONE) {
             break;
         }
         var touch: Touch;
+        var there: Place;
         if (j < params.bodies) {
-            touch = touch_grain(i, j, here, place[j]);
+            there = place[j];
+            touch = touch_grain(i, j, here, there);
         } else {
             touch = touch_wall(j - params.bodies, here.x, here.radius);
             if (touch.gap < -here.radius) {
@@ -41,14 +45,15 @@ fn contact(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
         var n_before: Vec;
         var inverse_mass = moving.inverse_mass;
         if (j < params.bodies) {
-            let there = place[j];
-            let v = moving.v - motion[j].v;
-            v_rel = v + (surface_velocity(i, arm) - surface_velocity(j, -(there.radius + 0.5 * touch.gap) * n));
+            let other = motion[j];
+            let v = moving.v - other.v;
+            let arm_there = -(there.radius + 0.5 * touch.gap) * n;
+            v_rel = v + (surface_velocity(spinning, arm) - surface_velocity(spin_of(j), arm_there));
             n_before = unit_or((here.radius + there.radius + touch.gap) * n + params.dt * v, n);
-            inverse_mass += motion[j].inverse_mass;
+            inverse_mass += other.inverse_mass;
         } else {
             let w = j - params.bodies;
-            v_rel = (moving.v - wall_velocity(w, here.x + arm)) + surface_velocity(i, arm);
+            v_rel = (moving.v - wall_velocity(w, here.x + arm)) + surface_velocity(spinning, arm);
             n_before = wall_normal_before(w, here.x - params.dt * moving.v);
         }
         let pair = pair_of(i, j);

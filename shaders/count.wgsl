@@ -16,10 +16,12 @@ fn count(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
     let here = place[i];
     let fixed = motion[i].inverse_mass == 0;
     let home = cell_of(here.x);
+    let cells_around = around_count();
     var slots = 0u;
-    for (var k = 0u; k < around_count(); k++) {
+    for (var k = 0u; k < cells_around; k++) {
         let c = around(home, k);
-        for (var s = cell_start[c]; s < cell_start[c + 1u]; s++) {
+        let last = cell_start[c + 1u];
+        for (var s = cell_start[c]; s < last; s++) {
             let j = sorted[s];
             if (j != i && listed(here, place[j], 1.00001) && !(fixed && motion[j].inverse_mass == 0)) {
                 slots++;

@@ -147,7 +147,7 @@ impl Checker<'_> {
         }
         if stage.name == "measure" {
             let bodies = self.state.sizes.bodies;
-            self.contacts = self.contacts.max(Sample::new(0, 0.0, bodies, bodies, &self.state.part).contacts);
+            self.contacts = self.contacts.max(Sample::new(0, 0.0, bodies, &self.state.part).contacts);
         }
         Ok(())
     }

@@ -2,11 +2,12 @@
 
 use crate::{
     model::Dimension,
-    scene::{Assembly, Domain, Grain},
+    scene::{Assembly, Domain, Grain, Wall},
     state::Part,
     time_step::mass,
 };
 use glam::DVec3;
+use std::collections::HashMap;
 
 /// A row of the history: sums over all grains at one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
@@ -23,19 +24,19 @@ pub struct Sample {
     /// Mean |total force| on free grains over mean |contact force|; infinite without contacts.
     pub unbalanced_force_ratio: f64,
     pub max_overlap_over_radius: f64,
-    /// Touching pairs of grains, and of grain and wall.
+    /// Contacts of free grains: with each other, with fixed grains and with walls.
     pub contacts: u64,
-    /// Mean number of contacts of a grain, walls included.
+    /// Mean number of contacts of a free grain.
     pub coordination_number: f64,
 }
 
 impl Sample {
     /// From the rows that the stage `measure` writes.
-    pub fn new(step: u64, time: f64, free: usize, grains: usize, parts: &[Part]) -> Sample {
+    pub fn new(step: u64, time: f64, free: usize, parts: &[Part]) -> Sample {
         let sum = |of: fn(&Part) -> f64| parts.iter().map(of).sum::<f64>();
-        let sides: u64 = parts.iter().map(|p| u64::from(p.grain_sides)).sum();
-        let wall_contacts: u64 = parts.iter().map(|p| u64::from(p.wall_contacts)).sum();
-        let contacts = sides / 2 + wall_contacts;
+        let count = |of: fn(&Part) -> u32| parts.iter().map(|p| u64::from(of(p))).sum::<u64>();
+        let (sides, single) = (count(|p| p.sides), count(|p| p.single_sides));
+        let contacts = (sides - single) / 2 + single;
         let mean_net = sum(|p| p.net_force) / free.max(1) as f64;
         let mean_contact = sum(|p| p.contact_force) / contacts as f64;
         Sample {
@@ -47,8 +48,16 @@ impl Sample {
             unbalanced_force_ratio: if contacts == 0 { f64::INFINITY } else { mean_net / mean_contact },
             max_overlap_over_radius: parts.iter().map(|p| p.overlap).fold(0.0, f64::max),
             contacts,
-            coordination_number: (sides + wall_contacts) as f64 / grains as f64,
+            coordination_number: sides as f64 / free.max(1) as f64,
         }
+    }
+
+    /// Whether the grains are at rest: forces are balanced to this ratio, and the grains do not merely pass through
+    /// balance, because their kinetic energy is as small a part of the energy in the contacts.
+    pub fn at_rest(&self, tolerance: f64) -> bool {
+        self.contacts > 0
+            && self.unbalanced_force_ratio < tolerance
+            && self.kinetic_energy <= tolerance * self.elastic_energy
     }
 }
 
@@ -65,60 +74,109 @@ pub fn momentum(grains: &[Grain], masses: &[f64]) -> DVec3 {
     free.map(|(g, m)| *m * g.velocity).sum()
 }
 
-/// Angular momentum of the free grains about the origin, spin included, kg m²/s.
-pub fn angular_momentum(dimension: usize, grains: &[Grain], masses: &[f64]) -> DVec3 {
-    let beta = if dimension == 2 { 0.5 } else { 0.4 };
-    let free = grains.iter().zip(masses).filter(|(g, _)| !g.fixed);
-    free.map(|(g, m)| *m * g.position.cross(g.velocity) + beta * m * g.radius * g.radius * g.spin).sum()
-}
-
-/// Fraction of space filled by grains in the core of the packing, overlaps counted once; None below 50 grains or where
-/// the core is empty.
-///
-/// The core leaves out surface and wall effects: along gravity from the 10th to the 80th percentile of the centres,
-/// sideways two largest radii inside their extent; a periodic axis counts whole. It is sampled at 2^18 quasi-random
-/// points, which leaves an error of about 0.001.
-pub fn packing_fraction(assembly: &Assembly, grains: &[Grain]) -> Option<f64> {
-    const POINTS: u32 = 1 << 18;
-    if grains.len() < 50 {
+/// Angular momentum of the free grains about the origin, spin included, kg m²/s; None in a periodic domain, where a
+/// grain that crosses the edge changes its arm.
+pub fn angular_momentum(assembly: &Assembly, grains: &[Grain], masses: &[f64]) -> Option<DVec3> {
+    if assembly.domain.periodic.contains(&true) {
         return None;
     }
+    let beta = if assembly.dimension == 2 { 0.5 } else { 0.4 };
+    let free = grains.iter().zip(masses).filter(|(g, _)| !g.fixed);
+    Some(free.map(|(g, m)| *m * g.position.cross(g.velocity) + beta * m * g.radius * g.radius * g.spin).sum())
+}
+
+/// Fraction of space filled by grains inside the packing, overlaps counted once; None where the packing has no inside.
+///
+/// Inside is what lies two largest radii away from every wall, from the free faces of the packing and, under gravity,
+/// below its surface: the highest free grain of each upright column two largest radii wide. So heaps and cylinders
+/// count with what they fill. It is sampled at 2^18 quasi-random points; where few of them are inside, None.
+pub fn packing_fraction(assembly: &Assembly, grains: &[Grain], walls: &[Wall]) -> Option<f64> {
+    const POINTS: u32 = 1 << 18;
+    const FEW: usize = 2000;
     let dims = assembly.dimension;
-    let largest = grains.iter().map(|g| g.radius).fold(0.0, f64::max);
-    let (lower, upper) = core(assembly, grains, largest);
+    let free: Vec<Grain> = grains.iter().filter(|g| !g.fixed).copied().collect();
+    if free.is_empty() {
+        return None;
+    }
+    let margin = 2.0 * grains.iter().map(|g| g.radius).fold(0.0, f64::max);
+    let (lower, upper) = extent(assembly, &free, margin);
     if (0..dims).any(|a| upper[a] <= lower[a]) {
         return None;
     }
-    let cells = Cells::new(&assembly.domain, dims, grains, 2.0 * largest);
+    let cells = Cells::new(&assembly.domain, dims, grains, margin);
+    let surface = Skyline::new(assembly, &free, margin);
     // Additive recurrence with the generalised golden ratio: even coverage in any number of dimensions.
     let phi: f64 = if dims == 2 { 1.324_717_957_244_746 } else { 1.220_744_084_605_759_5 };
-    let filled = (0..POINTS).filter(|k| {
+    let point = |k: u32| {
         let u = |a: i32| (0.5 + f64::from(k + 1) / phi.powi(a + 1)).fract();
         let mut x = lower;
         (0..dims).for_each(|a| x[a] += u(a as i32) * (upper[a] - lower[a]));
-        cells.covered(grains, x)
-    });
-    Some(filled.count() as f64 / f64::from(POINTS))
+        x
+    };
+    let inside = |x: &DVec3| surface.depth(*x) >= margin && walls.iter().all(|w| w.surface.distance(*x) >= margin);
+    let (covered, open): (Vec<DVec3>, Vec<DVec3>) =
+        (0..POINTS).map(point).filter(inside).partition(|x| cells.covered(grains, *x));
+    let total = covered.len() + open.len();
+    (total >= FEW).then(|| covered.len() as f64 / total as f64)
 }
 
-fn core(assembly: &Assembly, grains: &[Grain], largest: f64) -> (DVec3, DVec3) {
+/// The axis along which gravity is strongest, and whether it points down along it; None without gravity.
+fn vertical(assembly: &Assembly) -> Option<(usize, bool)> {
+    let g = assembly.gravity;
+    let axis = (0..assembly.dimension).max_by(|a, b| g[*a].abs().total_cmp(&g[*b].abs()))?;
+    (g[axis] != 0.0).then_some((axis, g[axis] < 0.0))
+}
+
+/// Box of the free grains' centres; along axes that neither repeat nor are vertical, without a margin.
+fn extent(assembly: &Assembly, free: &[Grain], margin: f64) -> (DVec3, DVec3) {
     let (mut lower, mut upper) = (DVec3::ZERO, DVec3::ZERO);
-    let up = (0..assembly.dimension).max_by(|a, b| assembly.gravity[*a].abs().total_cmp(&assembly.gravity[*b].abs()));
     for axis in 0..assembly.dimension {
         if assembly.domain.periodic[axis] {
             (lower[axis], upper[axis]) = (assembly.domain.lower[axis], assembly.domain.upper[axis]);
             continue;
         }
-        let mut centres: Vec<f64> = grains.iter().map(|g| g.position[axis]).collect();
-        centres.sort_by(f64::total_cmp);
-        let at = |q: f64| centres[((centres.len() - 1) as f64 * q) as usize];
-        (lower[axis], upper[axis]) = match up {
-            Some(up) if up == axis && assembly.gravity[axis] < 0.0 => (at(0.1), at(0.8)),
-            Some(up) if up == axis && assembly.gravity[axis] > 0.0 => (at(0.2), at(0.9)),
-            _ => (at(0.0) + 2.0 * largest, at(1.0) - 2.0 * largest),
-        };
+        let ends = free.iter().map(|g| g.position[axis]);
+        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        let inset = if vertical(assembly).is_some_and(|(up, _)| up == axis) { 0.0 } else { margin };
+        (lower[axis], upper[axis]) = (low + inset, high - inset);
     }
     (lower, upper)
+}
+
+/// Height of the highest free grain in each upright column.
+struct Skyline {
+    vertical: Option<(usize, bool)>,
+    width: f64,
+    tops: HashMap<[i64; 2], f64>,
+}
+
+impl Skyline {
+    fn new(assembly: &Assembly, free: &[Grain], width: f64) -> Skyline {
+        let mut surface = Skyline { vertical: vertical(assembly), width, tops: HashMap::new() };
+        for grain in free {
+            if let Some((column, height)) = surface.column(grain.position) {
+                let top = surface.tops.entry(column).or_insert(height);
+                *top = top.max(height);
+            }
+        }
+        surface
+    }
+
+    /// Column of a point, and its height, counted against gravity.
+    fn column(&self, x: DVec3) -> Option<([i64; 2], f64)> {
+        let (up, down) = self.vertical?;
+        let mut sideways = (0..3).filter(|a| *a != up).map(|a| (x[a] / self.width).floor() as i64);
+        let column = std::array::from_fn(|_| sideways.next().expect("two axes are left"));
+        Some((column, if down { x[up] } else { -x[up] }))
+    }
+
+    /// Depth of a point below the surface; infinite without gravity, negative where there is no grain above or below.
+    fn depth(&self, x: DVec3) -> f64 {
+        match self.column(x) {
+            None => f64::INFINITY,
+            Some((column, height)) => self.tops.get(&column).map_or(-1.0, |top| top - height),
+        }
+    }
 }
 
 /// Grains by cell, to find the ones near a point.

@@ -425,7 +425,7 @@ impl Simulation {
         self.engine.execute(&params, &self.plan.sample, 1)?;
         self.engine.read(&["part"], &mut self.state)?;
         let free = self.assembly.grains.iter().filter(|g| !g.fixed).count();
-        Ok(Sample::new(self.step, self.time(), free, self.assembly.grains.len(), &self.state.part))
+        Ok(Sample::new(self.step, self.time(), free, &self.state.part))
     }
 
     /// All grains now, in input order, with velocities and spins brought to the time of the positions.

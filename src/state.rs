@@ -123,8 +123,8 @@ record!(
         net_force: f64,
         contact_force: f64,
         overlap: f64,
-        grain_sides: u32,
-        wall_contacts: u32,
+        sides: u32,
+        single_sides: u32,
     }
 );
 record!(

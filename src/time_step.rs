@@ -4,12 +4,12 @@ use crate::{
     error::{Error, Result},
     laws::{dashpot::damping_ratio, dimension::inverse_gyration},
     model::Dimension,
-    scene::{Assembly, Dashpot, Pair, TimeStep},
+    scene::{Assembly, Dashpot, Grain, Pair, TimeStep},
 };
 use std::f64::consts::PI;
 
-/// Most neighbours of equal size that can touch a grain at once, and how much of the stiffness of that many contacts
-/// can act along one normal direction, one tangential direction and one axis of rotation.
+/// How many grains of the smallest size can touch a grain at once, and how much of the stiffness of that many contacts
+/// can act along one normal direction, one tangential direction and about one axis.
 struct Coordination {
     contacts: f64,
     normal: f64,
@@ -17,10 +17,26 @@ struct Coordination {
     rotational: f64,
 }
 
-/// Six disks around a disk: Σ n⊗n = 3 in every direction, and all six resist rotation.
-const PLANE: Coordination = Coordination { contacts: 6.0, normal: 3.0, tangential: 3.0, rotational: 6.0 };
-/// Twelve spheres around a sphere: 4 in every direction in close packings, at most 4.5 in any arrangement.
-const SPACE: Coordination = Coordination { contacts: 12.0, normal: 4.5, tangential: 9.0, rotational: 9.0 };
+impl Coordination {
+    /// Around a grain of radius `own`, the smallest other one being `other`.
+    fn new(dimension: Dimension, own: f64, other: f64) -> Coordination {
+        let ratio = own / other;
+        match dimension {
+            // As many disks as subtend the full angle; every one resists rotation. Six equal ones: 3, 3 and 6.
+            Dimension::Plane => {
+                let contacts = (PI / (1.0 / (1.0 + ratio)).asin()).max(3.0);
+                Coordination { contacts, normal: contacts / 2.0, tangential: contacts / 2.0, rotational: contacts }
+            }
+            // Caps of the small spheres cover at most 0.9069 of the sphere through their centres. Of equal ones there
+            // can be 12, with 4 along every direction in close packings and at most 4.5 in any arrangement.
+            Dimension::Space => {
+                let contacts = if ratio <= 1.0 { 12.0 } else { (0.9069 * 4.0 * (1.0 + ratio).powi(2)).max(12.0) };
+                let (normal, sideways) = ((contacts / 3.0).max(4.5), (2.0 * contacts / 3.0).max(9.0));
+                Coordination { contacts, normal, tangential: sideways, rotational: sideways }
+            }
+        }
+    }
+}
 
 /// Mass of a grain: ρ π R² per unit thickness, or ρ 4/3 π R³, kg.
 pub fn mass(dimension: Dimension, density: f64, radius: f64) -> f64 {
@@ -34,20 +50,48 @@ pub fn mass(dimension: Dimension, density: f64, radius: f64) -> f64 {
 ///
 /// For each grain ω² is bounded by twice the stiffness that its contacts can put into one direction, over its mass,
 /// plus twice the tangential stiffness over its inertia (k_T R²/J); the factor two is the part of the other grain, and
-/// falls away for walls. A grain can have no more contacts than the scene has other grains and walls. A dashpot acts
-/// on velocities half a step old, which turns `ω²Δt² < 4` into `ω²Δt² + 2γΔt < 4`.
+/// falls away for walls. A grain can have no more contacts than the scene has other grains and walls, nor than fit
+/// around it without overlap. A dashpot acts on velocities half a step old, which turns `ω²Δt² < 4` into
+/// `ω²Δt² + 2γΔt < 4`. Grains that overlap each other by much, fixed ones above all, can exceed the contacts counted
+/// here.
 pub fn bound(assembly: &Assembly) -> f64 {
-    let dimension = if assembly.dimension == 2 { Dimension::Plane } else { Dimension::Space };
-    let materials = assembly.materials.len();
-    let pairs_of = |material: u32| &assembly.pairs[material as usize * materials..][..materials];
+    let dimension = dimension(assembly);
     let others = (assembly.grains.len() - 1) as f64;
     let walls = assembly.walls.len() as f64;
-    let coordination = if dimension == Dimension::Plane { PLANE } else { SPACE };
+    let smallest = assembly.grains.iter().map(|g| g.radius).fold(f64::INFINITY, f64::min);
+    let of_grain = |(grain, mass): (&Grain, f64), pair: &Pair| {
+        let coordination = Coordination::new(dimension, grain.radius, smallest);
+        of_contact(&coordination, pair, others, walls, mass, inverse_gyration(dimension))
+    };
+    smallest_over_contacts(assembly, of_grain)
+}
+
+/// The shortest duration of a collision, π √(m*/k_N), s, between equal grains or of a grain with a wall; infinite if
+/// nothing can touch.
+pub fn shortest_contact(assembly: &Assembly) -> f64 {
+    let share = if assembly.grains.len() > 1 { 0.5 } else { 1.0 };
+    let nothing = assembly.grains.len() < 2 && assembly.walls.is_empty();
+    let of_grain = |(_, mass): (&Grain, f64), pair: &Pair| PI * (share * mass / pair.normal_stiffness).sqrt();
+    if nothing { f64::INFINITY } else { smallest_over_contacts(assembly, of_grain) }
+}
+
+fn dimension(assembly: &Assembly) -> Dimension {
+    if assembly.dimension == 2 { Dimension::Plane } else { Dimension::Space }
+}
+
+/// The smallest value over free grains and the pairs of materials they can be part of.
+fn smallest_over_contacts(assembly: &Assembly, value: impl Fn((&Grain, f64), &Pair) -> f64) -> f64 {
+    let materials = assembly.materials.len();
+    let mut present = vec![false; materials];
+    assembly.grains.iter().map(|g| g.material).chain(assembly.walls.iter().map(|w| w.material)).for_each(|m| {
+        present[m as usize] = true;
+    });
     let free = assembly.grains.iter().filter(|g| !g.fixed);
     free.map(|grain| {
-        let m = mass(dimension, assembly.materials[grain.material as usize].density, grain.radius);
-        let of_pair = |pair| of_contact(&coordination, pair, others, walls, m, inverse_gyration(dimension));
-        pairs_of(grain.material).iter().map(of_pair).fold(f64::INFINITY, f64::min)
+        let m = mass(dimension(assembly), assembly.materials[grain.material as usize].density, grain.radius);
+        let pairs = &assembly.pairs[grain.material as usize * materials..][..materials];
+        let possible = pairs.iter().zip(&present).filter(|(_, present)| **present);
+        possible.map(|(pair, _)| value((grain, m), pair)).fold(f64::INFINITY, f64::min)
     })
     .fold(f64::INFINITY, f64::min)
 }
@@ -71,6 +115,9 @@ fn of_contact(c: &Coordination, pair: &Pair, others: f64, walls: f64, mass: f64,
     (-gamma + (gamma * gamma + 4.0 * omega_squared).sqrt()) / omega_squared
 }
 
+/// Steps that `"auto"` gives the shortest collision at least: a stable step is not yet an accurate one.
+const STEPS_PER_CONTACT: f64 = 50.0;
+
 /// The time step to use, and its bound, s.
 ///
 /// # Errors
@@ -78,7 +125,9 @@ fn of_contact(c: &Coordination, pair: &Pair, others: f64, walls: f64, mass: f64,
 pub fn choose(assembly: &Assembly) -> Result<(f64, f64)> {
     let bound = bound(assembly);
     match assembly.solver.dt {
-        TimeStep::Auto { fraction } if bound.is_finite() => Ok((fraction * bound, bound)),
+        TimeStep::Auto { fraction } if bound.is_finite() => {
+            Ok(((fraction * bound).min(shortest_contact(assembly) / STEPS_PER_CONTACT), bound))
+        }
         // Nothing can touch: any step is stable, and a thousandth of the run resolves free flight exactly.
         TimeStep::Auto { .. } => match assembly.stop.time {
             Some(time) => Ok((time / 1000.0, bound)),

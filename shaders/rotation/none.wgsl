@@ -1,7 +1,11 @@
 // twin: src/laws/rotation.rs
 // Rotation slot: nothing turns, so spins and torques do not exist.
 
-fn surface_velocity(i: u32, arm: Vec) -> Vec {
+fn spin_of(i: u32) -> Spin {
+    return Spin();
+}
+
+fn surface_velocity(spin: Spin, arm: Vec) -> Vec {
     return Vec();
 }
 

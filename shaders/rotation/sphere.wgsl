@@ -10,9 +10,14 @@ fn inverse_inertia(place: Place, inverse_mass: Real) -> Real {
     return Real(INVERSE_GYRATION) * inverse_mass / (place.radius * place.radius);
 }
 
+/// rad/s
+fn spin_of(i: u32) -> Spin {
+    return spin[i];
+}
+
 /// Velocity of the surface point at the end of arm, relative to the centre, m/s.
-fn surface_velocity(i: u32, arm: Vec) -> Vec {
-    return spin_velocity(spin[i], arm);
+fn surface_velocity(spin: Spin, arm: Vec) -> Vec {
+    return spin_velocity(spin, arm);
 }
 
 fn store_torque(i: u32, value: Spin) {

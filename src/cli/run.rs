@@ -236,8 +236,7 @@ impl Run {
     }
 
     fn is_at_rest(&self, sample: &Sample) -> bool {
-        let tolerance = self.simulation.assembly().stop.equilibrium;
-        tolerance.is_some_and(|tolerance| sample.contacts > 0 && sample.unbalanced_force_ratio < tolerance)
+        self.simulation.assembly().stop.equilibrium.is_some_and(|tolerance| sample.at_rest(tolerance))
     }
 
     /// The last state and the summary.

@@ -39,7 +39,7 @@ pub struct Summary {
     /// kg m/s
     pub momentum: DVec3,
     /// About the origin, kg m²/s.
-    pub angular_momentum: DVec3,
+    pub angular_momentum: Option<DVec3>,
     pub converged: bool,
     /// Why the run ended before its time.
     pub stopped: Option<String>,
@@ -89,12 +89,12 @@ impl Summary {
             lost_contacts: s.lost_contacts(),
             contacts: sample.contacts,
             coordination_number: sample.coordination_number,
-            packing_fraction: measure::packing_fraction(assembly, grains),
+            packing_fraction: measure::packing_fraction(assembly, grains, &walls),
             max_overlap_over_radius: sample.max_overlap_over_radius,
             unbalanced_force_ratio: sample.unbalanced_force_ratio,
             kinetic_energy: sample.kinetic_energy,
             momentum: measure::momentum(grains, &masses),
-            angular_momentum: measure::angular_momentum(assembly.dimension, grains, &masses),
+            angular_momentum: measure::angular_momentum(assembly, grains, &masses),
             converged: ending.converged,
             stopped: ending.stopped,
             version: env!("CARGO_PKG_VERSION"),

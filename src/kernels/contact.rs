@@ -8,7 +8,7 @@ use crate::{
         friction::{forget_spring, tangential_force},
         materials::pair_of,
         normal::normal_force,
-        rotation::surface_velocity,
+        rotation::{spin_of, surface_velocity},
         touch::{touch_grain, unit_or},
         walls::{touch_wall, wall_normal_before, wall_velocity},
     },
@@ -51,6 +51,7 @@ fn contacts_of(s: &State, i: usize, springs: &mut [DVec3]) -> Gathered {
     let bodies = s.sizes.bodies;
     let here = &s.place[i];
     let moving = &s.motion[i];
+    let spinning = spin_of(s, i);
     let mut sum = Gathered::default();
     let begin = s.slot_start[i] as usize;
     for (k, &id) in s.neighbour[begin..s.slot_start[i + 1] as usize].iter().enumerate() {
@@ -78,13 +79,13 @@ fn contacts_of(s: &State, i: usize, springs: &mut [DVec3]) -> Gathered {
             inverse_mass += s.motion[j].inverse_mass;
             let arm_there = -(there.radius + 0.5 * touch.gap) * n;
             (
-                v + (surface_velocity(s, i, arm) - surface_velocity(s, j, arm_there)),
+                v + (surface_velocity(spinning, arm) - surface_velocity(spin_of(s, j), arm_there)),
                 unit_or((here.radius + there.radius + touch.gap) * n + s.params.dt * v, n),
             )
         } else {
             let wall = &s.wall[j - bodies];
             (
-                (moving.v - wall_velocity(wall, here.x + arm)) + surface_velocity(s, i, arm),
+                (moving.v - wall_velocity(wall, here.x + arm)) + surface_velocity(spinning, arm),
                 wall_normal_before(s, wall, here.x - s.params.dt * moving.v),
             )
         };

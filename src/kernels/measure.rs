@@ -1,4 +1,4 @@
-//! Twin of `shaders/measure.wgsl`: sums over grains at step n, in a fixed order.
+//! Twin of `shaders/measure.wgsl`: sums over free grains at step n, in a fixed order.
 
 use crate::{
     laws::{
@@ -27,33 +27,36 @@ fn add_body(s: &State, i: usize, sum: &mut Part) {
     let p = &s.params;
     let here = &s.place[i];
     let inverse_mass = s.motion[i].inverse_mass;
-    if inverse_mass != 0.0 {
-        let total = s.force[i] + p.gravity / inverse_mass;
-        let v = (s.motion[i].v + 0.5 * p.dt * inverse_mass * total) / (1.0 + 0.5 * p.dt * p.damping);
-        sum.kinetic += 0.5 * v.length_squared() / inverse_mass + spin_energy(s, i, here, inverse_mass);
-        sum.potential -= p.gravity.dot(here.x) / inverse_mass;
-        sum.net_force += total.length();
+    if inverse_mass == 0.0 {
+        return;
     }
+    let total = s.force[i] + p.gravity / inverse_mass;
+    let v = (s.motion[i].v + 0.5 * p.dt * inverse_mass * total) / (1.0 + 0.5 * p.dt * p.damping);
+    sum.kinetic += 0.5 * v.length_squared() / inverse_mass + spin_energy(s, i, here, inverse_mass);
+    sum.potential -= p.gravity.dot(here.x) / inverse_mass;
+    sum.net_force += total.length();
     for slot in s.slot_start[i] as usize..s.slot_start[i + 1] as usize {
         if s.neighbour[slot] == NONE {
             break;
         }
         let j = s.neighbour[slot] as usize;
-        let (touch, smaller, share) = if j < bodies {
-            (touch_grain(s, i, j, here, &s.place[j]), here.radius.min(s.place[j].radius), 0.5)
+        let (touch, smaller, single) = if j < bodies {
+            let fixed = s.motion[j].inverse_mass == 0.0;
+            (touch_grain(s, i, j, here, &s.place[j]), here.radius.min(s.place[j].radius), fixed)
         } else {
-            (touch_wall(&s.wall[j - bodies], here.x, here.radius), here.radius, 1.0)
+            (touch_wall(&s.wall[j - bodies], here.x, here.radius), here.radius, true)
         };
         if !(touch.gap < 0.0) {
             continue;
         }
+        let share = if single { 1.0 } else { 0.5 };
         let pair = pair_of(s, i, j);
         let normal = normal_force(&pair, touch.gap);
         let tangential = tangential_length(s, slot);
         sum.elastic += share * (normal_energy(&pair, touch.gap) + tangential_energy(s, slot, &pair));
         sum.contact_force += share * (normal * normal + tangential * tangential).sqrt();
         sum.overlap = sum.overlap.max(-touch.gap / smaller);
-        sum.grain_sides += u32::from(j < bodies);
-        sum.wall_contacts += u32::from(j >= bodies);
+        sum.sides += 1;
+        sum.single_sides += u32::from(single);
     }
 }

@@ -12,12 +12,17 @@ pub fn inverse_inertia(s: &State, place: &Place, inverse_mass: f64) -> f64 {
     inverse_gyration(s.model.dimension) * inverse_mass / (place.radius * place.radius)
 }
 
-/// Velocity of the surface point at the end of arm, relative to the centre, m/s.
-pub fn surface_velocity(s: &State, i: usize, arm: DVec3) -> DVec3 {
+/// rad/s; zero where nothing turns.
+pub fn spin_of(s: &State, i: usize) -> DVec3 {
     match s.model.rotation {
         Rotation::None => DVec3::ZERO,
-        Rotation::Sphere => spin_velocity(s.spin[i].0, arm),
+        Rotation::Sphere => s.spin[i].0,
     }
+}
+
+/// Velocity of the surface point at the end of arm, relative to the centre, m/s.
+pub fn surface_velocity(spin: DVec3, arm: DVec3) -> DVec3 {
+    spin_velocity(spin, arm)
 }
 
 /// Spin from n - 1/2 to n + 1/2: (2.19) with the moment in place of the force.

@@ -80,6 +80,16 @@ pub enum Surface {
     Cylinder { center: DVec3, radius: f64 },
 }
 
+impl Surface {
+    /// Distance of a point from the surface, m; negative beyond it.
+    pub fn distance(&self, x: DVec3) -> f64 {
+        match *self {
+            Surface::Plane { point, normal } => (x - point).dot(normal),
+            Surface::Cylinder { center, radius } => radius - (x - center).truncate().length(),
+        }
+    }
+}
+
 /// A wall.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wall {
