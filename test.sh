@@ -11,7 +11,15 @@ cargo build --release
 if [ "${PACKSTONE_ALLOW_NO_GPU:-}" != 1 ] && ! cargo run --release --quiet -- adapters && command -v apt-get >/dev/null; then
     echo "no GPU adapter found: installing Mesa's software Vulkan driver"
     sudo=""
-    [ "$(id -u)" = 0 ] || sudo=sudo
+    if [ "$(id -u)" != 0 ]; then
+        if ! command -v sudo >/dev/null; then
+            echo "cannot install it: you are not root and there is no sudo. Either run, as root," >&2
+            echo "    apt-get install --no-install-recommends libvulkan1 mesa-vulkan-drivers" >&2
+            echo "or set PACKSTONE_ALLOW_NO_GPU=1 to let the GPU tests pass untested." >&2
+            exit 1
+        fi
+        sudo=sudo
+    fi
     $sudo apt-get update -q
     $sudo apt-get install -y --no-install-recommends libvulkan1 mesa-vulkan-drivers
 fi

@@ -52,7 +52,8 @@ fn packing(friction: f64) -> packstone::Result<(f64, f64)> {
     simulation.advance((0.15 / simulation.dt()) as u64)?;
     let sample = simulation.sample()?;
     let grains = simulation.grains()?;
-    let fraction = packing_fraction(simulation.assembly(), &grains, &simulation.assembly().walls).expect("2,000 grains have an inside");
+    let fraction = packing_fraction(simulation.assembly(), &grains, &simulation.assembly().walls)
+        .expect("2,000 grains have an inside");
     println!("friction {friction}: packing fraction {fraction:.4}, coordination {:.3}", sample.coordination_number);
     Ok((fraction, sample.coordination_number))
 }

@@ -16,6 +16,7 @@ fn contact(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
     let here = place[i];
     let moving = motion[i];
     let spinning = spin_of(i);
+    let residue_here = residue_of(i);
     let end = slot_start[i + 1u];
     var force_sum = Vec();
     var torque_sum = Spin();
@@ -28,9 +29,9 @@ fn contact(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
         var there: Place;
         if (j < params.bodies) {
             there = place[j];
-            touch = touch_grain(i, j, here, there);
+            touch = touch_grain(i, j, here, there, residue_of(j) - residue_here);
         } else {
-            touch = touch_wall(j - params.bodies, here.x, here.radius);
+            touch = touch_wall(j - params.bodies, here.x, residue_here, here.radius);
             if (touch.gap < -here.radius) {
                 atomicMax(&counters.bad_body, params.bodies - i);
             }

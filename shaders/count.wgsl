@@ -29,8 +29,9 @@ fn count(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
         }
     }
     for (var w = 0u; w < params.walls && !fixed; w++) {
-        let gap = touch_wall(w, here.x, here.radius).gap;
-        if (gap < 1.00001 * params.margin) {
+        let gap = touch_wall(w, here.x, Vec(), here.radius).gap;
+        // Rounding grows with the distance from the wall's point; twice the margin leaves room for it.
+        if (gap < 2 * params.margin) {
             slots++;
         }
         if (gap < -here.radius) {

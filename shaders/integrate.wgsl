@@ -19,7 +19,7 @@ fn integrate(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgrou
         let half = 0.5 * params.dt * params.damping;
         v = ((1 - half) * v + params.dt * (inverse_mass * force[i] + params.gravity)) / (1 + half);
     }
-    let x = wrap(here.x + params.dt * v);
+    let x = displace(i, here.x, params.dt * v);
     motion[i].v = v;
     place[i].x = x;
     integrate_spin(i, here, inverse_mass);

@@ -36,6 +36,7 @@ fn measure(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
         sum.kinetic += 0.5 * dot(v, v) / inverse_mass + spin_energy(i, here, inverse_mass);
         sum.potential -= dot(params.gravity, here.x) / inverse_mass;
         sum.net_force += sqrt(dot(total, total));
+        let residue_here = residue_of(i);
         let end = slot_start[i + 1u];
         for (var slot = slot_start[i]; slot < end; slot++) {
             let j = neighbour[slot];
@@ -46,11 +47,11 @@ fn measure(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
             var smaller = here.radius;
             var single = true;
             if (j < params.bodies) {
-                touch = touch_grain(i, j, here, place[j]);
+                touch = touch_grain(i, j, here, place[j], residue_of(j) - residue_here);
                 smaller = min(smaller, place[j].radius);
                 single = motion[j].inverse_mass == 0;
             } else {
-                touch = touch_wall(j - params.bodies, here.x, here.radius);
+                touch = touch_wall(j - params.bodies, here.x, residue_here, here.radius);
             }
             if (!(touch.gap < 0)) {
                 continue;

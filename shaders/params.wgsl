@@ -24,12 +24,15 @@ struct Params {
     lower: Vec,             // m, a grain beyond has escaped through an open face
     upper: Vec,             // m
     period: Vec,            // m, 0 along an open axis
+    period_rest: Vec,       // m, what the period has beyond a multiple of the quantum, in single precision
     inverse_period: Vec,    // 1/m, 0 along an open axis
     cell_origin: Vec,       // m; the lower face of the domain along a periodic axis
     inverse_cell: Vec,      // 1/m, per axis
     dt: Real,               // s
     damping: Real,          // xi, 1/s
     margin: Real,           // m, neighbour lists reach this much beyond contact
+    quantum: Real,          // m, a power of two: single precision keeps positions as multiples of it and a residue
+    inverse_quantum: Real,  // 1/m
     drift_limit: Real,      // m, lists are good while no grain has moved further than this
     @align(16) pair: Pair,  // the pair parameters of a scene with one material
     cells: vec3<u32>,       // cells per axis; the grid wraps around on every axis

@@ -1,9 +1,9 @@
 // twin: src/laws/touch.rs
 // Geometry of two grains.
 
-/// Gap and normal from grain i to grain j. Coincident centres get an arbitrary axis, opposite for the two grains.
-fn touch_grain(i: u32, j: u32, a: Place, b: Place) -> Touch {
-    let d = separation(a.x, b.x);
+/// Gap and normal from grain i to grain j; `residue` is that of j less that of i. Coincident centres get an arbitrary axis, opposite for the two grains.
+fn touch_grain(i: u32, j: u32, a: Place, b: Place, residue: Vec) -> Touch {
+    let d = separation(a.x, b.x) + residue;
     let distance = sqrt(dot(d, d));
     if (distance == 0) {
         return Touch(-(a.radius + b.radius), select(-first_axis(), first_axis(), i < j));

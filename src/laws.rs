@@ -8,6 +8,7 @@ pub mod friction;
 pub mod grid;
 pub mod materials;
 pub mod normal;
+pub mod precision;
 pub mod rotation;
 pub mod touch;
 pub mod walls;

@@ -143,7 +143,8 @@ fn extent(assembly: &Assembly, free: &[Grain], margin: f64) -> (DVec3, DVec3) {
     (lower, upper)
 }
 
-/// Height of the highest free grain in each upright column.
+/// Height of the packing in each upright column: the highest free grain that the ones below it reach up to. A stray grain
+/// high above does not count.
 struct Skyline {
     vertical: Option<(usize, bool)>,
     width: f64,
@@ -152,14 +153,17 @@ struct Skyline {
 
 impl Skyline {
     fn new(assembly: &Assembly, free: &[Grain], width: f64) -> Skyline {
-        let mut surface = Skyline { vertical: vertical(assembly), width, tops: HashMap::new() };
-        for grain in free {
-            if let Some((column, height)) = surface.column(grain.position) {
-                let top = surface.tops.entry(column).or_insert(height);
-                *top = top.max(height);
-            }
+        let mut skyline = Skyline { vertical: vertical(assembly), width, tops: HashMap::new() };
+        let mut columns: HashMap<[i64; 2], Vec<f64>> = HashMap::new();
+        for (column, height) in free.iter().filter_map(|g| skyline.column(g.position)) {
+            columns.entry(column).or_default().push(height);
         }
-        surface
+        for (column, mut heights) in columns {
+            heights.sort_by(f64::total_cmp);
+            let gap = heights.windows(2).position(|w| w[1] - w[0] > 2.0 * width);
+            skyline.tops.insert(column, heights[gap.unwrap_or(heights.len() - 1)]);
+        }
+        skyline
     }
 
     /// Column of a point, and its height, counted against gravity.

@@ -2,8 +2,9 @@
 
 use crate::error::{Error, Result};
 
-/// Bytes per grain that the host needs at least: the validated scene and the f64 arrays of a frictional bed.
-pub const BYTES_PER_GRAIN: u64 = 1024;
+/// Bytes per grain that the host needs: the validated scene, and the f64 arrays of a frictional bed for the engine and
+/// for the mirror that results are read from.
+pub const BYTES_PER_GRAIN: u64 = 2048;
 
 /// Refuse what the host's memory cannot hold. Where the system does not tell, everything passes.
 ///

@@ -2,7 +2,7 @@
 
 use crate::{
     kernels::{self, Stage},
-    model::{Friction, Model, Rotation},
+    model::{Friction, Model, Precision, Rotation},
 };
 use std::fmt;
 
@@ -80,6 +80,7 @@ fn saved(model: &Model) -> impl Iterator<Item = (&'static str, &'static str)> {
     let rotating = model.rotation == Rotation::Sphere;
     [
         (true, "place", "place_before"),
+        (model.precision == Precision::Single, "residue", "residue_before"),
         (true, "motion", "motion_before"),
         (true, "force", "force_before"),
         (rotating, "spin", "spin_before"),

@@ -30,7 +30,7 @@ impl Scene {
     /// Reads a scene file and applies overrides such as `solver.dt=1e-6`.
     /// Relative paths inside the scene are looked up next to the file.
     pub fn load(path: &Path, set: &[String]) -> Result<Scene> {
-        let text = std::fs::read_to_string(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+        let text = read_text(path, "a scene file")?;
         let directory = path.parent().unwrap_or(Path::new(""));
         Scene::parse(&text, &path.display().to_string(), directory, set)
     }
@@ -58,6 +58,20 @@ impl Scene {
             None => stem().unwrap_or(&self.origin.name),
         }
     }
+}
+
+/// The text of a file that ought to be `what`.
+fn read_text(path: &Path, what: &str) -> Result<String> {
+    let name = path.display();
+    if path.is_dir() {
+        return Err(Error::Scene(format!("{name}: is a folder, not {what}")));
+    }
+    let bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+    String::from_utf8(bytes).map_err(|error| {
+        let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = good.iter().filter(|byte| **byte == b'\n').count() + 1;
+        Error::Scene(format!("{name}:{line}: is not UTF-8 text"))
+    })
 }
 
 /// Where a scene came from; every message starts with it.

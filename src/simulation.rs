@@ -5,13 +5,17 @@ use crate::{
     engine::{Cpu, Engine, Gpu, gpu},
     error::{Error, Result},
     gpu::Device,
-    laws::{dashpot::damping_ratio, rotation::spin_at_step},
+    laws::{
+        dashpot::damping_ratio,
+        precision::{quantised, quantum, residue_of},
+        rotation::{inverse_inertia, spin_at_step},
+    },
     measure::Sample,
     memory,
     model::{Model, Precision, Rotation},
     plan::{Plan, plan},
     scene::{Assembly, Dashpot, Grain, Surface},
-    state::{Motion, PARTS, Pair, Params, Place, Sizes, Spin, State, Wall},
+    state::{Array, Motion, PARTS, Pair, Params, Place, Sizes, Spin, State, Wall},
     time_step,
 };
 use glam::{DVec3, UVec3};
@@ -95,6 +99,9 @@ impl Setup {
         memory::check_host(bodies as u64 * memory::BYTES_PER_GRAIN)?;
         let mut state = State::new(model, sizes, params);
         fill(&mut state, assembly);
+        if precision == Precision::Single {
+            check_range(&state)?;
+        }
         Ok(Setup { plan: plan(&model), state, dt_bound })
     }
 }
@@ -137,6 +144,10 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
         parts: PARTS as u32,
         ..Params::default()
     };
+    let corners = domain_corners(assembly);
+    p.quantum = quantum(corners.map(|x| x.abs().max_element()).fold(0.0, f64::max));
+    p.inverse_quantum = 1.0 / p.quantum;
+    let single = model.precision == Precision::Single;
     // A hair wider than the reach of the lists, so that rounding cannot hide a neighbour two cells away.
     let edge = 1.001 * (2.0 * largest + margin);
     let domain = &assembly.domain;
@@ -146,6 +157,10 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
         if domain.periodic[axis] {
             p.period[axis] = upper - lower;
             p.inverse_period[axis] = 1.0 / p.period[axis];
+            if single {
+                let whole = quantised(&p, p.period)[axis];
+                (p.period_rest[axis], p.period[axis]) = (p.period[axis] - whole, whole);
+            }
             p.cell_origin[axis] = lower;
             p.cells[axis] = (p.period[axis] / edge).floor().clamp(1.0, 1e6) as u32;
             p.inverse_cell[axis] = f64::from(p.cells[axis]) / p.period[axis];
@@ -183,12 +198,23 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
     p
 }
 
+/// Positions of grains and finite corners of the domain: how far coordinates go.
+fn domain_corners(assembly: &Assembly) -> impl Iterator<Item = DVec3> {
+    let finite = |x: DVec3| DVec3::select(x.is_finite_mask(), x, DVec3::ZERO);
+    let corners = [assembly.domain.lower, assembly.domain.upper].map(finite);
+    assembly.grains.iter().map(|g| g.position).chain(corners)
+}
+
 fn fill(state: &mut State, assembly: &Assembly) {
     let dimension = state.model.dimension;
     for (i, grain) in assembly.grains.iter().enumerate() {
         let density = assembly.materials[grain.material as usize].density;
         let mass = time_step::mass(dimension, density, grain.radius);
         state.place[i] = Place { x: grain.position, radius: grain.radius };
+        if let Some(residue) = state.residue.get_mut(i) {
+            let whole = quantised(&state.params, grain.position);
+            (state.place[i].x, *residue) = (whole, grain.position - whole);
+        }
         state.motion[i] = Motion { v: grain.velocity, inverse_mass: if grain.fixed { 0.0 } else { 1.0 / mass } };
     }
     if state.model.rotation == Rotation::Sphere {
@@ -208,30 +234,72 @@ fn fill(state: &mut State, assembly: &Assembly) {
     }
 }
 
-/// The engine for a choice, and one line that says which and why.
-fn engine(setup: &Setup, options: &Options) -> Result<(Box<dyn Engine>, String)> {
-    let double = options.precision == Precision::Double;
-    let on_cpu = |why: &str| -> (Box<dyn Engine>, String) {
-        let mut state = setup.state.clone();
-        state.model.precision = Precision::Double;
-        let engine = Cpu::new(state);
-        let notice = format!("engine cpu (f64, {}): {why}", engine.adapter());
-        (Box::new(engine), notice)
-    };
-    if options.engine == EngineChoice::Cpu {
-        return Ok(on_cpu("asked for"));
+/// What leaves the range of f32 must not get to a device that computes in it.
+///
+/// # Errors
+/// [`Error::Scene`] with the grain and the number.
+fn check_range(state: &State) -> Result<()> {
+    let fits = |x: f64| x == 0.0 || (f64::from(f32::MIN_POSITIVE)..1e37).contains(&x.abs());
+    for (i, (place, motion)) in state.place.iter().zip(&state.motion).enumerate() {
+        let inertia = inverse_inertia(state, place, motion.inverse_mass);
+        let numbers = [("inverse mass", motion.inverse_mass), ("inverse moment of inertia", inertia)];
+        if let Some((what, number)) = numbers.into_iter().find(|(_, x)| !fits(*x)) {
+            return Err(Error::Scene(format!(
+                "grain {i}: its {what}, {number:e} in SI units, is beyond single precision; use --precision double or \
+                 --engine cpu"
+            )));
+        }
     }
-    let on_gpu = || -> Result<(Box<dyn Engine>, String)> {
-        let gpu = Gpu::new(Device::open(double)?, &setup.plan, &setup.state)?;
+    Ok(())
+}
+
+/// Set-up and engine for a choice, and one line that says which engine and why.
+fn build(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engine>, String)> {
+    let double = options.precision == Precision::Double;
+    let on_cpu = |why: &str| -> Result<(Setup, Box<dyn Engine>, String)> {
+        let setup = Setup::new(assembly, &Options { engine: EngineChoice::Cpu, ..*options })?;
+        let engine = Cpu::new(setup.state.clone());
+        let notice = format!("engine cpu (f64, {}): {why}", engine.adapter());
+        Ok((setup, Box::new(engine), notice))
+    };
+    let on_gpu = || -> Result<(Setup, Box<dyn Engine>, String)> {
+        let device = Device::open(double)?;
+        let setup = Setup::new(assembly, options)?;
+        let gpu = Gpu::new(device, &setup.plan, &setup.state)?;
         let real = if double { "f64" } else { "f32" };
         let why = if options.engine == EngineChoice::Gpu { "asked for" } else { "best adapter found" };
         let notice = format!("engine gpu ({real}, {}): {why}", gpu.adapter());
-        Ok((Box::new(gpu), notice))
+        Ok((setup, Box::new(gpu), notice))
     };
-    match (on_gpu(), options.engine) {
-        (Err(Error::Device(why)), EngineChoice::Auto) => Ok(on_cpu(&why)),
-        (result, _) => result,
+    match options.engine {
+        EngineChoice::Cpu => on_cpu("asked for"),
+        EngineChoice::Gpu => on_gpu(),
+        EngineChoice::Auto => match on_gpu() {
+            Err(Error::Device(why)) => on_cpu(&why),
+            result => result,
+        },
     }
+}
+
+/// Steps in which the fastest wall uses up its half of the margin.
+///
+/// # Errors
+/// [`Error::Scene`] if that is less than one step.
+fn wall_limit(assembly: &Assembly, p: &Params) -> Result<u32> {
+    let speed = |w: &crate::scene::Wall| w.velocity.length();
+    let Some(wall) = assembly.walls.iter().max_by(|a, b| speed(a).total_cmp(&speed(b))) else { return Ok(u32::MAX) };
+    let steps = p.drift_limit / (speed(wall) * p.dt);
+    if steps < 1.0 {
+        return Err(Error::Scene(format!(
+            "wall {} moves {:e} m in a step of {:e} s; at most {:e} m can be followed: use a smaller solver.dt or a larger \
+             solver.margin",
+            wall.name,
+            speed(wall) * p.dt,
+            p.dt,
+            p.drift_limit
+        )));
+    }
+    Ok(steps.min(1e6) as u32)
 }
 
 impl Simulation {
@@ -240,27 +308,24 @@ impl Simulation {
     /// # Errors
     /// [`Error::Scene`] for a time step above the bound, [`Error::Device`] if there is no adapter or not enough memory.
     pub fn new(assembly: Assembly, options: Options) -> Result<Simulation> {
-        let setup = Setup::new(&assembly, &options)?;
-        let (engine, notice) = engine(&setup, &options)?;
-        let mut state = setup.state;
-        if engine.name() == "cpu" {
-            state.model.precision = Precision::Double;
-        }
+        let (Setup { state, plan, dt_bound }, engine, notice) = build(&assembly, &options)?;
+        let longest_chunk = options.longest_chunk.max(1).min(wall_limit(&assembly, &state.params)?);
+        let slots = state.sizes.slots;
         let mut simulation = Simulation {
             assembly,
+            plan,
             engine,
+            state,
             notice,
-            dt_bound: setup.dt_bound,
+            dt_bound,
             step: 0,
-            chunk: 8,
-            longest_chunk: options.longest_chunk.max(1),
-            slots: state.sizes.slots,
-            list_len: state.sizes.slots,
-            spare_len: state.sizes.slots,
+            chunk: longest_chunk.min(8),
+            longest_chunk,
+            slots,
+            list_len: slots,
+            spare_len: slots,
             replayed: 0,
             lost: 0,
-            plan: setup.plan,
-            state,
         };
         simulation.start()?;
         Ok(simulation)
@@ -293,11 +358,11 @@ impl Simulation {
             if frictional { ("neighbour_before", "spring_before") } else { ("neighbour", "spring") };
         let spare = if frictional { &mut self.spare_len } else { &mut self.list_len };
         if *spare != self.slots {
-            *spare = self.slots;
             self.engine.resize(neighbour, self.slots)?;
             if frictional {
                 self.engine.resize(spring, self.slots)?;
             }
+            *spare = self.slots;
         }
         self.engine.execute(&self.state.params, &self.plan.rebuild, 1)?;
         self.exchange_lengths();
@@ -339,11 +404,16 @@ impl Simulation {
         Ok(())
     }
 
-    /// One chunk of at most `steps`, so that progress can be shown and a run interrupted; returns the steps done,
-    /// which may be 0 if the chunk has to be replayed.
+    /// One chunk of at most `steps` (at least 1), so that progress can be shown and a run interrupted; returns the
+    /// steps done.
+    ///
+    /// # Errors
+    /// As [`Simulation::advance`].
     pub fn advance_chunk(&mut self, steps: u64) -> Result<u64> {
         let before = self.step;
-        self.try_chunk(steps.clamp(1, u64::from(self.chunk)) as u32)?;
+        while self.step == before {
+            self.try_chunk(steps.clamp(1, u64::from(self.chunk)) as u32)?;
+        }
         Ok(self.step - before)
     }
 
@@ -375,15 +445,12 @@ impl Simulation {
         self.lost += u64::from(counters.lost);
         self.step += u64::from(steps);
         // Aim at 70 % of the margin; grains that speed up cost a replay, lists made too often cost time.
+        // A chunk cut short by a pause of the run tells nothing about longer ones, unless its grains were fast.
         let aim = f64::from(steps) * (0.7 / drift.max(0.01)).clamp(0.5, 2.0);
-        self.chunk = (aim as u32).clamp(1, self.longest_chunk.min(self.wall_limit()));
+        if steps == self.chunk || aim < f64::from(self.chunk) && drift > 0.7 {
+            self.chunk = (aim as u32).clamp(1, self.longest_chunk);
+        }
         Ok(())
-    }
-
-    /// Steps after which the fastest wall has used up its part of the margin.
-    fn wall_limit(&self) -> u32 {
-        let fastest = self.assembly.walls.iter().map(|w| w.velocity.length()).fold(0.0, f64::max);
-        (self.state.params.drift_limit / (fastest * self.state.params.dt)).clamp(1.0, 1e6) as u32
     }
 
     fn stopped(&self, step: u64, reason: String) -> Error {
@@ -431,9 +498,9 @@ impl Simulation {
     /// All grains now, in input order, with velocities and spins brought to the time of the positions.
     pub fn grains(&mut self) -> Result<Vec<Grain>> {
         let rotating = self.state.model.rotation == Rotation::Sphere;
-        let arrays: &[&str] =
-            if rotating { &["place", "motion", "force", "spin", "torque"] } else { &["place", "motion", "force"] };
-        self.engine.read(arrays, &mut self.state)?;
+        let arrays = ["place", "residue", "motion", "force", "spin", "torque"];
+        let present = arrays.into_iter().filter(|a| (Array::named(a).needed)(&self.state.model));
+        self.engine.read(&present.collect::<Vec<_>>(), &mut self.state)?;
         let s = &self.state;
         let p = &s.params;
         let half = 0.5 * p.dt;
@@ -447,7 +514,7 @@ impl Simulation {
                 given.spin
             };
             Grain {
-                position: s.place[i].x,
+                position: s.place[i].x + residue_of(s, i),
                 velocity: if free { (v + half * acceleration) / (1.0 + half * p.damping) } else { v },
                 spin,
                 ..*given

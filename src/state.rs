@@ -3,7 +3,7 @@
 //! The CPU engine works on this struct; the GPU engine keeps buffers of the same names, whose layout it reads from the
 //! WGSL text, so that no struct is described twice. On the CPU a plane is space with z = 0.
 
-use crate::model::{Friction, Materials, Model, Rotation, Walls};
+use crate::model::{Friction, Materials, Model, Precision, Rotation, Walls};
 use glam::{DVec3, UVec3};
 use std::any::Any;
 
@@ -134,12 +134,15 @@ record!(
         lower: DVec3,
         upper: DVec3,
         period: DVec3,
+        period_rest: DVec3,
         inverse_period: DVec3,
         cell_origin: DVec3,
         inverse_cell: DVec3,
         dt: f64,
         damping: f64,
         margin: f64,
+        quantum: f64,
+        inverse_quantum: f64,
         drift_limit: f64,
         pair: Pair,
         cells: UVec3,
@@ -149,6 +152,16 @@ record!(
         parts: u32,
     }
 );
+
+impl Params {
+    /// As a device in single precision sees them.
+    pub fn rounded(&self, dims: usize) -> Params {
+        let mut lanes = Vec::new();
+        self.put(dims, &mut |x| lanes.push(x));
+        let mut lanes = lanes.into_iter().map(|x| if x == x.trunc() && x < 4.3e9 { x } else { f64::from(x as f32) });
+        Params::take(dims, &mut || lanes.next().expect("as many lanes as were put"))
+    }
+}
 
 /// An array behind its name: what engines need to move it between host and device.
 pub trait Column {
@@ -315,6 +328,9 @@ macro_rules! state {
 fn always(_: &Model) -> bool {
     true
 }
+fn single(m: &Model) -> bool {
+    m.precision == Precision::Single
+}
 fn frictional(m: &Model) -> bool {
     m.friction == Friction::Coulomb
 }
@@ -330,6 +346,7 @@ fn walled(m: &Model) -> bool {
 
 state! {
     place: Place, Bodies, "m", always;
+    residue: DVec3, Bodies, "m, beyond f32", single;
     motion: Motion, Bodies, "m/s, 1/kg", always;
     spin: Spin, Bodies, "rad/s", rotating;
     force: DVec3, Bodies, "N", always;
@@ -347,6 +364,7 @@ state! {
     part: Part, Parts, "J, N, 1", always;
     counters: Counters, One, "see params.wgsl", always;
     place_before: Place, Bodies, "m, start of the chunk", always;
+    residue_before: DVec3, Bodies, "m, beyond f32", single;
     motion_before: Motion, Bodies, "m/s, 1/kg", always;
     spin_before: Spin, Bodies, "rad/s", rotating;
     force_before: DVec3, Bodies, "N", always;

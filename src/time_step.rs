@@ -115,6 +115,13 @@ fn of_contact(c: &Coordination, pair: &Pair, others: f64, walls: f64, mass: f64,
     (-gamma + (gamma * gamma + 4.0 * omega_squared).sqrt()) / omega_squared
 }
 
+/// The step in which the fastest grain, after falling all the time, moves a quarter of the lists' margin.
+fn free_flight(assembly: &Assembly, time: f64) -> f64 {
+    let fastest = assembly.grains.iter().map(|g| g.velocity.length()).fold(0.0, f64::max);
+    let radius = assembly.grains.iter().map(|g| g.radius).sum::<f64>() / assembly.grains.len() as f64;
+    0.25 * assembly.solver.margin * radius / (fastest + assembly.gravity.length() * time)
+}
+
 /// Steps that `"auto"` gives the shortest collision at least: a stable step is not yet an accurate one.
 const STEPS_PER_CONTACT: f64 = 50.0;
 
@@ -128,9 +135,9 @@ pub fn choose(assembly: &Assembly) -> Result<(f64, f64)> {
         TimeStep::Auto { fraction } if bound.is_finite() => {
             Ok(((fraction * bound).min(shortest_contact(assembly) / STEPS_PER_CONTACT), bound))
         }
-        // Nothing can touch: any step is stable, and a thousandth of the run resolves free flight exactly.
+        // Nothing can touch: any step is stable and exact; it must only be short enough to be followed.
         TimeStep::Auto { .. } => match assembly.stop.time {
-            Some(time) => Ok((time / 1000.0, bound)),
+            Some(time) => Ok(((time / 1000.0).min(free_flight(assembly, time)), bound)),
             None => Err(Error::Scene(
                 "solver.dt = \"auto\": nothing in this scene can touch, so there is no bound; give solver.dt or stop.time"
                     .to_owned(),

@@ -94,6 +94,59 @@ fn scenes_without_their_essentials_are_refused() {
 }
 
 #[test]
+fn messages_stay_short_for_extreme_numbers() {
+    for text in ["velocity = 1e300", "velocity = [1e300, 1e300]", "fixed = 1e300", "radius = -1e300"] {
+        let scene = format!("{BASE}{}", ONE.replace("radius = 0.1\n", ""));
+        let radius = if text.starts_with("radius") { "" } else { "radius = 0.1\n" };
+        let message = refusal(&format!("{scene}{radius}{text}\n"), &[]);
+        assert!(message.len() < 250 && message.contains("1e300"), "{message}");
+    }
+}
+
+#[test]
+fn folders_and_bytes_that_are_no_text_are_refused() {
+    let directory = tempfile::tempdir().unwrap();
+    let refusal_of = |path: &Path| match Scene::load(path, &[]) {
+        Err(Error::Scene(message)) => message,
+        other => panic!("{other:?}"),
+    };
+    let folder = refusal_of(directory.path());
+    assert!(folder.starts_with(&directory.path().display().to_string()), "{folder}");
+    assert!(folder.ends_with(": is a folder, not a scene file"), "{folder}");
+    let file = directory.path().join("latin.toml");
+    std::fs::write(&file, b"dimension = 3\ntitle = \"K\xf6rner\"\n").unwrap();
+    assert!(refusal_of(&file).ends_with("latin.toml:2: is not UTF-8 text"));
+
+    std::fs::write(directory.path().join("x.csv"), b"x,y,z,radius\n0,0,0,1\n# gr\xf6sser\n").unwrap();
+    let scene = |file: &str| format!("{BASE}[[population]]\nmaterial = \"glass\"\nfile = \"{file}\"\n");
+    let refusal = |file: &str| assemble_in(directory.path(), &scene(file), &[]).unwrap_err().to_string();
+    assert!(refusal("x.csv").ends_with("x.csv:3: is not UTF-8 text"), "{}", refusal("x.csv"));
+    assert!(refusal(".").ends_with("is a folder, not a grain table"), "{}", refusal("."));
+}
+
+#[test]
+fn overrides_that_make_bad_material_names_are_blamed() {
+    let set = ["seed=4", "material.\"a,b\"={density=1,normal_stiffness=1}"];
+    expect(&format!("{BASE}{ONE}"), &set, &["(--set material.", "material.a,b: the name of a material"]);
+}
+
+/// Pinned, so that no update of a library changes what a seed means unnoticed.
+#[test]
+fn a_seed_gives_the_same_grains_in_every_build() {
+    let scene = format!(
+        "{BASE}[[population]]\nmaterial = \"glass\"\ncount = 2\nradius = {{ uniform = [0.1, 0.2] }}\nplacement = \"random\"\nvelocity_spread = 1\nregion = {{ lower = [0,0,0], upper = [1,1,1] }}\n"
+    );
+    let numbers = |grain: &packstone::scene::Grain| {
+        format!("{:.12} {:.12} {:.12}", grain.radius, grain.position.x, grain.velocity.z)
+    };
+    let grains: Vec<String> = good(&scene).grains.iter().map(numbers).collect();
+    assert_eq!(
+        grains,
+        ["0.140248566366 0.569475327046 -0.620370177655", "0.108038370893 0.793799604124 0.838869071942"]
+    );
+}
+
+#[test]
 fn overrides_are_applied_and_named_in_refusals() {
     let scene = format!("{BASE}{ONE}");
     let set = [
@@ -386,6 +439,7 @@ fn csv_tables_are_read() {
         ("# c\nx,y,r\n0,0,1\n", &["x.csv:2", "unknown column \"r\"", "radius"]),
         ("x,y,x,radius\n", &["x.csv:1", "twice"]),
         ("x,y,radius\n", &["x.csv", "no rows"]),
+        ("x,y,radius\n0,0,1e-200\n", &["x.csv:2: radius = 5e-201", "density 2500 kg/m³", "double precision"]),
         ("x,y,radius,material\n0,0,1,tin\n", &["x.csv:2", "\"tin\"", "glass, steel"]),
     ];
     for (text, fragments) in cases {

@@ -6,7 +6,7 @@ fn separation(a: Vec, b: Vec) -> Vec {
     return b - a;
 }
 
-/// The representative of x inside the domain.
-fn wrap(x: Vec) -> Vec {
-    return x;
+/// Which image of the domain x lies in, in periods per axis.
+fn image(x: Vec) -> Vec {
+    return Vec();
 }

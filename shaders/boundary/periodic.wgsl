@@ -5,10 +5,11 @@
 /// From a to the nearest image of b, m.
 fn separation(a: Vec, b: Vec) -> Vec {
     let d = b - a;
-    return d - params.period * floor(d * params.inverse_period + Vec(0.5));
+    let k = floor(d * params.inverse_period + Vec(0.5));
+    return (d - params.period * k) - params.period_rest * k;
 }
 
-/// The representative of x inside the domain.
-fn wrap(x: Vec) -> Vec {
-    return x - params.period * floor((x - params.cell_origin) * params.inverse_period);
+/// Which image of the domain x lies in, in periods per axis.
+fn image(x: Vec) -> Vec {
+    return floor((x - params.cell_origin) * params.inverse_period);
 }

@@ -12,13 +12,14 @@ struct Wall {
 
 var<storage, read_write> wall: array<Wall>; // walls
 
-/// Unit vector from x into the wall, and the distance, m.
-fn wall_surface(w: u32, x: Vec) -> Touch {
+/// Unit vector from x + residue into the wall, and the distance, m.
+fn wall_surface(w: u32, x: Vec, residue: Vec) -> Touch {
     let s = wall[w];
+    let d = (x - s.point) + residue;
     if (s.radius == 0) {
-        return Touch(dot(x - s.point, s.normal), -s.normal);
+        return Touch(dot(d, s.normal), -s.normal);
     }
-    let arm = horizontal(x) - horizontal(s.point);
+    let arm = horizontal(d);
     let distance = sqrt(dot(arm, arm));
     if (distance == 0) {
         return Touch(s.radius, first_axis());
@@ -26,14 +27,14 @@ fn wall_surface(w: u32, x: Vec) -> Touch {
     return Touch(s.radius - distance, from_horizontal(arm / distance));
 }
 
-fn touch_wall(w: u32, x: Vec, radius: Real) -> Touch {
-    let surface = wall_surface(w, x);
+fn touch_wall(w: u32, x: Vec, residue: Vec, radius: Real) -> Touch {
+    let surface = wall_surface(w, x, residue);
     return Touch(surface.gap - radius, surface.n);
 }
 
 /// The contact normal one step ago, for the rotation Z of the spring.
 fn wall_normal_before(w: u32, x_before: Vec) -> Vec {
-    return wall_surface(w, x_before + params.dt * wall[w].velocity).n;
+    return wall_surface(w, x_before + params.dt * wall[w].velocity, Vec()).n;
 }
 
 /// Velocity of the wall's material at a point of its surface, m/s.

@@ -28,6 +28,8 @@ pub struct Gpu {
     buffers: HashMap<&'static str, Buffer>,
     params: wgpu::Buffer,
     params_layout: Layout,
+    /// Whether anything has run, so that buffers may hold something.
+    dirty: bool,
 }
 
 struct Kernel {
@@ -126,9 +128,12 @@ impl Gpu {
             buffers: HashMap::new(),
             params,
             params_layout,
+            dirty: false,
         };
+        let total: u64 = bytes(model, &gpu.layouts, &state.sizes).map(|(_, b)| b).sum();
         for array in ARRAYS.iter().filter(|a| (a.needed)(model)) {
-            gpu.resize(array.name, state.sizes.of(array.length))?;
+            let of_total = |e| Error::Device(format!("scene too large, it needs {total} bytes in all: {e}"));
+            gpu.resize(array.name, state.sizes.of(array.length)).map_err(of_total)?;
             gpu.write(&[array.name], state)?;
         }
         Ok(gpu)
@@ -288,6 +293,7 @@ impl Engine for Gpu {
     }
 
     fn execute(&mut self, params: &Params, ops: &[Op], times: u32) -> Result<()> {
+        self.dirty = true;
         let bytes = self.params_layout.encode(1, |sink| params.put(self.dims, &mut |x| sink(x)));
         self.device.queue.write_buffer(&self.params, 0, &bytes);
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
@@ -303,6 +309,7 @@ impl Engine for Gpu {
     }
 
     fn counters(&mut self) -> Result<Counters> {
+        self.device.check()?;
         let layout = &self.layouts["counters"];
         let bytes = self.device.read(&self.buffers["counters"].buffer, layout.stride as u64)?;
         Ok(Counters::take(self.dims, &mut layout.decode(&bytes)))
@@ -311,7 +318,6 @@ impl Engine for Gpu {
     fn resize(&mut self, array: &'static str, len: usize) -> Result<()> {
         let stride = self.layouts.get(array).map_or(4, |l| l.stride);
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
-        self.buffers.remove(array);
         let buffer = self.device.buffer(array, (len * stride) as u64, usage)?;
         self.buffers.insert(array, Buffer { buffer, len });
         self.forget_groups(&[array]);
@@ -325,6 +331,11 @@ impl Engine for Gpu {
                 self.resize(array, column.len())?;
             }
             let Some(layout) = self.layouts.get(array) else { continue };
+            let mut zero = true;
+            column.lanes(self.dims, &mut |x| zero &= x == 0.0);
+            if zero && !self.dirty {
+                continue; // new buffers are zero
+            }
             let bytes = layout.encode(column.len(), |sink| column.lanes(self.dims, sink));
             self.device.queue.write_buffer(&self.buffers[array].buffer, 0, &bytes);
         }

@@ -1,6 +1,7 @@
 //! Adapters and devices.
 
 use crate::error::{Error, Result};
+use std::sync::{Arc, Mutex};
 use wgpu::{DeviceType, Features, Limits};
 
 /// What is worth knowing of an adapter before choosing it.
@@ -29,11 +30,18 @@ pub struct Device {
     pub summary: AdapterSummary,
     /// Runs on the host's processor and memory.
     pub software: bool,
+    /// The first error nobody was waiting for.
+    failure: Arc<Mutex<Option<String>>>,
 }
 
 fn instance() -> wgpu::Instance {
     wgpu::Instance::new(wgpu::InstanceDescriptor {
         backends: wgpu::Backends::PRIMARY,
+        // Where the driver tells its budget, refuse what exceeds it instead of swapping or losing the device.
+        memory_budget_thresholds: wgpu::MemoryBudgetThresholds {
+            for_resource_creation: Some(95),
+            for_device_loss: None,
+        },
         ..wgpu::InstanceDescriptor::new_without_display_handle_from_env()
     })
 }
@@ -97,17 +105,23 @@ impl Device {
             ))
         })?;
         let summary = summary(&adapter);
-        let optional = Features::TIMESTAMP_QUERY & adapter.features();
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("packstone"),
-            required_features: optional | if double { wanted } else { Features::empty() },
+            required_features: if double { wanted } else { Features::empty() },
             required_limits: Limits { ..adapter.limits() },
             ..Default::default()
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|e| Error::Device(format!("{} cannot be opened: {e}", summary.name)))?;
         let software = adapter.get_info().device_type == DeviceType::Cpu;
-        Ok(Device { device, queue, summary, software })
+        let failure = Arc::new(Mutex::new(None));
+        let first = Arc::clone(&failure);
+        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
+            if let Ok(mut slot) = first.lock() {
+                slot.get_or_insert_with(|| e.to_string());
+            }
+        }));
+        Ok(Device { device, queue, summary, software, failure })
     }
 
     /// Create a buffer of zeros.
@@ -133,6 +147,17 @@ impl Device {
             Some(e) => {
                 Err(Error::Device(format!("{}: no memory for `{label}`, {bytes} bytes: {e}", self.summary.name)))
             }
+        }
+    }
+
+    /// Whether everything so far went well.
+    ///
+    /// # Errors
+    /// [`Error::Device`] with the first error of the device.
+    pub fn check(&self) -> Result<()> {
+        match self.failure.lock().ok().and_then(|slot| slot.clone()) {
+            None => Ok(()),
+            Some(e) => Err(Error::Device(format!("{}: {e}", self.summary.name))),
         }
     }
 

@@ -8,6 +8,7 @@ use crate::{
         friction::{forget_spring, tangential_force},
         materials::pair_of,
         normal::normal_force,
+        precision::residue_of,
         rotation::{spin_of, surface_velocity},
         touch::{touch_grain, unit_or},
         walls::{touch_wall, wall_normal_before, wall_velocity},
@@ -52,6 +53,7 @@ fn contacts_of(s: &State, i: usize, springs: &mut [DVec3]) -> Gathered {
     let here = &s.place[i];
     let moving = &s.motion[i];
     let spinning = spin_of(s, i);
+    let residue_here = residue_of(s, i);
     let mut sum = Gathered::default();
     let begin = s.slot_start[i] as usize;
     for (k, &id) in s.neighbour[begin..s.slot_start[i + 1] as usize].iter().enumerate() {
@@ -60,9 +62,9 @@ fn contacts_of(s: &State, i: usize, springs: &mut [DVec3]) -> Gathered {
         }
         let j = id as usize;
         let touch = if j < bodies {
-            touch_grain(s, i, j, here, &s.place[j])
+            touch_grain(s, i, j, here, &s.place[j], residue_of(s, j) - residue_here)
         } else {
-            let touch = touch_wall(&s.wall[j - bodies], here.x, here.radius);
+            let touch = touch_wall(&s.wall[j - bodies], here.x, residue_here, here.radius);
             sum.crossed |= touch.gap < -here.radius;
             touch
         };

@@ -4,6 +4,7 @@ use crate::{
     laws::{grid::candidates, touch::listed, walls::touch_wall},
     state::State,
 };
+use glam::DVec3;
 use rayon::prelude::*;
 
 pub fn count(s: &mut State) {
@@ -32,8 +33,8 @@ fn slots_of(s: &State, i: usize) -> (u32, bool) {
     let mut crossed = false;
     if !fixed {
         for wall in &s.wall[..s.sizes.walls] {
-            let gap = touch_wall(wall, here.x, here.radius).gap;
-            slots += u32::from(gap < 1.00001 * s.params.margin);
+            let gap = touch_wall(wall, here.x, DVec3::ZERO, here.radius).gap;
+            slots += u32::from(gap < 2.0 * s.params.margin);
             crossed |= gap < -here.radius;
         }
     }

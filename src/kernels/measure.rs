@@ -5,6 +5,7 @@ use crate::{
         friction::{tangential_energy, tangential_length},
         materials::pair_of,
         normal::{normal_energy, normal_force},
+        precision::residue_of,
         rotation::spin_energy,
         touch::touch_grain,
         walls::touch_wall,
@@ -35,6 +36,7 @@ fn add_body(s: &State, i: usize, sum: &mut Part) {
     sum.kinetic += 0.5 * v.length_squared() / inverse_mass + spin_energy(s, i, here, inverse_mass);
     sum.potential -= p.gravity.dot(here.x) / inverse_mass;
     sum.net_force += total.length();
+    let residue_here = residue_of(s, i);
     for slot in s.slot_start[i] as usize..s.slot_start[i + 1] as usize {
         if s.neighbour[slot] == NONE {
             break;
@@ -42,9 +44,13 @@ fn add_body(s: &State, i: usize, sum: &mut Part) {
         let j = s.neighbour[slot] as usize;
         let (touch, smaller, single) = if j < bodies {
             let fixed = s.motion[j].inverse_mass == 0.0;
-            (touch_grain(s, i, j, here, &s.place[j]), here.radius.min(s.place[j].radius), fixed)
+            (
+                touch_grain(s, i, j, here, &s.place[j], residue_of(s, j) - residue_here),
+                here.radius.min(s.place[j].radius),
+                fixed,
+            )
         } else {
-            (touch_wall(&s.wall[j - bodies], here.x, here.radius), here.radius, true)
+            (touch_wall(&s.wall[j - bodies], here.x, residue_here, here.radius), here.radius, true)
         };
         if !(touch.gap < 0.0) {
             continue;

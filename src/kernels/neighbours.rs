@@ -43,7 +43,7 @@ fn fill(s: &State, i: usize, neighbour: &mut [u32]) {
         .filter(|&j| j as usize != i && listed(s, here, &s.place[j as usize], 1.0))
         .filter(|&j| !(fixed && s.motion[j as usize].inverse_mass == 0.0));
     let walls = (0..if fixed { 0 } else { s.sizes.walls })
-        .filter(|&w| touch_wall(&s.wall[w], here.x, here.radius).gap < s.params.margin)
+        .filter(|&w| touch_wall(&s.wall[w], here.x, DVec3::ZERO, here.radius).gap < s.params.margin)
         .map(|w| (s.sizes.bodies + w) as u32);
     let mut ids = near.chain(walls);
     neighbour.iter_mut().for_each(|slot| *slot = ids.next().unwrap_or(NONE));

@@ -8,14 +8,17 @@ pub fn separation(s: &State, a: DVec3, b: DVec3) -> DVec3 {
     let d = b - a;
     match s.model.boundary {
         Boundary::Open => d,
-        Boundary::Periodic => d - s.params.period * (d * s.params.inverse_period + DVec3::splat(0.5)).floor(),
+        Boundary::Periodic => {
+            let k = (d * s.params.inverse_period + DVec3::splat(0.5)).floor();
+            (d - s.params.period * k) - s.params.period_rest * k
+        }
     }
 }
 
-/// The representative of x inside the domain.
-pub fn wrap(s: &State, x: DVec3) -> DVec3 {
+/// Which image of the domain x lies in, in periods per axis.
+pub fn image(s: &State, x: DVec3) -> DVec3 {
     match s.model.boundary {
-        Boundary::Open => x,
-        Boundary::Periodic => x - s.params.period * ((x - s.params.cell_origin) * s.params.inverse_period).floor(),
+        Boundary::Open => DVec3::ZERO,
+        Boundary::Periodic => ((x - s.params.cell_origin) * s.params.inverse_period).floor(),
     }
 }

@@ -4,9 +4,9 @@ use super::{Touch, boundary::separation, dimension::first_axis};
 use crate::state::{Place, State};
 use glam::DVec3;
 
-/// Gap and normal from grain i to grain j. Coincident centres get an arbitrary axis, opposite for the two grains.
-pub fn touch_grain(s: &State, i: usize, j: usize, a: &Place, b: &Place) -> Touch {
-    let d = separation(s, a.x, b.x);
+/// Gap and normal from grain i to grain j; `residue` is that of j less that of i. Coincident centres get an arbitrary axis, opposite for the two grains.
+pub fn touch_grain(s: &State, i: usize, j: usize, a: &Place, b: &Place, residue: DVec3) -> Touch {
+    let d = separation(s, a.x, b.x) + residue;
     let distance = d.length();
     if distance == 0.0 {
         return Touch { gap: -(a.radius + b.radius), n: if i < j { first_axis() } else { -first_axis() } };

@@ -7,12 +7,13 @@ use super::{
 use crate::state::{State, Wall};
 use glam::{DVec2, DVec3};
 
-/// Unit vector from x into the wall, and the distance, m.
-pub fn wall_surface(wall: &Wall, x: DVec3) -> Touch {
+/// Unit vector from x + residue into the wall, and the distance, m.
+pub fn wall_surface(wall: &Wall, x: DVec3, residue: DVec3) -> Touch {
+    let d = (x - wall.point) + residue;
     if wall.radius == 0.0 {
-        return Touch { gap: (x - wall.point).dot(wall.normal), n: -wall.normal };
+        return Touch { gap: d.dot(wall.normal), n: -wall.normal };
     }
-    let arm = horizontal(x) - horizontal(wall.point);
+    let arm = horizontal(d);
     let distance = arm.length();
     if distance == 0.0 {
         return Touch { gap: wall.radius, n: first_axis() };
@@ -21,14 +22,14 @@ pub fn wall_surface(wall: &Wall, x: DVec3) -> Touch {
 }
 
 /// Gap and normal from a grain to a wall.
-pub fn touch_wall(wall: &Wall, x: DVec3, radius: f64) -> Touch {
-    let surface = wall_surface(wall, x);
+pub fn touch_wall(wall: &Wall, x: DVec3, residue: DVec3, radius: f64) -> Touch {
+    let surface = wall_surface(wall, x, residue);
     Touch { gap: surface.gap - radius, n: surface.n }
 }
 
 /// The contact normal one step ago, for the rotation Z of the spring.
 pub fn wall_normal_before(s: &State, wall: &Wall, x_before: DVec3) -> DVec3 {
-    wall_surface(wall, x_before + s.params.dt * wall.velocity).n
+    wall_surface(wall, x_before + s.params.dt * wall.velocity, DVec3::ZERO).n
 }
 
 /// Velocity of the wall's material at a point of its surface, m/s.

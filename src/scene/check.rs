@@ -11,6 +11,8 @@ pub struct Check<'a> {
     pub dimension: usize,
     /// Names of the materials, sorted.
     pub materials: Vec<&'a str>,
+    /// Their densities, kg/m³.
+    pub densities: Vec<f64>,
 }
 
 impl Check<'_> {
@@ -32,6 +34,39 @@ impl Check<'_> {
         self.holds(value > 0.0 && value <= 1.0, key, value, rule)
     }
 
+    /// `low <= value <= high`.
+    pub fn within(&self, key: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<f64> {
+        let rule = || format!("must be from {} to {}{unit}", show(low), show(high));
+        self.holds((low..=high).contains(&value), key, value, rule)
+    }
+
+    /// A radius, m, that gives a grain of the material a mass to calculate with. `key` names the radius.
+    pub fn body(&self, key: &str, radius: f64, material: u32) -> Result<()> {
+        match self.fault_of_body(radius, material) {
+            None => Ok(()),
+            Some(rule) => Err(self.origin.bad(key, show(radius), rule)),
+        }
+    }
+
+    /// What is wrong with a grain of this radius, m, and material.
+    pub fn fault_of_body(&self, radius: f64, material: u32) -> Option<String> {
+        let density = self.densities[material as usize];
+        let disk = density * std::f64::consts::PI * radius * radius;
+        let (mass, gyration) = if self.dimension == 2 { (disk, 0.5) } else { (disk * 4.0 / 3.0 * radius, 0.4) };
+        let inverse_inertia = 1.0 / (gyration * mass * radius * radius);
+        // The square leaves room for products of masses with each other, with accelerations and with squares of speeds.
+        let usable = [mass, mass * mass, inverse_inertia].iter().all(|value| value.is_normal() && *value > 0.0);
+        (!usable).then(|| {
+            format!(
+                "with the density {} kg/m³ of \"{}\" the mass of a grain is {} kg and its inverse inertia {} 1/(kg m²), beyond what double precision can calculate with; change the radius or the density",
+                show(density),
+                self.materials[material as usize],
+                show(mass),
+                show(inverse_inertia)
+            )
+        })
+    }
+
     fn holds(&self, ok: bool, key: &str, value: f64, rule: impl Fn() -> String) -> Result<f64> {
         if ok { Ok(value) } else { Err(self.origin.bad(key, show(value), rule())) }
     }
@@ -43,7 +78,7 @@ impl Check<'_> {
             (3, &[x, y, z]) => Ok(DVec3::new(x, y, z)),
             (dimension, _) => {
                 let rule = format!("must have {dimension} numbers (dimension = {dimension})");
-                Err(self.origin.bad(key, format!("{value:?}"), rule))
+                Err(self.origin.bad(key, show_list(value), rule))
             }
         }
     }
@@ -60,8 +95,8 @@ impl Check<'_> {
         match (0..self.dimension).find(|&axis| low[axis] >= high[axis]) {
             None => Ok((low, high)),
             Some(axis) => {
-                let rule = format!("must be above lower = {lower:?} on axis {}", AXES[axis]);
-                let value = format!("{upper:?}");
+                let rule = format!("must be above lower = {} on axis {}", show_list(lower), AXES[axis]);
+                let value = show_list(upper);
                 Err(self.origin.bad(&format!("{key}.upper"), value, rule))
             }
         }
@@ -100,11 +135,16 @@ pub const AXES: [char; 3] = ['x', 'y', 'z'];
 pub fn show(value: f64) -> String {
     let value: f64 = format!("{value:.6e}").parse().unwrap_or(value);
     let size = value.abs();
-    if size == 0.0 || (1e-3..1e6).contains(&size) { format!("{value}") } else { format!("{value:e}") }
+    if size == 0.0 || (1e-4..1e6).contains(&size) { format!("{value}") } else { format!("{value:e}") }
+}
+
+/// An array as the scene gives it.
+pub fn show_list(values: &[f64]) -> String {
+    let parts: Vec<String> = values.iter().map(|&v| show(v)).collect();
+    format!("[{}]", parts.join(", "))
 }
 
 /// A point or vector with the components that the dimension has.
 pub fn show_vector(value: DVec3, dimension: usize) -> String {
-    let parts: Vec<String> = value.to_array()[..dimension].iter().map(|&v| show(v)).collect();
-    format!("[{}]", parts.join(", "))
+    show_list(&value.to_array()[..dimension])
 }

@@ -22,8 +22,19 @@ pub fn pairs(file: &File, check: &Check) -> Result<Vec<Pair>> {
     Ok(pairs)
 }
 
+/// Tables of grains hold the names of materials as they are, so that a name must not look like two values or two rows.
+fn check_name(name: &str, check: &Check) -> Result<()> {
+    let foreign = |c: char| c == ',' || c == '"' || c.is_control() || matches!(c, '\u{2028}' | '\u{2029}');
+    if !name.is_empty() && name.trim() == name && !name.contains(foreign) {
+        return Ok(());
+    }
+    let message = "the name of a material must have at least one character and may have any but commas, double quotes, line breaks and other control characters, with no space at either end";
+    Err(check.origin.wrong(&format!("material.{}", name.escape_debug()), message))
+}
+
 /// A material against itself.
 fn material_pair(name: &str, material: &Material, check: &Check) -> Result<Pair> {
+    check_name(name, check)?;
     let key = |field: &str| format!("material.{name}.{field}");
     check.positive(&key("density"), material.density, " of kg/m³")?;
     let normal_stiffness = material.normal_stiffness;

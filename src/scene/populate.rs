@@ -1,8 +1,8 @@
 //! Populations: many grains from a table, on a lattice or at random.
 
 use glam::DVec3;
-use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::check::{AXES, Check, show, show_vector};
@@ -35,8 +35,15 @@ pub fn populate(
     let key = format!("population.{number}");
     // Spread out, so that neighbouring seeds share no population.
     let seed = site.seed ^ (number as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    let mut rng = StdRng::seed_from_u64(seed);
+    // The seed is part of the scene, so the generator is one whose stream no version of a library changes.
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
     refuse_foreign_keys(population, &key, check)?;
+    let spread = population.velocity_spread;
+    check.not_negative(&format!("{key}.velocity_spread"), spread, " of m/s")?;
+    if population.fixed && spread > 0.0 {
+        let rule = "must be 0 with fixed = true; each fixed grain would drift on its own for ever";
+        return Err(check.origin.bad(&format!("{key}.velocity_spread"), show(spread), rule));
+    }
     let first = grains.len();
     if let Some(file) = &population.file {
         let material = population.material.as_deref();
@@ -52,8 +59,6 @@ pub fn populate(
         grains.append(&mut placed);
     }
     let velocity = check.vector_or_zero(&format!("{key}.velocity"), population.velocity.as_deref())?;
-    let spread = population.velocity_spread;
-    check.not_negative(&format!("{key}.velocity_spread"), spread, " of m/s")?;
     for grain in &mut grains[first..] {
         grain.fixed = population.fixed;
         grain.velocity += velocity;
@@ -99,7 +104,7 @@ fn place(
     key: &str,
     site: &Site,
     earlier: &[Grain],
-    rng: &mut StdRng,
+    rng: &mut ChaCha8Rng,
     check: &Check,
 ) -> Result<Vec<Grain>> {
     let missing = |field: &str| {
@@ -112,6 +117,9 @@ fn place(
     crate::memory::check_host(count as u64 * crate::memory::BYTES_PER_GRAIN)?;
     let law = population.radius.as_ref().ok_or_else(|| missing("radius"))?;
     let radii = radius::draw(law, &format!("{key}.radius"), count, rng, check)?;
+    for &radius in &radii {
+        check.body(&format!("{key}.radius"), radius, material)?;
+    }
     let gap = population.gap.unwrap_or(0.05);
     check.not_negative(&format!("{key}.gap"), gap, " (a fraction of the diameter)")?;
 
@@ -195,7 +203,7 @@ struct Row {
 
 impl Job<'_> {
     /// Fills a jittered lattice from the bottom up and returns the positions in the order of `radii`.
-    fn lattice(&self, radii: &[f64], gap: f64, rng: &mut StdRng) -> Result<Vec<DVec3>> {
+    fn lattice(&self, radii: &[f64], gap: f64, rng: &mut ChaCha8Rng) -> Result<Vec<DVec3>> {
         let dimension = self.check.dimension;
         let (up, sign) = up(self.site.gravity, dimension);
         let mut rows = Vec::new();
@@ -204,7 +212,7 @@ impl Job<'_> {
             rows.push((axis, self.row(axis, gap)));
         }
         self.need_bounds(up, sign > 0.0, sign < 0.0)?;
-        let layer: usize = rows.iter().filter_map(|(_, row)| row.count).product();
+        let layer: usize = rows.iter().filter_map(|(_, row)| row.count).fold(1, usize::saturating_mul);
         let column = self.column(up, sign, gap);
         let layers = column.count.unwrap_or(usize::MAX);
         rows.push((up, column));
@@ -265,7 +273,7 @@ impl Job<'_> {
     }
 
     /// Random sequential insertion, the largest grains first because they need the most room.
-    fn random(&mut self, radii: &[f64], rng: &mut StdRng) -> Result<Vec<DVec3>> {
+    fn random(&mut self, radii: &[f64], rng: &mut ChaCha8Rng) -> Result<Vec<DVec3>> {
         for axis in 0..self.check.dimension {
             self.need_bounds(axis, true, true)?;
         }
@@ -286,7 +294,7 @@ impl Job<'_> {
     }
 
     /// A point for a grain that lies inside the region as a whole; None if the region is too narrow for it.
-    fn random_point(&self, radius: f64, rng: &mut StdRng) -> Option<DVec3> {
+    fn random_point(&self, radius: f64, rng: &mut ChaCha8Rng) -> Option<DVec3> {
         let mut point = DVec3::ZERO;
         for axis in 0..self.check.dimension {
             let inset = if self.wraps(axis) { 0.0 } else { radius };
@@ -348,7 +356,7 @@ fn up(gravity: DVec3, dimension: usize) -> (usize, f64) {
 }
 
 /// Point number `index` of a lattice whose first row runs fastest.
-fn lattice_point(rows: &[(usize, Row)], mut index: usize, rng: &mut StdRng) -> DVec3 {
+fn lattice_point(rows: &[(usize, Row)], mut index: usize, rng: &mut ChaCha8Rng) -> DVec3 {
     let mut point = DVec3::ZERO;
     for (axis, row) in rows {
         let count = row.count.unwrap_or(usize::MAX);

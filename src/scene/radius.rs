@@ -1,18 +1,21 @@
 //! Radii of a population.
 
 use rand::Rng;
-use rand::rngs::StdRng;
-use rand_distr::{Distribution, LogNormal, Normal};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, LogNormal, Normal, Uniform};
 
 use super::check::{Check, show};
 use super::schema::{Moments, Radius, RadiusLaw};
-use crate::Result;
+use crate::{Error, Result};
 
 /// Draws per radius before the limits count as out of reach.
 const ATTEMPTS: usize = 10_000;
 
+/// What is wrong with a distribution that double precision cannot hold.
+const TOO_WIDE: &str = "must be a range of radii that double precision can hold; take sizes of real grains";
+
 /// Draws `count` radii, m.
-pub fn draw(law: &Radius, key: &str, count: usize, rng: &mut StdRng, check: &Check) -> Result<Vec<f64>> {
+pub fn draw(law: &Radius, key: &str, count: usize, rng: &mut ChaCha8Rng, check: &Check) -> Result<Vec<f64>> {
     match law {
         Radius::Constant(radius) => Ok(vec![check.positive(key, *radius, " of m")?; count]),
         Radius::Law(RadiusLaw::Uniform([min, max])) => {
@@ -22,7 +25,11 @@ pub fn draw(law: &Radius, key: &str, count: usize, rng: &mut StdRng, check: &Che
                 let value = format!("[{}, {}]", show(*min), show(*max));
                 return Err(check.origin.bad(&key, value, "must be [min, max] with min <= max"));
             }
-            Ok((0..count).map(|_| rng.random_range(*min..=*max)).collect())
+            let law = Uniform::new_inclusive(*min, *max).map_err(|_| {
+                let value = format!("[{}, {}]", show(*min), show(*max));
+                check.origin.bad(&key, value, TOO_WIDE)
+            })?;
+            Ok((0..count).map(|_| law.sample(rng)).collect())
         }
         Radius::Law(RadiusLaw::List(list)) => {
             let key = format!("{key}.list");
@@ -37,7 +44,7 @@ pub fn draw(law: &Radius, key: &str, count: usize, rng: &mut StdRng, check: &Che
         Radius::Law(RadiusLaw::Normal(moments)) => {
             let key = format!("{key}.normal");
             let limits = limits(moments, &key, check)?;
-            let law = Normal::new(moments.mean, moments.std).expect("std is checked");
+            let law = Normal::new(moments.mean, moments.std).map_err(|_| too_wide(moments, &key, check))?;
             truncated(law, limits, &key, count, rng, check)
         }
         Radius::Law(RadiusLaw::LogNormal(moments)) => {
@@ -45,8 +52,8 @@ pub fn draw(law: &Radius, key: &str, count: usize, rng: &mut StdRng, check: &Che
             let limits = limits(moments, &key, check)?;
             // Moments of the radius itself, not of its logarithm.
             let variance = (moments.std / moments.mean).powi(2).ln_1p();
-            let law =
-                LogNormal::new(moments.mean.ln() - 0.5 * variance, variance.sqrt()).expect("mean and std are checked");
+            let law = LogNormal::new(moments.mean.ln() - 0.5 * variance, variance.sqrt())
+                .map_err(|_| too_wide(moments, &key, check))?;
             truncated(law, limits, &key, count, rng, check)
         }
     }
@@ -63,9 +70,17 @@ fn limits(moments: &Moments, key: &str, check: &Check) -> Result<(f64, f64)> {
         let rule = format!("must not be below min = {}", show(min));
         return Err(check.origin.bad(&format!("{key}.max"), show(max), rule));
     }
+    if !max.is_finite() {
+        return Err(too_wide(moments, key, check));
+    }
     // A zero spread may miss its own limits by a rounding error.
     let slack = 1e-12 * mean;
     Ok((min - slack, max + slack))
+}
+
+fn too_wide(moments: &Moments, key: &str, check: &Check) -> Error {
+    let value = format!("{{ mean = {}, std = {} }}", show(moments.mean), show(moments.std));
+    check.origin.bad(key, value, TOO_WIDE)
 }
 
 fn truncated(
@@ -73,7 +88,7 @@ fn truncated(
     (min, max): (f64, f64),
     key: &str,
     count: usize,
-    rng: &mut StdRng,
+    rng: &mut ChaCha8Rng,
     check: &Check,
 ) -> Result<Vec<f64>> {
     let mut draw = || (0..ATTEMPTS).map(|_| law.sample(rng)).find(|radius| (min..=max).contains(radius));

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::check::show;
+
 /// A whole scene file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -285,7 +287,7 @@ impl Fault {
 
 /// Puts serde's terms in those of a scene file.
 fn in_words(message: &str) -> String {
-    message
+    short_number(message)
         .replace('\n', ", ")
         .replace("unknown field", "unknown key")
         .replace("missing field", "missing key")
@@ -295,6 +297,17 @@ fn in_words(message: &str) -> String {
         .replace("expected u64", "expected a whole number, 0 or more")
         .replace("expected usize", "expected a whole number, 0 or more")
         .replace("floating point", "number with a fraction")
+}
+
+/// The message with its number, which serde writes out digit by digit, as people write it.
+fn short_number(message: &str) -> String {
+    let number = |text: &str| text.parse::<f64>().ok().filter(|number| number.is_finite()).map(show);
+    let shorten = || {
+        let (before, rest) = message.split_once("floating point `")?;
+        let (digits, after) = rest.split_once('`')?;
+        Some(format!("{before}floating point `{}`{after}", number(digits)?))
+    };
+    shorten().unwrap_or_else(|| message.to_owned())
 }
 
 /// Reads a scene file.

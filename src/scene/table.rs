@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::Grain;
-use super::check::Check;
+use super::check::{Check, show};
 use crate::{Error, Result};
 
 /// A value, or what is wrong with it.
@@ -25,7 +25,7 @@ pub struct Options {
 
 /// Reads the grains of a CSV file.
 pub fn read(path: &Path, options: &Options, check: &Check) -> Result<Vec<Grain>> {
-    let text = std::fs::read_to_string(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+    let text = super::read_text(path, "a grain table")?;
     let file_error = |message| Error::Scene(format!("{}: {message}", path.display()));
     let line_error = |line: usize, message| Error::Scene(format!("{}:{line}: {message}", path.display()));
     let mut lines = text
@@ -111,12 +111,17 @@ impl Columns {
             let value = row[self.radius];
             return Err(format!("radius = {value}: must be a positive number of m"));
         }
+        let material = self.material(row, options, check)?;
+        if let Some(rule) = check.fault_of_body(radius, material) {
+            let value = show(radius);
+            return Err(format!("radius = {value}: {rule}"));
+        }
         Ok(Grain {
             position: vector(row, self.position, [false, false, flat])? * options.scale,
             velocity: vector(row, self.velocity, [false, false, flat])?,
             spin: vector(row, self.spin, [flat, flat, false])?,
             radius,
-            material: self.material(row, options, check)?,
+            material,
             fixed: false,
         })
     }

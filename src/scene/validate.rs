@@ -20,7 +20,12 @@ pub fn assemble(file: &File, origin: &Origin) -> Result<Assembly> {
     if dimension != 2 && dimension != 3 {
         return Err(origin.bad("dimension", dimension, "must be 2 or 3"));
     }
-    let check = &Check { origin, dimension, materials: file.material.keys().map(String::as_str).collect() };
+    let check = &Check {
+        origin,
+        dimension,
+        materials: file.material.keys().map(String::as_str).collect(),
+        densities: file.material.values().map(|material| material.density).collect(),
+    };
     let pairs = materials::pairs(file, check)?;
     let gravity = match &file.gravity {
         Some(gravity) => check.vector("gravity", gravity)?,
@@ -91,7 +96,7 @@ fn solver(solver: &schema::Solver, check: &Check) -> Result<Solver> {
         allow_unstable: solver.allow_unstable,
         allow_overlap: solver.allow_overlap,
         damping: check.not_negative("solver.damping", solver.damping, " of 1/s")?,
-        margin: check.positive("solver.margin", solver.margin, " of mean radii")?,
+        margin: check.within("solver.margin", solver.margin, 1e-3, 10.0, " mean radii")?,
     })
 }
 
@@ -161,12 +166,15 @@ fn single(grain: &schema::Grain, key: &str, check: &Check) -> Result<Grain> {
             return Err(check.origin.wrong(&at("spin"), message));
         }
     };
+    let radius = check.positive(&at("radius"), grain.radius, " of m")?;
+    let material = check.material(&at("material"), &grain.material)?;
+    check.body(&at("radius"), radius, material)?;
     Ok(Grain {
         position: check.vector(&at("position"), &grain.position)?,
         velocity: check.vector_or_zero(&at("velocity"), grain.velocity.as_deref())?,
         spin,
-        radius: check.positive(&at("radius"), grain.radius, " of m")?,
-        material: check.material(&at("material"), &grain.material)?,
+        radius,
+        material,
         fixed: grain.fixed,
     })
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::check::{AXES, Check};
+use super::check::{AXES, Check, show_list};
 use super::schema::{self, WallKind};
 use super::{Domain, Surface, Wall};
 use crate::Result;
@@ -103,7 +103,7 @@ impl Maker<'_> {
         let point = self.vector("point", &self.wall.point)?;
         let Some(normal) = self.vector("normal", &self.wall.normal)?.try_normalize() else {
             let rule = "must not be zero; it points to the side where the grains are";
-            let value = format!("{:?}", self.wall.normal.as_deref().unwrap_or_default());
+            let value = show_list(self.wall.normal.as_deref().unwrap_or_default());
             return Err(self.check.origin.bad(&self.at("normal"), value, rule));
         };
         for axis in 0..self.check.dimension {
@@ -118,7 +118,7 @@ impl Maker<'_> {
         let center = self.need("center", &self.wall.center)?;
         let &[x, y] = center.as_slice() else {
             let rule = "must have 2 numbers, x and y of the axis";
-            let value = format!("{center:?}");
+            let value = show_list(center);
             return Err(self.check.origin.bad(&self.at("center"), value, rule));
         };
         let radius = *self.need("radius", &self.wall.radius)?;
