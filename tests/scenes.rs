@@ -149,7 +149,8 @@ fn scenes_run_and_engines_agree() {
                 };
                 relative("contacts", |s| s.contacts as f64, 0.03);
                 relative("coordination number", |s| s.coordination_number, 0.03);
-                relative("elastic energy", |s| s.elastic_energy, 0.05);
+                // So few grains carry much of it that packings whose starts differ by rounding differ by 2 to 8 %.
+                relative("elastic energy", |s| s.elastic_energy, 0.12);
                 match (packing(&mut on_gpu), packing(&mut on_cpu)) {
                     (Some(a), Some(b)) => bad.check(format!("{name}, packing fraction"), a, b, 1.0, 0.01),
                     (a, b) => assert_eq!(a, b, "{name}: packing fraction"),
