@@ -175,7 +175,8 @@ impl Run {
                 break end;
             }
             match self.advance(&mut progress) {
-                Err(error @ Error::Run { .. }) => break End::Stopped(error),
+                // What the simulation still holds is the last good state, also where the device gave up.
+                Err(error @ (Error::Run { .. } | Error::Device(_))) => break End::Stopped(error),
                 result => result?,
             }
         };
@@ -208,10 +209,9 @@ impl Run {
         let next = [Some(self.history.next()), self.snapshots.as_ref().map(Clock::next), self.end];
         let next = next.into_iter().flatten().min().expect("there is always a next row");
         while self.simulation.step() < next {
-            let done = self.simulation.advance_chunk(next - self.simulation.step())?;
+            self.simulation.advance_chunk(next - self.simulation.step())?;
             progress.update(&self.simulation);
-            // A chunk that has to be replayed has left no lists to measure with.
-            if done > 0 && CTRL_C.load(Ordering::Relaxed) {
+            if CTRL_C.load(Ordering::Relaxed) {
                 break;
             }
         }
