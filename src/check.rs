@@ -9,7 +9,10 @@ use crate::{
     error::Result,
     gpu::Device,
     kernels::Stage,
-    laws::{boundary::separation, grid::candidates, precision::residue_of, touch::touch_grain, walls::touch_wall},
+    laws::{
+        boundary::separation, grid::candidates, materials::pair_of, normal::normal_force, precision::residue_of,
+        touch::touch_grain, walls::touch_wall,
+    },
     measure::Sample,
     model::Precision,
     plan::Op,
@@ -200,20 +203,28 @@ impl Checker<'_> {
     }
 }
 
-/// Overlap of every list entry over the sum of radii: > 0 where surfaces touch.
-fn overlaps(s: &State, i: usize) -> impl Iterator<Item = f64> {
+/// A list entry: overlap over the sum of radii, > 0 where surfaces touch, and the force of the normal spring, N.
+struct Entry {
+    overlap: f64,
+    force: f64,
+}
+
+/// The list entries of grain i.
+fn entries(s: &State, i: usize) -> impl Iterator<Item = Entry> {
     let slots = s.slot_start[i] as usize..(s.slot_start[i + 1] as usize).min(s.neighbour.len());
     let bodies = s.sizes.bodies;
     let here = &s.place[i];
     let ids = s.neighbour[slots.start.min(slots.end)..slots.end].iter().take_while(|j| **j != NONE);
     ids.filter(move |&&j| (j as usize) < bodies + s.sizes.walls).map(move |&j| {
         let j = j as usize;
-        if j < bodies {
-            -touch_grain(s, i, j, here, &s.place[j], residue_of(s, j) - residue_of(s, i)).gap
-                / (here.radius + s.place[j].radius)
+        let (gap, size) = if j < bodies {
+            let there = &s.place[j];
+            let residue = residue_of(s, j) - residue_of(s, i);
+            (touch_grain(s, i, j, here, there, residue).gap, here.radius + there.radius)
         } else {
-            -touch_wall(&s.wall[j - bodies], here.x, residue_of(s, i), here.radius).gap / here.radius
-        }
+            (touch_wall(&s.wall[j - bodies], here.x, residue_of(s, i), here.radius).gap, here.radius)
+        };
+        Entry { overlap: -gap / size, force: normal_force(&pair_of(s, i, j), gap.min(0.0)) }
     })
 }
 
@@ -221,7 +232,7 @@ fn overlaps(s: &State, i: usize) -> impl Iterator<Item = f64> {
 /// there, so no tolerance can hold for them.
 fn undecided(s: &State, precision: Precision) -> Vec<bool> {
     let limit = 16.0 * epsilon(precision);
-    (0..s.sizes.bodies).map(|i| overlaps(s, i).any(|o| o.abs() < limit)).collect()
+    (0..s.sizes.bodies).map(|i| entries(s, i).any(|e| e.overlap.abs() < limit)).collect()
 }
 
 /// Grains with a neighbour so close to the reach of the lists that rounding decides whether it is listed.
@@ -245,7 +256,7 @@ fn at_the_reach(s: &State, precision: Precision) -> Vec<bool> {
 
 /// The deepest overlap over the sum of radii.
 fn deepest(s: &State) -> f64 {
-    (0..s.sizes.bodies).flat_map(|i| overlaps(s, i)).fold(0.0, f64::max)
+    (0..s.sizes.bodies).flat_map(|i| entries(s, i)).map(|e| e.overlap).fold(0.0, f64::max)
 }
 
 /// Worst and RMS relative difference of an array between twin and device.
@@ -280,14 +291,12 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
         let different = (0..a.len()).filter(|k| a[*k] != b[*k] && !masked(*k)).count();
         return (different as f64 / a.len() as f64, 0.0);
     }
-    // Springs and moments are made of forces whose rounding they inherit, however small they are themselves.
-    let force_scale = |of: f64| {
-        let force = twin.force.iter().map(|f| f.abs().max_element()).fold(0.0, f64::max);
-        if stage.name == "contact" { force * of } else { 0.0 }
-    };
-    let floor = match array {
-        "spring" => force_scale(1.0),
-        "torque" => force_scale(twin.place.iter().map(|p| p.radius).fold(0.0, f64::max)),
+    // What a contact makes inherits the rounding of its normal force, however small it is itself: at rest, forces of
+    // many times a grain's weight balance to it.
+    let contact_force = || (0..twin.sizes.bodies).flat_map(|i| entries(twin, i)).map(|e| e.force).fold(0.0, f64::max);
+    let floor = match (stage.name, array) {
+        ("contact", "force" | "spring") => contact_force(),
+        ("contact", "torque") => contact_force() * twin.place.iter().map(|p| p.radius).fold(0.0, f64::max),
         _ => 0.0,
     };
     // Members of a record have different units, so each is compared with its own largest value; vectors as a whole.
@@ -304,7 +313,8 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
         }
         let relative = |d: f64, of: f64| if d == 0.0 { 0.0 } else { d / of };
         result.0 = result.0.max(relative(worst, largest));
-        result.1 = result.1.max(relative(squares.sqrt(), scale.sqrt()));
+        let own = scale.sqrt().max(floor * (a.len() as f64).sqrt());
+        result.1 = result.1.max(relative(squares.sqrt(), own));
     }
     result
 }
