@@ -1,6 +1,5 @@
 // twin: src/kernels/bin.rs
 // Broad phase 1: histogram of grains over cells, and each grain's rank inside its cell.
-var<storage, read> place: array<Place>;                    // N
 var<storage, read_write> cell_start: array<atomic<u32>>;   // cells + 1: counts
 var<storage, read_write> rank: array<u32>;                 // N
 

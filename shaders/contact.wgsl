@@ -1,68 +1,86 @@
-// twin: src/kernels/contact.rs
-// Force and moment of all contacts of one grain, gathered in ascending order of the other's id.
-var<storage, read> place: array<Place>;          // N, at step n
-var<storage, read> motion: array<Motion>;        // N, at n - 1/2
-var<storage, read> slot_start: array<u32>;       // N + 1
-var<storage, read> neighbour: array<u32>;        // slots
-var<storage, read_write> force: array<Vec>;      // N, N, at step n, without gravity
-var<storage, read_write> counters: Counters;
+// twin: src/laws/contact.rs
+// One contact, seen from one of its two sides: everything of section 2.1 that acts between two surfaces.
 
-@compute @workgroup_size(WG)
-fn contact(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let i = linear(id, groups);
-    if (i >= params.bodies || slot_start[i + 1u] > arrayLength(&neighbour)) {
-        return;
+struct Contact {
+    gap: Real,        // m, >= 0: no contact, and nothing below means anything
+    force: Vec,       // N, on the grain of interest
+    arm: Vec,         // m, from its centre to the contact point
+    spring: Vec,      // N, the tangential part of the force
+    dissipation: Real // W, of dashpot and sliding
+}
+
+/// Whether the neighbour may touch: an answer without residues, for the price of one place.
+fn near(here: Place, j: u32) -> bool {
+    if (j >= params.bodies) {
+        return true;
     }
-    let here = place[i];
-    let moving = motion[i];
-    let spinning = spin_of(i);
-    let residue_here = residue_of(i);
-    let end = slot_start[i + 1u];
-    var force_sum = Vec();
-    var torque_sum = Spin();
-    for (var slot = slot_start[i]; slot < end; slot++) {
-        let j = neighbour[slot];
-        if (j == NONE) {
-            break;
-        }
-        var touch: Touch;
-        var there: Place;
-        if (j < params.bodies) {
-            there = place[j];
-            touch = touch_grain(i, j, here, there, residue_of(j) - residue_here);
-        } else {
-            touch = touch_wall(j - params.bodies, here.x, residue_here, here.radius);
-            if (touch.gap < -here.radius) {
-                atomicMax(&counters.bad_body, params.bodies - i);
-            }
-        }
-        if (!(touch.gap < 0)) {
-            forget_spring(slot);
-            continue;
-        }
+    return within(here, place[j], 0);
+}
+
+/// The contact of grain i with entry `entry` of its list.
+fn contact_of(i: u32, here: Body, slot: u32, entry: u32) -> Contact {
+    let j = entry & INDEX;
+    var contact = Contact();
+    var touch: Touch;
+    var there: Place;
+    if (j < params.bodies) {
+        there = place[j];
+        touch = touch_grain(i, j, here.place, there, residue_of(j) - here.residue);
+    } else {
+        touch = touch_wall(j - params.bodies, here.place.x, here.residue, here.place.radius);
+    }
+    contact.gap = touch.gap;
+    if (touch.gap < 0) {
         let n = touch.n;
-        let arm = (here.radius + 0.5 * touch.gap) * n; // erratum E7: one shared point, mid-overlap
+        let arm = (here.place.radius + 0.5 * touch.gap) * n; // erratum E7: one shared point, mid-overlap
         var v_rel: Vec;
         var n_before: Vec;
-        var inverse_mass = moving.inverse_mass;
+        var inverse_mass = here.motion.inverse_mass;
         if (j < params.bodies) {
             let other = motion[j];
-            let v = moving.v - other.v;
+            let v = here.motion.v - other.v;
             let arm_there = -(there.radius + 0.5 * touch.gap) * n;
-            v_rel = v + (surface_velocity(spinning, arm) - surface_velocity(spin_of(j), arm_there));
-            n_before = unit_or((here.radius + there.radius + touch.gap) * n + params.dt * v, n);
+            v_rel = v + (surface_velocity(here.spin, arm) - surface_velocity(spin_of(j), arm_there));
+            n_before = unit_or((here.place.radius + there.radius + touch.gap) * n + params.since * v, n);
             inverse_mass += other.inverse_mass;
         } else {
             let w = j - params.bodies;
-            v_rel = (moving.v - wall_velocity(w, here.x + arm)) + surface_velocity(spinning, arm);
-            n_before = wall_normal_before(w, here.x - params.dt * moving.v);
+            v_rel = (here.motion.v - wall_velocity(w, here.place.x + arm)) + surface_velocity(here.spin, arm);
+            n_before = wall_normal_before(w, here.place.x - params.since * here.motion.v);
         }
         let pair = pair_of(i, j);
-        let pressing = normal_force(pair, touch.gap) + dashpot_force(pair, dot(v_rel, n), inverse_mass);
-        let f = -pressing * n + tangential_force(slot, pair, n, n_before, v_rel, pressing);
-        force_sum += f;
-        torque_sum += moment(arm, f);
+        let approach = dot(v_rel, n);
+        let damping = dashpot_force(pair, approach, inverse_mass);
+        let pressing = normal_force(pair, touch.gap) + damping;
+        let stretched = stretched_spring(spring_of(slot, entry), pair, n, n_before, v_rel);
+        contact.spring = slid_spring(stretched, pair, pressing);
+        contact.force = -pressing * n + contact.spring;
+        contact.arm = arm;
+        contact.dissipation = damping * approach + sliding_power(stretched, contact.spring, pair);
     }
-    force[i] = force_sum;
-    store_torque(i, torque_sum);
+    return contact;
+}
+
+/// Force and moment of all contacts of a grain.
+struct Gathered {
+    force: Vec,
+    torque: Spin,
+}
+
+/// All contacts of grain i, in ascending order of the other's id. The springs stay as they are.
+fn contacts_of(i: u32, here: Body) -> Gathered {
+    var sum = Gathered();
+    let end = slot_start[i + 1u];
+    for (var slot = slot_start[i]; slot < end; slot++) {
+        let entry = neighbour[slot];
+        if (entry == NONE) {
+            break;
+        }
+        let contact = contact_of(i, here, slot, entry);
+        if (contact.gap < 0) {
+            sum.force += contact.force;
+            sum.torque += moment(contact.arm, contact.force);
+        }
+    }
+    return sum;
 }

@@ -1,41 +1,43 @@
 // twin: src/kernels/count.rs
 // Neighbour lists 1: how many slots each grain needs, and whether it is still on the right side of every wall.
-var<storage, read> place: array<Place>;              // N
-var<storage, read> motion: array<Motion>;            // N
 var<storage, read> cell_start: array<u32>;           // cells + 1
-var<storage, read> sorted: array<u32>;               // N
-var<storage, read_write> slot_start: array<u32>;     // N + 1: counts
-var<storage, read_write> counters: Counters;
+var<storage, read_write> halt: atomic<u32>;
 
 @compute @workgroup_size(WG)
 fn count(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(id, groups);
-    if (i >= params.bodies) {
+    if (i > params.bodies) {
+        return;
+    }
+    if (i == params.bodies) {
+        slot_start[i] = 0u;
         return;
     }
     let here = place[i];
     let fixed = motion[i].inverse_mass == 0;
     let home = cell_of(here.x);
-    let cells_around = around_count();
+    let all = spans();
+    // A little further than they will be filled, so that rounding can never make that find more than was counted.
+    let reach = params.margin + 1e-5 * here.radius;
     var slots = 0u;
-    for (var k = 0u; k < cells_around; k++) {
-        let c = around(home, k);
-        let last = cell_start[c + 1u];
-        for (var s = cell_start[c]; s < last; s++) {
-            let j = sorted[s];
-            if (j != i && listed(here, place[j], 1.00001) && !(fixed && motion[j].inverse_mass == 0)) {
+    for (var k = 0u; k < all; k++) {
+        let cells = span(home, k);
+        let last = cell_start[cells.y];
+        for (var j = cell_start[cells.x]; j < last; j++) {
+            if (within(here, place[j], reach) && j != i && !(fixed && motion[j].inverse_mass == 0)) {
                 slots++;
             }
         }
     }
     for (var w = 0u; w < params.walls && !fixed; w++) {
-        let gap = touch_wall(w, here.x, Vec(), here.radius).gap;
+        let gap = touch_wall(w, here.x, residue_of(i), here.radius).gap;
         // Rounding grows with the distance from the wall's point; twice the margin leaves room for it.
         if (gap < 2 * params.margin) {
             slots++;
         }
         if (gap < -here.radius) {
-            atomicMax(&counters.bad_body, params.bodies - i);
+            atomicMax(&counters.bad_body, params.bodies - number[i]);
+            atomicStore(&halt, 1u);
         }
     }
     slot_start[i] = slots;

@@ -1,6 +1,9 @@
 // twin: src/laws/grid.rs
 // The grid of the broad phase. It wraps around on every axis: exact for a periodic one; along an open one, far-away
-// grains may share a cell, which costs a distance test and needs no bounding box.
+// grains may share a cell, which costs a distance test and needs no bounding box. Grains are stored in the order of the
+// cells, so those of a row of cells follow each other.
+
+var<storage, read_write> sorted: array<u32>; // N: the index that each grain had before it was sorted
 
 /// Cell of a point.
 fn cell_of(x: Vec) -> vec3<u32> {
@@ -13,16 +16,30 @@ fn cell_index(c: vec3<u32>) -> u32 {
     return c.x + params.cells.x * (c.y + params.cells.y * c.z);
 }
 
-/// How many different cells touch a cell, itself included.
-fn around_count() -> u32 {
-    let ring = min(params.cells, vec3<u32>(3u));
-    return ring.x * ring.y * ring.z;
+/// How many spans of cells surround a cell; an axis of one or two cells is walked once, not thrice.
+fn spans() -> u32 {
+    let rows = min(params.cells.yz, vec2<u32>(3u));
+    return 2u * rows.x * rows.y;
 }
 
-/// Index of the k-th cell around c; an axis of one or two cells is walked once, not thrice.
-fn around(c: vec3<u32>, k: u32) -> u32 {
-    let ring = min(params.cells, vec3<u32>(3u));
-    let step = vec3<u32>(k % ring.x, (k / ring.x) % ring.y, k / (ring.x * ring.y));
-    let moved = (c + params.cells - vec3<u32>(1u) + step) % params.cells;
-    return cell_index(select(step, moved, params.cells >= vec3<u32>(3u)));
+/// The k-th span of cells around c: first, and one past the last. Every row has two: the cells next to c, and what
+/// lies around the corner if c is at an end of the row.
+fn span(c: vec3<u32>, k: u32) -> vec2<u32> {
+    let size = params.cells;
+    let rows = min(size.yz, vec2<u32>(3u));
+    let step = vec2<u32>((k / 2u) % rows.x, k / 2u / rows.x);
+    let moved = (c.yz + size.yz - vec2<u32>(1u) + step) % size.yz;
+    let row = select(step, moved, size.yz >= vec2<u32>(3u));
+    let begin = size.x * (row.x + size.y * row.y);
+    let direct = k % 2u == 0u;
+    if (size.x < 3u) {
+        return begin + vec2<u32>(0u, select(0u, size.x, direct));
+    }
+    if (direct) {
+        return begin + vec2<u32>(max(c.x, 1u) - 1u, min(c.x + 2u, size.x));
+    }
+    if (c.x == 0u) {
+        return begin + vec2<u32>(size.x - 1u, size.x);
+    }
+    return begin + vec2<u32>(0u, select(0u, 1u, c.x == size.x - 1u));
 }

@@ -1,10 +1,5 @@
 // twin: src/kernels/measure.rs
 // Sums over free grains at step n, in a fixed order: row p adds up grains p, p + parts, p + 2 parts, …
-var<storage, read> place: array<Place>;          // N
-var<storage, read> motion: array<Motion>;        // N
-var<storage, read> force: array<Vec>;            // N
-var<storage, read> slot_start: array<u32>;       // N + 1
-var<storage, read> neighbour: array<u32>;        // slots
 var<storage, read_write> part: array<Part>;      // parts
 
 struct Part {
@@ -13,6 +8,7 @@ struct Part {
     elastic: Real,       // J, normal and tangential springs
     net_force: Real,     // N, sum of |total force| over free grains
     contact_force: Real, // N, sum of |spring force| over contacts
+    dissipation: Real,   // W, of dashpots, sliding and global damping
     overlap: Real,       // largest overlap over the smaller radius
     sides: u32,          // contacts of free grains; one between two free grains is seen twice
     single_sides: u32,   // those of them with a wall or a fixed grain
@@ -26,46 +22,49 @@ fn measure(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
     }
     var sum = Part();
     for (var i = p; i < params.bodies; i += params.parts) {
-        let here = place[i];
-        let inverse_mass = motion[i].inverse_mass;
+        let here = body(i);
+        let inverse_mass = here.motion.inverse_mass;
         if (inverse_mass == 0) {
             continue;
         }
-        let total = force[i] + params.gravity / inverse_mass;
-        let v = (motion[i].v + 0.5 * params.dt * inverse_mass * total) / (1 + 0.5 * params.dt * params.damping);
-        sum.kinetic += 0.5 * dot(v, v) / inverse_mass + spin_energy(i, here, inverse_mass);
-        sum.potential -= dot(params.gravity, here.x) / inverse_mass;
-        sum.net_force += sqrt(dot(total, total));
-        let residue_here = residue_of(i);
+        var force = Vec();
+        var torque = Spin();
         let end = slot_start[i + 1u];
         for (var slot = slot_start[i]; slot < end; slot++) {
-            let j = neighbour[slot];
-            if (j == NONE) {
+            let entry = neighbour[slot];
+            if (entry == NONE) {
                 break;
             }
-            var touch: Touch;
-            var smaller = here.radius;
+            let contact = contact_of(i, here, slot, entry);
+            if (!(contact.gap < 0)) {
+                continue;
+            }
+            let j = entry & INDEX;
+            var smaller = here.place.radius;
             var single = true;
             if (j < params.bodies) {
-                touch = touch_grain(i, j, here, place[j], residue_of(j) - residue_here);
                 smaller = min(smaller, place[j].radius);
                 single = motion[j].inverse_mass == 0;
-            } else {
-                touch = touch_wall(j - params.bodies, here.x, residue_here, here.radius);
-            }
-            if (!(touch.gap < 0)) {
-                continue;
             }
             let share = select(Real(0.5), Real(1), single);
             let pair = pair_of(i, j);
-            let normal = normal_force(pair, touch.gap);
-            let tangential = tangential_length(slot);
-            sum.elastic += share * (normal_energy(pair, touch.gap) + tangential_energy(slot, pair));
-            sum.contact_force += share * sqrt(normal * normal + tangential * tangential);
-            sum.overlap = max(sum.overlap, -touch.gap / smaller);
+            let normal = normal_force(pair, contact.gap);
+            force += contact.force;
+            torque += moment(contact.arm, contact.force);
+            sum.elastic += share * (normal_energy(pair, contact.gap) + spring_energy(contact.spring, pair));
+            sum.contact_force += share * sqrt(normal * normal + dot(contact.spring, contact.spring));
+            sum.dissipation += share * contact.dissipation;
+            sum.overlap = max(sum.overlap, -contact.gap / smaller);
             sum.sides += 1u;
             sum.single_sides += select(0u, 1u, single);
         }
+        let v = at_step(here.motion, force);
+        let kinetic = 0.5 * dot(v, v) / inverse_mass + spin_energy(here, spin_at_step(here, torque));
+        let total = force + params.gravity / inverse_mass;
+        sum.kinetic += kinetic;
+        sum.potential -= dot(params.gravity, here.place.x + here.residue) / inverse_mass;
+        sum.net_force += sqrt(dot(total, total));
+        sum.dissipation += 2 * params.damping * kinetic;
     }
     part[p] = sum;
 }

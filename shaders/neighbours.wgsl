@@ -1,13 +1,8 @@
 // twin: src/kernels/neighbours.rs
-// Neighbour lists 2: fill the slots with ids in ascending order (walls come last: wall w is bodies + w) and bring the
-// springs along. The order of the sum over contacts is thereby fixed by id, whenever the lists were made.
-var<storage, read> place: array<Place>;              // N
-var<storage, read> motion: array<Motion>;            // N
+// Neighbour lists 2: fill the slots in ascending order of the numbers (walls come last) and bring the springs along. The
+// order of the sum over contacts is thereby fixed by the scene, whenever the lists were made.
 var<storage, read> cell_start: array<u32>;           // cells + 1
-var<storage, read> sorted: array<u32>;               // N
-var<storage, read> slot_start: array<u32>;           // N + 1
-var<storage, read_write> neighbour: array<u32>;      // slots
-var<storage, read_write> counters: Counters;
+var<storage, read_write> halt: atomic<u32>;
 
 @compute @workgroup_size(WG)
 fn neighbours(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
@@ -18,28 +13,30 @@ fn neighbours(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgro
     if (i == 0u) {
         atomicMax(&counters.slots_needed, slot_start[params.bodies]);
     }
-    let begin = slot_start[i];
-    let end = slot_start[i + 1u];
-    if (end > arrayLength(&neighbour)) {
+    if (slot_start[params.bodies] > arrayLength(&neighbour)) {
+        atomicStore(&halt, 1u); // the host will grow the lists and come back
         return;
     }
+    let begin = slot_start[i];
+    let end = slot_start[i + 1u];
     let here = place[i];
     let fixed = motion[i].inverse_mass == 0;
     let home = cell_of(here.x);
-    let cells_around = around_count();
+    let all = spans();
     var slot = begin;
-    for (var k = 0u; k < cells_around; k++) {
-        let c = around(home, k);
-        let last = cell_start[c + 1u];
-        for (var s = cell_start[c]; s < last; s++) {
-            let j = sorted[s];
-            if (j != i && listed(here, place[j], 1) && !(fixed && motion[j].inverse_mass == 0)) {
+    var missed = 0u;
+    for (var k = 0u; k < all; k++) {
+        let cells = span(home, k);
+        let last = cell_start[cells.y];
+        for (var j = cell_start[cells.x]; j < last; j++) {
+            if (within(here, place[j], params.margin) && j != i && !(fixed && motion[j].inverse_mass == 0)) {
                 if (slot == end) {
-                    atomicAdd(&counters.lost, 1u); // cannot happen, see `listed`; if it does, it must be seen
+                    missed++;
                     continue;
                 }
+                let label = number[j];
                 var hole = slot;
-                while (hole > begin && neighbour[hole - 1u] > j) {
+                while (hole > begin && number[neighbour[hole - 1u]] > label) {
                     neighbour[hole] = neighbour[hole - 1u];
                     hole--;
                 }
@@ -49,24 +46,27 @@ fn neighbours(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgro
         }
     }
     for (var w = 0u; w < params.walls && !fixed; w++) {
-        if (touch_wall(w, here.x, Vec(), here.radius).gap < params.margin) {
+        if (touch_wall(w, here.x, residue_of(i), here.radius).gap < params.margin) {
             if (slot == end) {
-                atomicAdd(&counters.lost, 1u);
+                missed++;
                 continue;
             }
             neighbour[slot] = params.bodies + w;
             slot++;
         }
     }
+    let filled = slot;
     for (; slot < end; slot++) {
         neighbour[slot] = NONE;
     }
     var inherited = 0u;
-    for (slot = begin; slot < end; slot++) {
+    for (slot = begin; slot < filled; slot++) {
         inherited += inherit_spring(slot, i, neighbour[slot]);
     }
-    let before = springs_before(i);
-    if (inherited < before) {
-        atomicAdd(&counters.lost, before - inherited);
+    if (inherited != 0u) {
+        atomicAdd(&counters.inherited, inherited);
+    }
+    if (missed != 0u) {
+        atomicAdd(&counters.missed, missed); // cannot happen, see `count`; if it does, it must be seen
     }
 }

@@ -6,6 +6,12 @@ struct Place {
     radius: Real, // m
 }
 
+/// A position: in single precision a multiple of params.quantum and a residue.
+struct Point {
+    x: Vec,       // m
+    residue: Vec, // m
+}
+
 struct Motion {
     v: Vec,             // m/s, at the half step n - 1/2
     inverse_mass: Real, // 1/kg; 0 for a fixed grain
@@ -29,10 +35,14 @@ struct Params {
     cell_origin: Vec,       // m; the lower face of the domain along a periodic axis
     inverse_cell: Vec,      // 1/m, per axis
     dt: Real,               // s
+    since: Real,            // s, since springs were last stretched: dt, but 0 in the first step
     damping: Real,          // xi, 1/s
     margin: Real,           // m, neighbour lists reach this much beyond contact
     quantum: Real,          // m, a power of two: single precision keeps positions as multiples of it and a residue
     inverse_quantum: Real,  // 1/m
+    blur: Real,             // m, what a distance may be off if residues are left out
+    split: Real,            // m, a power of two: lengths up to the largest contact distance are 14 bits of it and a rest
+    inverse_split: Real,    // 1/m
     drift_limit: Real,      // m, lists are good while no grain has moved further than this
     @align(16) pair: Pair,  // the pair parameters of a scene with one material
     cells: vec3<u32>,       // cells per axis; the grid wraps around on every axis
@@ -47,14 +57,15 @@ var<uniform> params: Params;
 /// What the device has to tell the host, once per chunk.
 struct Counters {
     slots_needed: atomic<u32>, // neighbour slots that the lists ask for
-    broken: atomic<u32>,       // 1 if a grain moved further than drift_limit since the lists were made
-    drift: atomic<u32>,        // bits of an f32: largest (movement / drift_limit)²
+    done: atomic<u32>,         // steps done since the lists were made
+    drift: atomic<u32>,        // bits of an f32: longest way of a grain since the lists were made, over drift_limit
     bad_body: atomic<u32>,     // bodies - id of a grain that is no number, left the domain or crossed a wall; 0: none
-    lost: atomic<u32>,         // springs of the old lists that found no slot in the new ones
+    springs: atomic<u32>,      // contacts with a spring at the end of the chunk, each counted once
+    inherited: atomic<u32>,    // springs of the history that the new lists took over
+    missed: atomic<u32>,       // neighbours that found no slot: 0, or a defect
 }
 
-/// Fills list slots that were reserved and not needed.
-const NONE = 0xffffffffu;
+var<storage, read_write> counters: Counters;
 
 override WG: u32 = 64;
 

@@ -1,9 +1,7 @@
 // twin: src/kernels/sort.rs
-// Broad phase 2: scatter the ids to their cells.
-var<storage, read> place: array<Place>;       // N
+// Broad phase 2: scatter the grains to their cells.
 var<storage, read> cell_start: array<u32>;    // cells + 1
 var<storage, read> rank: array<u32>;          // N
-var<storage, read_write> sorted: array<u32>;  // N: ids by cell
 
 @compute @workgroup_size(WG)
 fn sort(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {

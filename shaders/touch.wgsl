@@ -1,14 +1,16 @@
 // twin: src/laws/touch.rs
 // Geometry of two grains.
 
-/// Gap and normal from grain i to grain j; `residue` is that of j less that of i. Coincident centres get an arbitrary axis, opposite for the two grains.
+/// Gap and normal from grain i to grain j; `residue` is that of j less that of i. Coincident centres get an arbitrary
+/// axis, opposite for the two grains.
 fn touch_grain(i: u32, j: u32, a: Place, b: Place, residue: Vec) -> Touch {
-    let d = separation(a.x, b.x) + residue;
+    let p = between(a.x, b.x, residue);
+    let d = p.x + p.residue;
     let distance = sqrt(dot(d, d));
     if (distance == 0) {
-        return Touch(-(a.radius + b.radius), select(-first_axis(), first_axis(), i < j));
+        return Touch(-(a.radius + b.radius), select(-first_axis(), first_axis(), number[i] < number[j]));
     }
-    return Touch(distance - (a.radius + b.radius), d / distance);
+    return Touch(gap_between(p.x, p.residue, distance, a.radius, b.radius), d / distance);
 }
 
 /// Unit vector along d; the other one where d has no length.
@@ -20,10 +22,9 @@ fn unit_or(d: Vec, other: Vec) -> Vec {
     return d / sqrt(length_squared);
 }
 
-/// Whether b belongs into the neighbour list of a. `slack` widens the reach a little: the counting pass uses it so
-/// that rounding can never make the filling pass find more than was counted.
-fn listed(a: Place, b: Place, slack: Real) -> bool {
-    let d = separation(a.x, b.x);
-    let reach = slack * (a.radius + b.radius + params.margin);
+/// Whether the surfaces are closer than this, m, judged without residues: true where these could decide.
+fn within(a: Place, b: Place, gap: Real) -> bool {
+    let d = between(a.x, b.x, Vec()).x;
+    let reach = a.radius + b.radius + gap + params.blur;
     return dot(d, d) < reach * reach;
 }

@@ -10,7 +10,7 @@ use crate::{
     gpu::Device,
     kernels::Stage,
     laws::{
-        boundary::separation, grid::candidates, materials::pair_of, normal::normal_force, precision::residue_of,
+        boundary::between, grid::candidates, materials::pair_of, normal::normal_force, precision::residue_of,
         touch::touch_grain, walls::touch_wall,
     },
     measure::Sample,
@@ -18,8 +18,9 @@ use crate::{
     plan::Op,
     scene::Assembly,
     simulation::{EngineChoice, Options, Setup, Simulation},
-    state::{ARRAYS, NONE, State},
+    state::{ARRAYS, INDEX, NONE, State},
 };
+use glam::DVec3;
 use serde::Serialize;
 
 /// The outcome of a check.
@@ -71,20 +72,33 @@ pub fn check(assembly: &Assembly, precision: Precision, after: u64, steps: u64) 
     simulation.advance(after)?;
     let present: Vec<&'static str> = ARRAYS.iter().filter(|a| (a.needed)(simulation.model())).map(|a| a.name).collect();
     let mut state = simulation.read(&present)?.clone();
+    if simulation.step() == 0 {
+        state.params.since = 0.0;
+    }
     let plan = Setup::new(assembly, &options)?.plan;
     // The device's parameters are rounded to its precision; the twin must be asked about the same ones.
     if precision == Precision::Single {
         state.params = state.params.rounded(state.model.dims());
     }
+    let bodies = state.sizes.bodies;
+    for array in ["force", "torque"].into_iter().filter(|a| present.contains(a)) {
+        state.column_mut(array).resize(bodies);
+    }
     let mut gpu = Gpu::new(Device::open(precision == Precision::Double)?, &plan, &state)?;
 
     let mut checker = Checker { gpu: &mut gpu, state: &mut state, precision, present, rows: Vec::new(), contacts: 0 };
-    checker.run(&plan.rebuild)?;
-    for _ in 0..steps {
-        checker.run(&plan.step)?;
+    for step in 0..steps {
+        if step == 0 || checker.state.halt[0] != 0 {
+            checker.run(&plan.sort)?;
+            checker.run(&plan.list)?;
+        }
         checker.run(&plan.sample)?;
+        checker.run(&plan.forces)?;
+        checker.run(&plan.synchronise)?;
+        checker.run(&plan.step)?;
+        checker.state.params.since = checker.state.params.dt;
     }
-    checker.run(&plan.close)?;
+    checker.run(&plan.survey)?;
     let Checker { rows, contacts, .. } = checker;
 
     let passed = rows.iter().all(|r| r.passed);
@@ -128,20 +142,24 @@ impl Checker<'_> {
 
     fn op(&mut self, op: &Op) -> Result<()> {
         let params = self.state.params;
-        // The lists may have to grow; a check that runs out of slots would compare two refusals.
-        if let Op::Run(stage) = op
-            && stage.name == "neighbours"
-        {
-            let needed = self.state.slot_start[self.state.sizes.bodies] as usize;
-            self.grow(needed)?;
+        // Arrays may have to grow; a check that runs out of slots would compare two refusals.
+        let bodies = self.state.sizes.bodies;
+        match op {
+            Op::Run(stage) if stage.name == "neighbours" => {
+                self.grow(&["neighbour", "spring"], self.state.slot_start[bodies] as usize)?;
+            }
+            Op::Run(stage) if stage.name == "remember" => {
+                self.grow(&["history_other", "history_spring"], self.state.history_start[bodies] as usize)?;
+            }
+            _ => {}
         }
-        self.gpu.execute(&params, std::slice::from_ref(op), 1)?;
+        self.gpu.execute(&params, &[(std::slice::from_ref(op), 1)])?;
         let Op::Run(stage) = op else {
             apply(op, self.state);
             return Ok(());
         };
         let undecided = match stage.name {
-            "contact" | "measure" => undecided(self.state, self.precision),
+            "advance" | "forces" | "synchronise" | "measure" => undecided(self.state, self.precision),
             "count" | "neighbours" => at_the_reach(self.state, self.precision),
             _ => Vec::new(),
         };
@@ -165,25 +183,25 @@ impl Checker<'_> {
         Ok(())
     }
 
-    fn grow(&mut self, needed: usize) -> Result<()> {
-        for array in ["neighbour", "spring"] {
-            if self.present.contains(&array) && needed > self.state.column(array).len() {
+    fn grow(&mut self, arrays: &[&'static str], needed: usize) -> Result<()> {
+        for array in arrays.iter().filter(|a| self.present.contains(a)) {
+            if needed > self.state.column(array).len() {
                 self.gpu.resize(array, needed)?;
                 self.state.column_mut(array).resize(needed);
             }
         }
-        self.state.sizes.slots = self.state.sizes.slots.max(needed);
         Ok(())
     }
 
-    /// A few roundings of the largest term; integers are exact. A gap is the difference of a distance and two radii, so
-    /// what depends on forces loses as many digits as the overlap is smaller than a grain; what is left of them must
-    /// still be worth something.
+    /// A few roundings of the largest term; integers are exact. In double precision a gap is the difference of a distance
+    /// and two radii, so what depends on forces loses as many digits as the overlap is smaller than a grain.
     fn tolerance(&self, stage: &Stage, array: &str, overlap: f64) -> f64 {
         let epsilon = epsilon(self.precision);
         match (stage.name, array) {
-            ("contact" | "measure", _) if overlap > 0.0 => (16.0 * epsilon * (1.0 / overlap).max(1.0)).min(0.05),
-            _ => 16.0 * epsilon,
+            ("advance" | "forces" | "synchronise" | "measure", _) if overlap > 0.0 && self.precision == Precision::Double => {
+                16.0 * epsilon * (1.0 / overlap).max(1.0)
+            }
+            _ => 32.0 * epsilon,
         }
     }
 
@@ -214,9 +232,8 @@ fn entries(s: &State, i: usize) -> impl Iterator<Item = Entry> {
     let slots = s.slot_start[i] as usize..(s.slot_start[i + 1] as usize).min(s.neighbour.len());
     let bodies = s.sizes.bodies;
     let here = &s.place[i];
-    let ids = s.neighbour[slots.start.min(slots.end)..slots.end].iter().take_while(|j| **j != NONE);
-    ids.filter(move |&&j| (j as usize) < bodies + s.sizes.walls).map(move |&j| {
-        let j = j as usize;
+    let entries = s.neighbour[slots.start.min(slots.end)..slots.end].iter().take_while(|entry| **entry != NONE);
+    entries.map(|entry| (entry & INDEX) as usize).filter(move |j| *j < bodies + s.sizes.walls).map(move |j| {
         let (gap, size) = if j < bodies {
             let there = &s.place[j];
             let residue = residue_of(s, j) - residue_of(s, i);
@@ -240,13 +257,14 @@ fn at_the_reach(s: &State, precision: Precision) -> Vec<bool> {
     let rounding = 16.0 * epsilon(precision);
     let margin = s.params.margin;
     let grain = |i: usize, j: usize| {
-        let reach = s.place[i].radius + s.place[j].radius + margin;
-        let distance = separation(s, s.place[i].x, s.place[j].x).length();
-        [1.0, 1.00001].iter().any(|slack| (distance - slack * reach).abs() < rounding * reach)
+        let reach = s.place[i].radius + s.place[j].radius + margin + s.params.blur;
+        let distance = between(s, s.place[i].x, s.place[j].x, DVec3::ZERO).x.length();
+        let slack = 1e-5 * s.place[i].radius;
+        [0.0, slack].iter().any(|more| (distance - (reach + more)).abs() < rounding * reach)
     };
     let wall = |i: usize, wall: &crate::state::Wall| {
         let here = &s.place[i];
-        let gap = touch_wall(wall, here.x, glam::DVec3::ZERO, here.radius).gap;
+        let gap = touch_wall(wall, here.x, residue_of(s, i), here.radius).gap;
         let scale = (here.x - wall.point).length() + here.radius;
         [1.0, 2.0].iter().any(|reach| (gap - reach * margin).abs() < rounding * scale)
     };
@@ -267,8 +285,8 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
         s.column(array).lanes(dims, &mut |x| lanes.push(x));
         lanes
     };
-    if array == "residue" {
-        return positions(twin, device);
+    if array == "residue_next" {
+        return positions(twin, device, undecided);
     }
     let (mut a, mut b) = (lanes(twin), lanes(device));
     if stage.unordered.contains(&array) {
@@ -280,13 +298,15 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
     }
     let width = a.len() / twin.column(array).len().max(1);
     let masked = |k: usize| match (stage.name, array) {
-        ("contact", "force" | "torque") => undecided[k / width],
+        ("advance" | "forces" | "synchronise", "force" | "torque" | "motion_next" | "spin_next" | "place_next" | "travel") => {
+            undecided[k / width]
+        }
         ("count", "slot_start") => undecided.get(k).is_some_and(|u| *u),
-        ("contact" | "neighbours", "spring" | "neighbour") => undecided[owner(twin, k / width)],
+        ("advance" | "neighbours", "spring" | "neighbour") => undecided[owner(twin, k / width)],
         ("measure", _) => (k / width..undecided.len()).step_by(crate::state::PARTS).any(|i| undecided[i]),
         _ => false,
     };
-    let integer = ["rank", "sorted", "cell_start", "tile", "slot_start", "neighbour"].contains(&array);
+    let integer = twin.column(array).integer();
     if integer {
         let different = (0..a.len()).filter(|k| a[*k] != b[*k] && !masked(*k)).count();
         return (different as f64 / a.len() as f64, 0.0);
@@ -295,8 +315,8 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
     // many times a grain's weight balance to it.
     let contact_force = || (0..twin.sizes.bodies).flat_map(|i| entries(twin, i)).map(|e| e.force).fold(0.0, f64::max);
     let floor = match (stage.name, array) {
-        ("contact", "force" | "spring") => contact_force(),
-        ("contact", "torque") => contact_force() * twin.place.iter().map(|p| p.radius).fold(0.0, f64::max),
+        ("advance" | "forces", "force" | "spring") => contact_force(),
+        ("forces", "torque") => contact_force() * twin.place.iter().map(|p| p.radius).fold(0.0, f64::max),
         _ => 0.0,
     };
     // Members of a record have different units, so each is compared with its own largest value; vectors as a whole.
@@ -321,11 +341,11 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
 
 /// Lanes of each member of a record: a vector is one member. Plain arrays have one.
 fn member_lanes(s: &State, array: &str, width: usize) -> Vec<std::ops::Range<usize>> {
-    let names = s.column(array).names();
-    if names.is_empty() {
+    let names = s.column(array).names(s.model.dims());
+    if names.is_empty() || names.starts_with(&["x", "y"]) {
         return std::iter::once(0..width).collect();
     }
-    let vectors = ["x", "v", "point", "normal", "velocity"];
+    let vectors = ["x", "v", "point", "residue", "normal", "velocity"];
     let mut at = 0;
     names
         .iter()
@@ -354,12 +374,12 @@ fn counters(a: &[f64], b: &[f64]) -> (f64, f64) {
 
 /// Positions with their residues: the difference over the largest displacement of this step, which is what must not be
 /// lost. (Either part alone may differ by a whole unit in the last place of the position.)
-fn positions(twin: &State, device: &State) -> (f64, f64) {
-    let largest = twin.motion.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * twin.params.dt;
+fn positions(twin: &State, device: &State, undecided: &[bool]) -> (f64, f64) {
+    let largest = twin.motion_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * twin.params.dt;
     let (mut worst, mut squares) = (0.0_f64, 0.0);
-    for i in 0..twin.sizes.bodies {
-        let rest = residue_of(twin, i) - residue_of(device, i);
-        let difference = ((twin.place[i].x - device.place[i].x) + rest).abs().max_element();
+    for i in (0..twin.sizes.bodies).filter(|i| !undecided.get(*i).is_some_and(|u| *u)) {
+        let rest = twin.residue_next[i] - device.residue_next[i];
+        let difference = ((twin.place_next[i].x - device.place_next[i].x) + rest).abs().max_element();
         worst = if difference.is_nan() { f64::INFINITY } else { worst.max(difference) };
         squares += difference * difference;
     }

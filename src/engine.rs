@@ -18,11 +18,11 @@ pub trait Engine {
     fn name(&self) -> &'static str;
     /// The adapter, or the number of threads.
     fn adapter(&self) -> String;
-    /// Run operations in order, `times` over.
-    fn execute(&mut self, params: &Params, ops: &[Op], times: u32) -> Result<()>;
+    /// Run sequences of operations in order, each as often as it says, without looking at anything in between.
+    fn execute(&mut self, params: &Params, sequences: &[(&[Op], u32)]) -> Result<()>;
     /// Wait for everything so far and read what the device has to say.
     fn counters(&mut self) -> Result<Counters>;
-    /// Give an array over slots another length; its content is lost.
+    /// Give an array another length; its content is lost.
     fn resize(&mut self, array: &'static str, len: usize) -> Result<()>;
     /// Overwrite arrays of the engine from the state.
     fn write(&mut self, arrays: &[&'static str], state: &State) -> Result<()>;

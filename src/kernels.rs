@@ -2,20 +2,29 @@
 //!
 //! A twin is a function of one body mapped over all of them; nothing in it is clever enough to need reading twice.
 
+mod advance;
 mod bin;
-mod contact;
 mod count;
-mod drift;
+mod forces;
 mod half_kick;
-mod integrate;
 mod measure;
 mod move_walls;
 mod neighbours;
 mod order;
+mod permute;
+mod remember;
 mod scan;
 mod sort;
+mod survey;
+mod synchronise;
+mod tally;
 
-use crate::state::{PARTS, Sizes, State, TILE};
+use crate::{
+    laws::contact::{Body, Gathered, body, contacts_of},
+    state::{Motion, PARTS, Sizes, State, TILE},
+};
+use glam::DVec3;
+use rayon::{prelude::*, vec};
 
 /// How many invocations a stage needs.
 #[derive(Clone, Copy, Debug)]
@@ -57,22 +66,41 @@ fn bodies(sizes: &Sizes) -> usize {
     sizes.bodies
 }
 
+fn bodies_plus_one(sizes: &Sizes) -> usize {
+    sizes.bodies + 1
+}
+
+/// History 1: springs per grain.
+pub static TALLY: Stage = Stage::new("tally", tally::tally, bodies_plus_one);
+/// Prefix sum of `history_start`.
+pub static SCAN_HISTORY: [Stage; 3] = [
+    Stage {
+        kernel: "scan_reduce",
+        bind: &[("values", "history_start")],
+        ..Stage::new("scan_reduce history_start", |s| scan::scan_reduce(&s.history_start, &mut s.tile), |s| s.bodies / TILE + 1)
+    },
+    Stage {
+        kernel: "scan_top",
+        bind: &[("values", "history_start")],
+        dispatch: Dispatch::OneGroup,
+        ..Stage::new("scan_top history_start", |s| scan::scan_top(&s.history_start, &mut s.tile), |_| 1)
+    },
+    Stage {
+        kernel: "scan_down",
+        bind: &[("values", "history_start")],
+        ..Stage::new("scan_down history_start", |s| scan::scan_down(&mut s.history_start, &s.tile), |s| s.bodies / TILE + 1)
+    },
+];
+/// History 2: the springs.
+pub static REMEMBER: Stage = Stage::new("remember", remember::remember, bodies);
 /// Broad phase 1: histogram over cells.
 pub static BIN: Stage = Stage { unordered: &["rank"], ..Stage::new("bin", bin::bin, bodies) };
-/// Broad phase 2: scatter to cells.
-pub static SORT: Stage = Stage { unordered: &["sorted"], ..Stage::new("sort", sort::sort, bodies) };
-/// Broad phase 3: ascending ids inside cells.
-pub static ORDER: Stage = Stage::new("order", order::order, |sizes| sizes.cells);
 /// Prefix sum of `cell_start`.
 pub static SCAN_CELLS: [Stage; 3] = [
     Stage {
         kernel: "scan_reduce",
         bind: &[("values", "cell_start")],
-        ..Stage::new(
-            "scan_reduce cell_start",
-            |s| scan::scan_reduce(&s.cell_start, &mut s.tile),
-            |s| s.cells / TILE + 1,
-        )
+        ..Stage::new("scan_reduce cell_start", |s| scan::scan_reduce(&s.cell_start, &mut s.tile), |s| s.cells / TILE + 1)
     },
     Stage {
         kernel: "scan_top",
@@ -86,18 +114,20 @@ pub static SCAN_CELLS: [Stage; 3] = [
         ..Stage::new("scan_down cell_start", |s| scan::scan_down(&mut s.cell_start, &s.tile), |s| s.cells / TILE + 1)
     },
 ];
+/// Broad phase 2: scatter to cells.
+pub static SORT: Stage = Stage { unordered: &["sorted"], ..Stage::new("sort", sort::sort, bodies) };
+/// Broad phase 3: ascending numbers inside cells.
+pub static ORDER: Stage = Stage::new("order", order::order, |sizes| sizes.cells);
+/// Broad phase 4: grains into that order.
+pub static PERMUTE: Stage = Stage::new("permute", permute::permute, bodies);
 /// Neighbour lists 1: slots per grain.
-pub static COUNT: Stage = Stage::new("count", count::count, bodies);
+pub static COUNT: Stage = Stage::new("count", count::count, bodies_plus_one);
 /// Prefix sum of `slot_start`.
 pub static SCAN_SLOTS: [Stage; 3] = [
     Stage {
         kernel: "scan_reduce",
         bind: &[("values", "slot_start")],
-        ..Stage::new(
-            "scan_reduce slot_start",
-            |s| scan::scan_reduce(&s.slot_start, &mut s.tile),
-            |s| s.bodies / TILE + 1,
-        )
+        ..Stage::new("scan_reduce slot_start", |s| scan::scan_reduce(&s.slot_start, &mut s.tile), |s| s.bodies / TILE + 1)
     },
     Stage {
         kernel: "scan_top",
@@ -111,32 +141,59 @@ pub static SCAN_SLOTS: [Stage; 3] = [
         ..Stage::new("scan_down slot_start", |s| scan::scan_down(&mut s.slot_start, &s.tile), |s| s.bodies / TILE + 1)
     },
 ];
-/// Neighbour lists 2: ids and springs.
+/// Neighbour lists 2: entries and springs.
 pub static NEIGHBOURS: Stage = Stage::new("neighbours", neighbours::neighbours, bodies);
-/// Contact forces and moments.
-pub static CONTACT: Stage = Stage::new("contact", contact::contact, bodies);
-/// Leapfrog.
-pub static INTEGRATE: Stage = Stage::new("integrate", integrate::integrate, bodies);
 /// Velocities from 0 to -1/2.
 pub static HALF_KICK: Stage = Stage::new("half_kick", half_kick::half_kick, bodies);
+/// Contact forces and leapfrog: a step.
+pub static ADVANCE: Stage = Stage::new("advance", advance::advance, bodies);
 /// Moving walls.
 pub static MOVE_WALLS: Stage = Stage::new("move_walls", move_walls::move_walls, |sizes| sizes.walls);
-/// How far grains moved in a chunk.
-pub static DRIFT: Stage = Stage::new("drift", drift::drift, bodies);
+/// How far grains went in a chunk, and how many springs there are.
+pub static SURVEY: Stage = Stage::new("survey", survey::survey, bodies);
 /// Sums over grains.
 pub static MEASURE: Stage = Stage::new("measure", measure::measure, |_| PARTS);
+/// Velocities at the time of the positions.
+pub static SYNCHRONISE: Stage = Stage::new("synchronise", synchronise::synchronise, bodies);
+/// Contact forces and moments.
+pub static FORCES: Stage = Stage::new("forces", forces::forces, bodies);
 
-/// One mutable slice per grain of an array over slots; empty slices where the model has no such array.
-fn rows<'a, T>(slots: &'a mut [T], slot_start: &[u32]) -> Vec<&'a mut [T]> {
-    let absent = slots.is_empty();
-    let mut rest = slots;
-    slot_start
-        .windows(2)
-        .map(|w| {
-            let len = if absent { 0 } else { (w[1] - w[0]) as usize };
-            let (row, tail) = std::mem::take(&mut rest).split_at_mut(len);
-            rest = tail;
-            row
-        })
-        .collect()
+/// Grains that one task works on.
+const BLOCK: usize = 256;
+
+/// The runs of grains of an array over grains; empty runs where the model has no such array.
+fn by_body<'a, T: Send>(array: &'a mut [T], s: &State) -> vec::IntoIter<&'a mut [T]> {
+    let bodies = if array.is_empty() { 0 } else { s.sizes.bodies };
+    runs(array, s.sizes.bodies, |i| i.min(bodies))
+}
+
+/// The same for an array over slots.
+fn by_slot<'a, T: Send>(array: &'a mut [T], s: &State) -> vec::IntoIter<&'a mut [T]> {
+    let absent = array.is_empty();
+    runs(array, s.sizes.bodies, |i| if absent { 0 } else { s.slot_start[i] as usize })
+}
+
+fn runs<T: Send>(mut array: &mut [T], bodies: usize, start: impl Fn(usize) -> usize) -> vec::IntoIter<&mut [T]> {
+    let run = |begin: usize| {
+        let len = start((begin + BLOCK).min(bodies)) - start(begin);
+        let run;
+        (run, array) = std::mem::take(&mut array).split_at_mut(len);
+        run
+    };
+    (0..bodies).step_by(BLOCK).map(run).collect::<Vec<_>>().into_par_iter()
+}
+
+/// Velocities and spins that follow from the contact forces now, for all grains.
+fn velocities(s: &mut State, law: impl Fn(&State, &Body, &Gathered) -> (DVec3, DVec3) + Sync) {
+    let of_body = |i| {
+        let here = body(s, i);
+        law(s, &here, &contacts_of(s, i, &here))
+    };
+    let values: Vec<_> = (0..s.sizes.bodies).into_par_iter().map(of_body).collect();
+    for (i, (v, spin)) in values.into_iter().enumerate() {
+        s.motion_next[i] = Motion { v, inverse_mass: s.motion[i].inverse_mass };
+        if let Some(next) = s.spin_next.get_mut(i) {
+            next.0 = spin;
+        }
+    }
 }

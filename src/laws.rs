@@ -2,10 +2,12 @@
 //! in f64. A law takes the model where WGSL takes a file, and values where WGSL takes values.
 
 pub mod boundary;
+pub mod contact;
 pub mod dashpot;
 pub mod dimension;
 pub mod friction;
 pub mod grid;
+pub mod leapfrog;
 pub mod materials;
 pub mod normal;
 pub mod precision;

@@ -133,6 +133,8 @@ impl Model {
             self.precision.file(),
             self.dimension.file(),
             "params.wgsl",
+            "bodies.wgsl",
+            "lists.wgsl",
             self.boundary.file(),
             "grid.wgsl",
             "touch.wgsl",
@@ -142,6 +144,8 @@ impl Model {
             self.rotation.file(),
             self.materials.file(),
             self.walls.file(),
+            "contact.wgsl",
+            "leapfrog.wgsl",
         ]
     }
 

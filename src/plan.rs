@@ -13,26 +13,32 @@ pub enum Op {
     Run(&'static Stage),
     /// Set an array to zero.
     Clear(&'static str),
-    /// Copy an array.
-    Copy { from: &'static str, to: &'static str },
     /// Exchange two arrays without moving them.
     Swap(&'static str, &'static str),
 }
 
-/// Sequences of operations. The state between steps is consistent at step n: positions, forces and springs at n,
-/// velocities at n - 1/2. A chunk is `rebuild`, then `step` many times, then `close`; if the counters then show that
-/// something did not fit, `restore` brings the state of before the chunk back.
+/// Sequences of operations. The state between steps is consistent at step n: positions at n, velocities at n - 1/2,
+/// springs at n - 1. A chunk is `sort`, `list`, then `step` many times, then `survey`. Nothing in it can go wrong without
+/// trace or return: lists that do not fit are not walked and `list` is done again; a step that spends the margin of the
+/// lists halts those that follow.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    pub rebuild: Vec<Op>,
+    /// Springs to the history, grains into the order of the cells.
+    pub sort: Vec<Op>,
+    /// Neighbour lists, with the springs of the history.
+    pub list: Vec<Op>,
     pub step: Vec<Op>,
-    pub close: Vec<Op>,
-    pub restore: Vec<Op>,
-    /// Once, at time 0, after `rebuild`: first with dt = 0 so that springs start at zero, then `kick` with the real dt.
-    pub start: Vec<Op>,
+    /// The exchanges of a step alone; for steps that were halted.
+    pub turn: Vec<Op>,
+    pub survey: Vec<Op>,
+    /// Once, at time 0: velocities half a step back.
     pub kick: Vec<Op>,
     /// Sums for a row of the history.
     pub sample: Vec<Op>,
+    /// Velocities at step n, in `motion_next` and `spin_next`.
+    pub synchronise: Vec<Op>,
+    /// Contact forces and moments.
+    pub forces: Vec<Op>,
 }
 
 /// The discrete element method.
@@ -42,71 +48,75 @@ pub fn plan(model: &Model) -> Plan {
 
     let frictional = model.friction == Friction::Coulomb;
 
-    let mut step = vec![Run(&INTEGRATE)];
+    let mut sort = vec![Clear("counters")];
+    if frictional {
+        sort.push(Run(&TALLY));
+        sort.extend(SCAN_HISTORY.iter().map(Run));
+        sort.push(Run(&REMEMBER));
+    }
+    sort.extend([Clear("cell_start"), Run(&BIN)]);
+    sort.extend(SCAN_CELLS.iter().map(Run));
+    sort.extend([Run(&SORT), Run(&ORDER), Run(&PERMUTE), Op::Swap("number", "number_next")]);
+    sort.extend(exchange(model));
+
+    let mut list = vec![Clear("halt"), Clear("halt_next"), Run(&COUNT)];
+    list.extend(SCAN_SLOTS.iter().map(Run));
+    list.push(Run(&NEIGHBOURS));
+
+    let mut step = vec![Run(&ADVANCE)];
     if model.moving_walls {
         step.push(Run(&MOVE_WALLS));
     }
-    step.push(Run(&CONTACT));
+    step.extend(exchange(model));
+    step.push(Op::Swap("halt", "halt_next"));
 
-    let mut rebuild = vec![Clear("counters")];
-    rebuild.extend(saved(model).map(|(now, before)| Op::Copy { from: now, to: before }));
-    if frictional {
-        rebuild.extend(exchange());
-    }
-    rebuild.extend([Clear("cell_start"), Run(&BIN)]);
-    rebuild.extend(SCAN_CELLS.iter().map(Run));
-    rebuild.extend([Run(&SORT), Run(&ORDER), Clear("slot_start"), Run(&COUNT)]);
-    rebuild.extend(SCAN_SLOTS.iter().map(Run));
-    rebuild.push(Run(&NEIGHBOURS));
+    let mut kick = vec![Run(&HALF_KICK)];
+    kick.extend(exchange(model).filter(|op| matches!(op, Op::Swap("motion" | "spin", _))));
 
-    let mut restore: Vec<Op> = saved(model).map(|(now, before)| Op::Copy { from: before, to: now }).collect();
-    if frictional {
-        restore.extend(exchange());
-    }
-
+    let turn = step.iter().filter(|op| matches!(op, Op::Swap(..))).copied().collect();
     Plan {
-        rebuild,
+        sort,
+        list,
         step,
-        close: vec![Run(&DRIFT)],
-        restore,
-        start: vec![Run(&CONTACT)],
-        kick: vec![Run(&HALF_KICK)],
+        turn,
+        survey: vec![Run(&SURVEY)],
+        kick,
         sample: vec![Run(&MEASURE)],
+        synchronise: vec![Run(&SYNCHRONISE)],
+        forces: vec![Run(&FORCES)],
     }
 }
 
-/// Arrays that a step overwrites, with their copies.
-fn saved(model: &Model) -> impl Iterator<Item = (&'static str, &'static str)> {
-    let rotating = model.rotation == Rotation::Sphere;
-    [
-        (true, "place", "place_before"),
-        (model.precision == Precision::Single, "residue", "residue_before"),
-        (true, "motion", "motion_before"),
-        (true, "force", "force_before"),
-        (rotating, "spin", "spin_before"),
-        (rotating, "torque", "torque_before"),
-        (model.moving_walls, "wall", "wall_before"),
-    ]
-    .into_iter()
-    .filter(|(present, ..)| *present)
-    .map(|(_, now, before)| (now, before))
-}
-
-/// The lists of this chunk are made from those of the chunk before, which thereby stay intact for a replay.
-fn exchange() -> [Op; 3] {
-    [
-        Op::Swap("slot_start", "slot_start_before"),
-        Op::Swap("neighbour", "neighbour_before"),
-        Op::Swap("spring", "spring_before"),
-    ]
+/// What comes next becomes what is.
+fn exchange(model: &Model) -> impl Iterator<Item = Op> + use<> {
+    let pairs = [
+        (true, "place", "place_next"),
+        (model.precision == Precision::Single, "residue", "residue_next"),
+        (true, "motion", "motion_next"),
+        (model.rotation == Rotation::Sphere, "spin", "spin_next"),
+    ];
+    pairs.into_iter().filter(|(present, ..)| *present).map(|(_, now, next)| Op::Swap(now, next))
 }
 
 impl Plan {
+    /// All sequences with their names, in the order of a run.
+    pub fn parts(&self) -> [(&'static str, &[Op]); 8] {
+        [
+            ("sort", &self.sort),
+            ("list", &self.list),
+            ("kick", &self.kick),
+            ("step", &self.step),
+            ("survey", &self.survey),
+            ("sample", &self.sample),
+            ("synchronise", &self.synchronise),
+            ("forces", &self.forces),
+        ]
+    }
+
     /// Every stage once, in the order of first use.
     pub fn stages(&self) -> Vec<&'static Stage> {
         let mut stages: Vec<&'static Stage> = Vec::new();
-        let all = [&self.rebuild, &self.start, &self.kick, &self.step, &self.close, &self.sample];
-        for op in all.into_iter().flatten() {
+        for op in self.parts().into_iter().flat_map(|(_, ops)| ops) {
             if let Op::Run(stage) = op
                 && !stages.iter().any(|s| s.name == stage.name)
             {
@@ -122,7 +132,6 @@ impl fmt::Display for Op {
         match self {
             Op::Run(stage) => write!(f, "{}", stage.name),
             Op::Clear(array) => write!(f, "clear {array}"),
-            Op::Copy { from, to } => write!(f, "copy {from} -> {to}"),
             Op::Swap(a, b) => write!(f, "swap {a} <-> {b}"),
         }
     }
@@ -130,12 +139,10 @@ impl fmt::Display for Op {
 
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let line = |ops: &[Op]| ops.iter().map(Op::to_string).collect::<Vec<_>>().join(", ");
-        writeln!(f, "start    {}, {}", line(&self.start), line(&self.kick))?;
-        writeln!(f, "rebuild  {}", line(&self.rebuild))?;
-        writeln!(f, "step     {}", line(&self.step))?;
-        writeln!(f, "close    {}", line(&self.close))?;
-        writeln!(f, "sample   {}", line(&self.sample))?;
-        write!(f, "restore  {}", line(&self.restore))
+        for (k, (name, ops)) in self.parts().into_iter().enumerate() {
+            let line = ops.iter().map(Op::to_string).collect::<Vec<_>>().join(", ");
+            write!(f, "{}{name:<12} {line}", if k == 0 { "" } else { "\n" })?;
+        }
+        Ok(())
     }
 }

@@ -7,15 +7,15 @@ use crate::{
     gpu::Device,
     laws::{
         dashpot::damping_ratio,
-        precision::{quantised, quantum, residue_of},
-        rotation::{inverse_inertia, spin_at_step},
+        precision::{quantised, quantum, residue_of, split},
+        rotation::inverse_inertia,
     },
     measure::Sample,
     memory,
     model::{Model, Precision, Rotation},
     plan::{Plan, plan},
     scene::{Assembly, Dashpot, Grain, Surface},
-    state::{Array, Motion, PARTS, Pair, Params, Place, Sizes, Spin, State, Wall},
+    state::{Array, Counters, Motion, PARTS, Pair, Params, Place, Sizes, Spin, State, Wall},
     time_step,
 };
 use glam::{DVec3, UVec3};
@@ -47,6 +47,16 @@ impl Default for Options {
     }
 }
 
+/// Steps that lists should live: long enough that making them does not matter, short enough that they need not reach far.
+const LIFE: f64 = 50.0;
+/// The part of the way that grains may go which a chunk is planned to use; it ends early where that was too bold.
+const BOLDNESS: f64 = 0.8;
+/// The shortest reach of the lists beyond contact, in mean radii.
+const LEAST_MARGIN: f64 = 0.02;
+
+/// Devices round short buffers up, and kernels ask how long they are.
+const LEAST_LENGTH: usize = 16;
+
 /// A running simulation.
 pub struct Simulation {
     assembly: Assembly,
@@ -58,12 +68,20 @@ pub struct Simulation {
     notice: String,
     dt_bound: f64,
     step: u64,
-    chunk: u32,
     longest_chunk: u32,
-    /// Neighbour slots that the next lists get, and the lengths of the current lists and of the spare ones.
-    slots: usize,
+    /// The margin that the scene allows, m; lists are made with less where grains are slow.
+    widest_margin: f64,
+    /// Way of the fastest grain per step in the last chunk, and of the fastest wall, m.
+    pace: f64,
+    wall_pace: f64,
+    /// Neighbour slots that there are, and that the next lists get.
     list_len: usize,
-    spare_len: usize,
+    next_len: usize,
+    history_len: usize,
+    /// Springs at the end of the last chunk: what the history has to hold.
+    springs: u32,
+    /// Whether grains may have moved out of the reach of the lists.
+    spent: bool,
     replayed: u64,
     lost: u64,
 }
@@ -88,13 +106,14 @@ impl Setup {
         let params = params(assembly, &model, dt);
         let bodies = assembly.grains.len();
         let cells = params.cells.as_u64vec3();
-        let guess = bodies * if assembly.dimension == 2 { 5 } else { 10 };
+        let guess = bodies * if assembly.dimension == 2 { 4 } else { 6 };
         let sizes = Sizes {
             bodies,
             walls: assembly.walls.len(),
             materials: assembly.materials.len(),
             cells: (cells.x * cells.y * cells.z) as usize,
-            slots: options.slots.unwrap_or(guess).max(1),
+            slots: options.slots.unwrap_or(guess).max(LEAST_LENGTH),
+            history: LEAST_LENGTH,
         };
         memory::check_host(bodies as u64 * memory::BYTES_PER_GRAIN)?;
         let mut state = State::new(model, sizes, params);
@@ -128,11 +147,15 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
     let mean_radius = grains.iter().map(|g| g.radius).sum::<f64>() / grains.len() as f64;
     let largest = grains.iter().map(|g| g.radius).fold(0.0, f64::max);
     let margin = assembly.solver.margin * mean_radius;
+    let unit = split(2.0 * (largest + margin));
     let mut p = Params {
         gravity: assembly.gravity,
         lower: DVec3::splat(-UNBOUNDED),
         upper: DVec3::splat(UNBOUNDED),
         dt,
+        since: dt,
+        split: unit,
+        inverse_split: 1.0 / unit,
         damping: assembly.solver.damping,
         margin,
         drift_limit: 0.5 * margin,
@@ -148,8 +171,10 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
     p.quantum = quantum(corners.map(|x| x.abs().max_element()).fold(0.0, f64::max));
     p.inverse_quantum = 1.0 / p.quantum;
     let single = model.precision == Precision::Single;
+    // Residues are at most half a quantum and half a quantum of the period; the rest is for rounding.
+    p.blur = 1e-5 * largest + if single { 4.0 * p.quantum } else { 0.0 };
     // A hair wider than the reach of the lists, so that rounding cannot hide a neighbour two cells away.
-    let edge = 1.001 * (2.0 * largest + margin);
+    let edge = 1.001 * (2.0 * largest + margin + p.blur);
     let domain = &assembly.domain;
     for axis in 0..model.dims() {
         let positions = || grains.iter().map(|g| g.position[axis]);
@@ -215,17 +240,21 @@ fn fill(state: &mut State, assembly: &Assembly) {
             let whole = quantised(&state.params, grain.position);
             (state.place[i].x, *residue) = (whole, grain.position - whole);
         }
+        state.number[i] = i as u32;
         state.motion[i] = Motion { v: grain.velocity, inverse_mass: if grain.fixed { 0.0 } else { 1.0 / mass } };
     }
     if state.model.rotation == Rotation::Sphere {
         state.spin = assembly.grains.iter().map(|g| Spin(g.spin)).collect();
     }
+    let single = state.model.precision == Precision::Single;
     for (wall, given) in state.wall.iter_mut().zip(&assembly.walls) {
         let (point, normal, radius) = match given.surface {
             Surface::Plane { point, normal } => (point, normal, 0.0),
             Surface::Cylinder { center, radius } => (center, DVec3::ZERO, radius),
         };
-        *wall = Wall { point, normal, velocity: given.velocity, radius, spin: given.spin };
+        let whole = if single { quantised(&state.params, point) } else { point };
+        let residue = point - whole;
+        *wall = Wall { point: whole, residue, normal, velocity: given.velocity, radius, spin: given.spin };
     }
     if !state.material.is_empty() {
         let materials = assembly.grains.iter().map(|g| g.material).chain(assembly.walls.iter().map(|w| w.material));
@@ -281,25 +310,35 @@ fn build(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engin
     }
 }
 
-/// Steps in which the fastest wall uses up its half of the margin.
+/// A length for this many entries and a few more.
+fn with_room(needed: u32) -> usize {
+    needed as usize + needed as usize / 32 + LEAST_LENGTH
+}
+
+fn resize_lists(engine: &mut dyn Engine, state: &State, len: usize) -> Result<usize> {
+    engine.resize("neighbour", len)?;
+    if !state.spring.is_empty() {
+        engine.resize("spring", len)?;
+    }
+    Ok(len)
+}
+
+/// Way of the fastest wall per step, m.
 ///
 /// # Errors
-/// [`Error::Scene`] if that is less than one step.
-fn wall_limit(assembly: &Assembly, p: &Params) -> Result<u32> {
+/// [`Error::Scene`] if that is more than lists can follow.
+fn wall_pace(assembly: &Assembly, p: &Params) -> Result<f64> {
     let speed = |w: &crate::scene::Wall| w.velocity.length();
-    let Some(wall) = assembly.walls.iter().max_by(|a, b| speed(a).total_cmp(&speed(b))) else { return Ok(u32::MAX) };
-    let steps = p.drift_limit / (speed(wall) * p.dt);
-    if steps < 1.0 {
+    let Some(wall) = assembly.walls.iter().max_by(|a, b| speed(a).total_cmp(&speed(b))) else { return Ok(0.0) };
+    let pace = speed(wall) * p.dt;
+    if pace > p.drift_limit {
         return Err(Error::Scene(format!(
-            "wall {} moves {:e} m in a step of {:e} s; at most {:e} m can be followed: use a smaller solver.dt or a larger \
+            "wall {} moves {pace:e} m in a step of {:e} s; at most {:e} m can be followed: use a smaller solver.dt or a larger \
              solver.margin",
-            wall.name,
-            speed(wall) * p.dt,
-            p.dt,
-            p.drift_limit
+            wall.name, p.dt, p.drift_limit
         )));
     }
-    Ok(steps.min(1e6) as u32)
+    Ok(pace)
 }
 
 impl Simulation {
@@ -309,9 +348,14 @@ impl Simulation {
     /// [`Error::Scene`] for a time step above the bound, [`Error::Device`] if there is no adapter or not enough memory.
     pub fn new(assembly: Assembly, options: Options) -> Result<Simulation> {
         let (Setup { state, plan, dt_bound }, engine, notice) = build(&assembly, &options)?;
-        let longest_chunk = options.longest_chunk.max(1).min(wall_limit(&assembly, &state.params)?);
+        let speed = assembly.grains.iter().map(|g| g.velocity.length()).fold(0.0, f64::max);
         let slots = state.sizes.slots;
         let mut simulation = Simulation {
+            wall_pace: wall_pace(&assembly, &state.params)?,
+            // Nothing is known yet of what forces will do to the speeds.
+            pace: (speed * state.params.dt).max(state.params.margin / LIFE),
+            widest_margin: state.params.margin,
+            longest_chunk: options.longest_chunk.max(1),
             assembly,
             plan,
             engine,
@@ -319,11 +363,11 @@ impl Simulation {
             notice,
             dt_bound,
             step: 0,
-            chunk: longest_chunk.min(8),
-            longest_chunk,
-            slots,
             list_len: slots,
-            spare_len: slots,
+            next_len: slots,
+            history_len: LEAST_LENGTH,
+            springs: 0,
+            spent: false,
             replayed: 0,
             lost: 0,
         };
@@ -331,65 +375,72 @@ impl Simulation {
         Ok(simulation)
     }
 
-    /// Lists, forces at time 0 with springs at rest, and velocities half a step back.
+    /// Lists, and velocities half a step back.
     fn start(&mut self) -> Result<()> {
-        let params = self.state.params;
-        loop {
-            self.rebuild()?;
-            let counters = self.engine.counters()?;
-            if counters.slots_needed as usize > self.list_len {
-                self.grow(counters.slots_needed);
-                self.restore()?;
-                continue;
-            }
-            if counters.bad_body > 0 {
-                return Err(self.gone(params.bodies - counters.bad_body, self.step)?);
-            }
-            break;
+        let counters = self.run(0)?;
+        if counters.bad_body > 0 {
+            return Err(self.gone(counters.bad_body, self.step)?);
         }
-        self.engine.execute(&Params { dt: 0.0, ..params }, &self.plan.start, 1)?;
-        self.engine.execute(&params, &self.plan.kick, 1)
+        self.engine.execute(&self.params(), &[(&self.plan.kick, 1)])
     }
 
-    /// New lists, in the arrays that the lists of the chunk before last occupy: those may be made longer first.
-    fn rebuild(&mut self) -> Result<()> {
-        let frictional = !self.state.spring.is_empty();
-        let (neighbour, spring) =
-            if frictional { ("neighbour_before", "spring_before") } else { ("neighbour", "spring") };
-        let spare = if frictional { &mut self.spare_len } else { &mut self.list_len };
-        if *spare != self.slots {
-            self.engine.resize(neighbour, self.slots)?;
-            if frictional {
-                self.engine.resize(spring, self.slots)?;
+    /// The parameters of the next step: at time 0 springs have not been stretched yet.
+    fn params(&self) -> Params {
+        let p = &self.state.params;
+        Params { since: if self.step == 0 { 0.0 } else { p.dt }, ..*p }
+    }
+
+    /// Let lists reach as far as they must to live a while at the present pace; returns how many steps they will.
+    fn set_margin(&mut self) -> u32 {
+        let pace = self.pace.max(self.wall_pace).max(f64::MIN_POSITIVE);
+        let p = &mut self.state.params;
+        let least = LEAST_MARGIN * self.widest_margin / self.assembly.solver.margin;
+        p.margin = (2.0 * pace * LIFE / BOLDNESS).clamp(least.min(self.widest_margin), self.widest_margin);
+        p.drift_limit = 0.5 * p.margin;
+        let walls = p.drift_limit / self.wall_pace;
+        let steps = (BOLDNESS * p.drift_limit / pace).min(walls).min(f64::from(self.longest_chunk));
+        (steps as u32).max(1)
+    }
+
+    /// New lists and then this many steps, or fewer if a grain comes to the end of the lists' reach or is lost.
+    fn run(&mut self, steps: u32) -> Result<Counters> {
+        if self.springs as usize > self.history_len {
+            self.history_len = with_room(self.springs);
+            for array in ["history_other", "history_spring"] {
+                self.engine.resize(array, self.history_len)?;
             }
-            *spare = self.slots;
         }
-        self.engine.execute(&self.state.params, &self.plan.rebuild, 1)?;
-        self.exchange_lengths();
-        Ok(())
-    }
-
-    /// The state of before the last `rebuild`.
-    fn restore(&mut self) -> Result<()> {
-        self.engine.execute(&self.state.params, &self.plan.restore, 1)?;
-        self.exchange_lengths();
-        Ok(())
-    }
-
-    /// Frictional lists change places with the spare ones in every rebuild and restore.
-    fn exchange_lengths(&mut self) {
-        if !self.state.spring.is_empty() {
-            std::mem::swap(&mut self.list_len, &mut self.spare_len);
+        let params = self.params();
+        let plan = &self.plan;
+        let chunk: [(&[_], u32); 4] = [(&plan.sort, 1), (&plan.list, 1), (&plan.step, steps), (&plan.survey, 1)];
+        if self.next_len == self.list_len {
+            self.engine.execute(&params, &chunk)?;
+        } else {
+            self.engine.execute(&params, &chunk[..1])?;
+            self.list_len = resize_lists(self.engine.as_mut(), &self.state, self.next_len)?;
+            self.engine.execute(&params, &chunk[1..])?;
         }
-    }
-
-    fn undo(&mut self) -> Result<()> {
-        self.replayed += 1;
-        self.restore()
-    }
-
-    fn grow(&mut self, needed: u32) {
-        self.slots = needed as usize + needed as usize / 4;
+        let mut counters = self.engine.counters()?;
+        if counters.slots_needed as usize > self.list_len {
+            self.replayed += 1;
+            // Lists that do not fit are not walked: nothing has happened but the exchanges of buffers.
+            self.engine.execute(&params, &[(&plan.turn, steps)])?;
+            self.list_len = resize_lists(self.engine.as_mut(), &self.state, with_room(counters.slots_needed))?;
+            self.engine.execute(&params, &chunk[1..])?;
+            counters = self.engine.counters()?;
+        }
+        self.engine.execute(&params, &[(&plan.turn, steps - counters.done)])?;
+        let needed = counters.slots_needed as usize;
+        self.next_len = if 3 * needed < 2 * self.list_len { with_room(counters.slots_needed) } else { self.list_len };
+        self.lost += u64::from(self.springs - counters.inherited.min(self.springs)) + u64::from(counters.missed);
+        self.springs = counters.springs;
+        let drift = f64::from(f32::from_bits(counters.drift));
+        self.spent = !(drift <= 1.0);
+        if counters.done > 0 {
+            self.pace = drift * params.drift_limit / f64::from(counters.done);
+        }
+        self.replayed += u64::from(counters.done < steps);
+        Ok(counters)
     }
 
     /// Advance by this many steps, in chunks.
@@ -399,7 +450,7 @@ impl Simulation {
     pub fn advance(&mut self, steps: u64) -> Result<()> {
         let end = self.step + steps;
         while self.step < end {
-            self.try_chunk((end - self.step).min(u64::from(self.chunk)) as u32)?;
+            self.advance_chunk(end - self.step)?;
         }
         Ok(())
     }
@@ -410,45 +461,32 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::advance`].
     pub fn advance_chunk(&mut self, steps: u64) -> Result<u64> {
-        let before = self.step;
-        while self.step == before {
-            self.try_chunk(steps.clamp(1, u64::from(self.chunk)) as u32)?;
+        let chunk = self.set_margin();
+        let first = self.step == 0;
+        let steps = if first { 1 } else { steps.clamp(1, u64::from(chunk)) as u32 };
+        let counters = self.run(steps)?;
+        if counters.bad_body > 0 {
+            let reason = self.gone(counters.bad_body, self.step + u64::from(counters.done))?;
+            if counters.done > 0 {
+                // The state before the step that lost the grain is where the step after it would have been written.
+                self.engine.execute(&self.state.params, &[(&self.plan.turn, 1)])?;
+                self.step += u64::from(counters.done - 1);
+                self.spent = true;
+            }
+            return Err(reason);
         }
-        Ok(self.step - before)
+        self.step += u64::from(counters.done);
+        if counters.done == 1 && self.spent && self.state.params.margin >= self.widest_margin {
+            return Err(self.too_fast()?);
+        }
+        Ok(u64::from(counters.done))
     }
 
-    fn try_chunk(&mut self, steps: u32) -> Result<()> {
-        let params = self.state.params;
-        self.rebuild()?;
-        self.engine.execute(&params, &self.plan.step, steps)?;
-        self.engine.execute(&params, &self.plan.close, 1)?;
-        let counters = self.engine.counters()?;
-        let drift = f64::from(f32::from_bits(counters.drift)).sqrt();
-        if counters.slots_needed as usize > self.list_len {
-            self.grow(counters.slots_needed);
-            return self.undo();
-        }
-        if counters.bad_body > 0 || counters.broken > 0 {
-            if steps == 1 {
-                let reason = if counters.bad_body > 0 {
-                    self.gone(params.bodies - counters.bad_body, self.step + 1)
-                } else {
-                    self.too_fast()
-                }?;
-                self.undo()?;
-                return Err(reason);
-            }
-            self.undo()?;
-            self.chunk = steps / 2;
-            return Ok(());
-        }
-        self.lost += u64::from(counters.lost);
-        self.step += u64::from(steps);
-        // Aim at 70 % of the margin; grains that speed up cost a replay, lists made too often cost time.
-        // A chunk cut short by a pause of the run tells nothing about longer ones, unless its grains were fast.
-        let aim = f64::from(steps) * (0.7 / drift.max(0.01)).clamp(0.5, 2.0);
-        if steps == self.chunk || aim < f64::from(self.chunk) && drift > 0.7 {
-            self.chunk = (aim as u32).clamp(1, self.longest_chunk);
+    /// Lists that reach, for a look at the contacts between two chunks.
+    fn refresh(&mut self) -> Result<()> {
+        if self.spent {
+            self.set_margin();
+            self.run(0)?;
         }
         Ok(())
     }
@@ -457,10 +495,13 @@ impl Simulation {
         Error::Run { step, time: step as f64 * self.state.params.dt, reason }
     }
 
-    fn gone(&mut self, id: u32, step: u64) -> Result<Error> {
-        self.engine.read(&["place"], &mut self.state)?;
-        let x = self.state.place[id as usize].x;
+    /// Why the run cannot go on, from the device's mark of the grain.
+    fn gone(&mut self, mark: u32, step: u64) -> Result<Error> {
+        self.engine.read(&["place", "number"], &mut self.state)?;
         let p = &self.state.params;
+        let id = p.bodies - mark;
+        let at = self.state.number.iter().position(|number| *number == id).unwrap_or(0);
+        let x = self.state.place[at].x;
         let reason = if !x.is_finite() {
             format!("grain {id} has no position any more (not a number)")
         } else if crate::laws::dimension::outside(x, p.lower, p.upper) {
@@ -472,24 +513,24 @@ impl Simulation {
     }
 
     fn too_fast(&mut self) -> Result<Error> {
-        self.engine.read(&["place", "place_before"], &mut self.state)?;
+        self.engine.read(&["place", "travel", "number"], &mut self.state)?;
         let s = &self.state;
-        let moved = |i: usize| crate::laws::boundary::separation(s, s.place_before[i].x, s.place[i].x).length();
-        let fastest = (0..s.sizes.bodies).max_by(|a, b| moved(*a).total_cmp(&moved(*b))).unwrap_or(0);
+        let fastest = (0..s.sizes.bodies).max_by(|a, b| s.travel[*a].total_cmp(&s.travel[*b])).unwrap_or(0);
         let reason = format!(
-            "grain {fastest} moves {:e} m in one step, {:.2} of its radius; at most {:e} m can be followed safely: use a \
-             smaller time step, or a larger solver.margin",
-            moved(fastest),
-            moved(fastest) / s.place[fastest].radius,
+            "grain {} moves {:e} m in one step, {:.2} of its radius; at most {:e} m can be followed safely: use a smaller \
+             time step, or a larger solver.margin",
+            s.number[fastest],
+            s.travel[fastest],
+            s.travel[fastest] / s.place[fastest].radius,
             s.params.drift_limit,
         );
-        Ok(self.stopped(self.step + 1, reason))
+        Ok(self.stopped(self.step, reason))
     }
 
     /// Sums over the grains now.
     pub fn sample(&mut self) -> Result<Sample> {
-        let params = self.state.params;
-        self.engine.execute(&params, &self.plan.sample, 1)?;
+        self.refresh()?;
+        self.engine.execute(&self.params(), &[(&self.plan.sample, 1)])?;
         self.engine.read(&["part"], &mut self.state)?;
         let free = self.assembly.grains.iter().filter(|g| !g.fixed).count();
         Ok(Sample::new(self.step, self.time(), free, &self.state.part))
@@ -497,30 +538,38 @@ impl Simulation {
 
     /// All grains now, in input order, with velocities and spins brought to the time of the positions.
     pub fn grains(&mut self) -> Result<Vec<Grain>> {
-        let rotating = self.state.model.rotation == Rotation::Sphere;
-        let arrays = ["place", "residue", "motion", "force", "spin", "torque"];
+        self.refresh()?;
+        self.engine.execute(&self.params(), &[(&self.plan.synchronise, 1)])?;
+        let arrays = ["place", "residue", "motion_next", "spin_next", "number"];
         let present = arrays.into_iter().filter(|a| (Array::named(a).needed)(&self.state.model));
         self.engine.read(&present.collect::<Vec<_>>(), &mut self.state)?;
         let s = &self.state;
-        let p = &s.params;
-        let half = 0.5 * p.dt;
-        let at_step = |(i, given): (usize, &Grain)| {
-            let Motion { v, inverse_mass } = s.motion[i];
-            let free = inverse_mass != 0.0;
-            let acceleration = inverse_mass * s.force[i] + p.gravity;
-            let spin = if rotating {
-                spin_at_step(s, s.spin[i].0, s.torque[i].0, &s.place[i], inverse_mass)
-            } else {
-                given.spin
-            };
-            Grain {
-                position: s.place[i].x + residue_of(s, i),
-                velocity: if free { (v + half * acceleration) / (1.0 + half * p.damping) } else { v },
-                spin,
-                ..*given
-            }
-        };
-        Ok(self.assembly.grains.iter().enumerate().map(at_step).collect())
+        let mut grains = self.assembly.grains.clone();
+        for i in 0..s.sizes.bodies {
+            let grain = &mut grains[s.number[i] as usize];
+            grain.position = s.place[i].x + residue_of(s, i);
+            grain.velocity = s.motion_next[i].v;
+            grain.spin = s.spin_next.get(i).map_or(grain.spin, |spin| spin.0);
+        }
+        Ok(grains)
+    }
+
+    /// Contact force, N, and moment, N m, on every grain now, in input order.
+    pub fn forces(&mut self) -> Result<Vec<(DVec3, DVec3)>> {
+        self.refresh()?;
+        let bodies = self.state.sizes.bodies;
+        let rotating = self.state.model.rotation == Rotation::Sphere;
+        let arrays: &[&'static str] = if rotating { &["force", "torque"] } else { &["force"] };
+        arrays.iter().try_for_each(|array| self.engine.resize(array, bodies))?;
+        self.engine.execute(&self.params(), &[(&self.plan.forces, 1)])?;
+        self.engine.read(&[arrays, &["number"]].concat(), &mut self.state)?;
+        arrays.iter().try_for_each(|array| self.engine.resize(array, 1))?;
+        let s = &self.state;
+        let mut forces = vec![(DVec3::ZERO, DVec3::ZERO); bodies];
+        for i in 0..bodies {
+            forces[s.number[i] as usize] = (s.force[i], s.torque.get(i).map_or(DVec3::ZERO, |t| t.0));
+        }
+        Ok(forces)
     }
 
     /// Walls now.
@@ -530,8 +579,8 @@ impl Simulation {
             self.engine.read(&["wall"], &mut self.state)?;
             for (wall, now) in walls.iter_mut().zip(&self.state.wall) {
                 match &mut wall.surface {
-                    Surface::Plane { point, .. } => *point = now.point,
-                    Surface::Cylinder { center, .. } => *center = now.point,
+                    Surface::Plane { point, .. } => *point = now.point + now.residue,
+                    Surface::Cylinder { center, .. } => *center = now.point + now.residue,
                 }
             }
         }
@@ -548,7 +597,7 @@ impl Simulation {
     pub fn bytes_per_particle(&self) -> Result<f64> {
         let s = &self.state;
         let layouts = gpu::layouts(&s.model, &self.plan)?;
-        let sizes = Sizes { slots: self.list_len.max(self.spare_len), ..s.sizes };
+        let sizes = Sizes { slots: self.list_len, history: self.history_len, ..s.sizes };
         let total: u64 = gpu::bytes(&s.model, &layouts, &sizes).map(|(_, b)| b).sum();
         Ok(total as f64 / s.sizes.bodies as f64)
     }
@@ -581,7 +630,7 @@ impl Simulation {
     pub fn time(&self) -> f64 {
         self.step as f64 * self.dt()
     }
-    /// Chunks that were discarded and done again.
+    /// Chunks that were done again with longer lists, or ended early because a grain came to the end of the lists' reach.
     pub fn replayed_chunks(&self) -> u64 {
         self.replayed
     }

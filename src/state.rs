@@ -7,8 +7,10 @@ use crate::model::{Friction, Materials, Model, Precision, Rotation, Walls};
 use glam::{DVec3, UVec3};
 use std::any::Any;
 
-/// Slot content for "no neighbour": `NONE` of `params.wgsl`.
+/// Content of a list slot: `NONE`, `INDEX` and `SPRUNG` of `lists.wgsl`.
 pub const NONE: u32 = u32::MAX;
+pub const INDEX: u32 = u32::MAX >> 1;
+pub const SPRUNG: u32 = !INDEX;
 /// Values per tile of the prefix sum: `TILE` of `scan_*.wgsl`.
 pub const TILE: usize = 256;
 /// Rows of the measurement.
@@ -16,12 +18,16 @@ pub const PARTS: usize = 4096;
 
 /// A value made of scalars ("lanes") in the order in which WGSL declares them.
 pub trait Element: Clone + Default + Send + Sync + 'static {
-    /// Member names of a record, empty for a plain value.
-    const NAMES: &'static [&'static str] = &[];
+    /// Member names of a record in `dims` dimensions, empty for a plain value.
+    fn names(_dims: usize) -> &'static [&'static str] {
+        &[]
+    }
     /// Feed the lanes in `dims` dimensions.
     fn put(&self, dims: usize, sink: &mut impl FnMut(f64));
     /// Build from lanes.
     fn take(dims: usize, source: &mut impl FnMut() -> f64) -> Self;
+    /// Whether this is a whole number.
+    const INTEGER: bool = false;
 }
 
 impl Element for f64 {
@@ -34,6 +40,7 @@ impl Element for f64 {
 }
 
 impl Element for u32 {
+    const INTEGER: bool = true;
     fn put(&self, _: usize, sink: &mut impl FnMut(f64)) {
         sink(f64::from(*self));
     }
@@ -75,6 +82,22 @@ impl Element for Spin {
     }
 }
 
+/// A vector without the padding that arrays of vectors have on a device.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Packed(pub DVec3);
+
+impl Element for Packed {
+    fn names(dims: usize) -> &'static [&'static str] {
+        &["x", "y", "z"][..dims]
+    }
+    fn put(&self, dims: usize, sink: &mut impl FnMut(f64)) {
+        self.0.put(dims, sink);
+    }
+    fn take(dims: usize, source: &mut impl FnMut() -> f64) -> Packed {
+        Packed(DVec3::take(dims, source))
+    }
+}
+
 /// Declares the Rust side of a WGSL struct: same name, same members, same order.
 macro_rules! record {
     ($(#[$meta:meta])* $name:ident { $($(#[$fmeta:meta])* $field:ident: $ty:ty),* $(,)? }) => {
@@ -83,7 +106,9 @@ macro_rules! record {
         pub struct $name { $($(#[$fmeta])* pub $field: $ty),* }
 
         impl Element for $name {
-            const NAMES: &'static [&'static str] = &[$(stringify!($field)),*];
+            fn names(_: usize) -> &'static [&'static str] {
+                &[$(stringify!($field)),*]
+            }
             fn put(&self, dims: usize, sink: &mut impl FnMut(f64)) {
                 $(self.$field.put(dims, sink);)*
             }
@@ -108,11 +133,19 @@ record!(
 );
 record!(
     /// A wall (`shaders/walls/some.wgsl`).
-    Wall { point: DVec3, normal: DVec3, velocity: DVec3, radius: f64, spin: f64 }
+    Wall { point: DVec3, residue: DVec3, normal: DVec3, velocity: DVec3, radius: f64, spin: f64 }
 );
 record!(
     /// What the device tells the host once per chunk.
-    Counters { slots_needed: u32, broken: u32, drift: u32, bad_body: u32, lost: u32 }
+    Counters {
+        slots_needed: u32,
+        done: u32,
+        drift: u32,
+        bad_body: u32,
+        springs: u32,
+        inherited: u32,
+        missed: u32,
+    }
 );
 record!(
     /// A row of the measurement (`shaders/measure.wgsl`).
@@ -122,6 +155,7 @@ record!(
         elastic: f64,
         net_force: f64,
         contact_force: f64,
+        dissipation: f64,
         overlap: f64,
         sides: u32,
         single_sides: u32,
@@ -139,10 +173,14 @@ record!(
         cell_origin: DVec3,
         inverse_cell: DVec3,
         dt: f64,
+        since: f64,
         damping: f64,
         margin: f64,
         quantum: f64,
         inverse_quantum: f64,
+        blur: f64,
+        split: f64,
+        inverse_split: f64,
         drift_limit: f64,
         pair: Pair,
         cells: UVec3,
@@ -174,7 +212,9 @@ pub trait Column {
     /// Change the length; new elements are zero.
     fn resize(&mut self, len: usize);
     /// Member names of a record, empty for plain values.
-    fn names(&self) -> &'static [&'static str];
+    fn names(&self, dims: usize) -> &'static [&'static str];
+    /// Whether elements are whole numbers.
+    fn integer(&self) -> bool;
     /// All lanes, element by element.
     fn lanes(&self, dims: usize, sink: &mut dyn FnMut(f64));
     /// Overwrite all elements from lanes.
@@ -192,8 +232,11 @@ impl<T: Element> Column for Vec<T> {
     fn resize(&mut self, len: usize) {
         self.resize(len, T::default());
     }
-    fn names(&self) -> &'static [&'static str] {
-        T::NAMES
+    fn names(&self, dims: usize) -> &'static [&'static str] {
+        T::names(dims)
+    }
+    fn integer(&self) -> bool {
+        T::INTEGER
     }
     fn lanes(&self, dims: usize, sink: &mut dyn FnMut(f64)) {
         self.iter().for_each(|e| e.put(dims, &mut |x| sink(x)));
@@ -222,7 +265,10 @@ pub enum Length {
     CellsPlusOne,
     Tiles,
     Slots,
+    History,
     Parts,
+    /// Nothing, until somebody asks for what it holds.
+    OnDemand,
 }
 
 /// The numbers all lengths follow from.
@@ -233,6 +279,7 @@ pub struct Sizes {
     pub materials: usize,
     pub cells: usize,
     pub slots: usize,
+    pub history: usize,
 }
 
 impl Sizes {
@@ -248,7 +295,9 @@ impl Sizes {
             Length::CellsPlusOne => self.cells + 1,
             Length::Tiles => self.cells.max(self.bodies) / TILE + 1,
             Length::Slots => self.slots,
+            Length::History => self.history,
             Length::Parts => PARTS,
+            Length::OnDemand => 0,
         };
         len.max(1)
     }
@@ -309,12 +358,6 @@ macro_rules! state {
                 }
             }
 
-            /// Copy one array onto another of the same kind.
-            pub fn copy(&mut self, from: &str, to: &str) {
-                let content = self.column(from).duplicate();
-                self.column_mut(to).replace(content);
-            }
-
             /// Exchange two arrays of the same kind.
             pub fn swap(&mut self, a: &str, b: &str) {
                 let first = self.column_mut(a).replace(Box::new(()));
@@ -346,33 +389,42 @@ fn walled(m: &Model) -> bool {
 
 state! {
     place: Place, Bodies, "m", always;
+    place_next: Place, Bodies, "m", always;
     residue: DVec3, Bodies, "m, beyond f32", single;
+    residue_next: DVec3, Bodies, "m, beyond f32", single;
     motion: Motion, Bodies, "m/s, 1/kg", always;
+    motion_next: Motion, Bodies, "m/s, 1/kg", always;
     spin: Spin, Bodies, "rad/s", rotating;
-    force: DVec3, Bodies, "N", always;
-    torque: Spin, Bodies, "N m", rotating;
-    material: u32, BodiesAndWalls, "index", mixed;
+    spin_next: Spin, Bodies, "rad/s", rotating;
+    number: u32, Bodies, "number in the scene", always;
+    number_next: u32, Bodies, "number in the scene", always;
+    travel: f64, Bodies, "m, since the lists were made", always;
+    material: u32, BodiesAndWalls, "index, by number", mixed;
     pair: Pair, MaterialsSquared, "N/m, N/m, 1, 1 or 1/s", mixed;
     wall: Wall, Walls, "m, 1, m/s, m, rad/s", walled;
     rank: u32, Bodies, "order inside the cell", always;
-    sorted: u32, Bodies, "ids by cell", always;
-    cell_start: u32, CellsPlusOne, "index into sorted", always;
+    sorted: u32, Bodies, "index before the sort", always;
+    cell_start: u32, CellsPlusOne, "index of the first grain", always;
     tile: u32, Tiles, "sums of the prefix sum", always;
     slot_start: u32, BodiesPlusOne, "index into neighbour", always;
-    neighbour: u32, Slots, "ids; wall w is bodies + w", always;
-    spring: DVec3, Slots, "N", frictional;
-    part: Part, Parts, "J, N, 1", always;
+    neighbour: u32, Slots, "index and flag; wall w is bodies + w", always;
+    spring: Packed, Slots, "N", frictional;
+    history_start: u32, BodiesPlusOne, "index into history_other", frictional;
+    history_other: u32, History, "index before the sort", frictional;
+    history_spring: Packed, History, "N", frictional;
+    halt: u32, One, "1: no more steps", always;
+    halt_next: u32, One, "1: no more steps", always;
     counters: Counters, One, "see params.wgsl", always;
-    place_before: Place, Bodies, "m, start of the chunk", always;
-    residue_before: DVec3, Bodies, "m, beyond f32", single;
-    motion_before: Motion, Bodies, "m/s, 1/kg", always;
-    spin_before: Spin, Bodies, "rad/s", rotating;
-    force_before: DVec3, Bodies, "N", always;
-    torque_before: Spin, Bodies, "N m", rotating;
-    wall_before: Wall, Walls, "m, 1, m/s, m, rad/s", |m| m.moving_walls;
-    slot_start_before: u32, BodiesPlusOne, "index into neighbour_before", frictional;
-    neighbour_before: u32, Slots, "ids", frictional;
-    spring_before: DVec3, Slots, "N", frictional;
+    part: Part, Parts, "J, N, W, 1", always;
+    force: DVec3, OnDemand, "N", always;
+    torque: Spin, OnDemand, "N m", rotating;
+}
+
+impl State {
+    /// The slots of grain i.
+    pub fn row(&self, i: usize) -> std::ops::Range<usize> {
+        self.slot_start[i] as usize..self.slot_start[i + 1] as usize
+    }
 }
 
 impl Array {
@@ -381,8 +433,8 @@ impl Array {
         ARRAYS.iter().find(|a| a.name == name).unwrap_or_else(|| panic!("no array is called `{name}`"))
     }
 
-    /// The array whose WGSL declaration gives this one its layout: a saved copy is laid out like its original.
+    /// The array whose WGSL declaration gives this one its layout: what comes next is laid out like what is.
     pub fn original(&self) -> &'static str {
-        self.name.strip_suffix("_before").unwrap_or(self.name)
+        self.name.strip_suffix("_next").unwrap_or(self.name)
     }
 }

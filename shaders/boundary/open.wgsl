@@ -1,12 +1,12 @@
 // twin: src/laws/boundary.rs
 // Boundary slot: no axis is periodic.
 
-/// From a to b, m.
-fn separation(a: Vec, b: Vec) -> Vec {
-    return b - a;
+/// From a to b + residue: the part that is exact, and the rest.
+fn between(a: Vec, b: Vec, residue: Vec) -> Point {
+    return Point(b - a, residue);
 }
 
-/// Which image of the domain x lies in, in periods per axis.
-fn image(x: Vec) -> Vec {
-    return Vec();
+/// The image of a point that lies in the domain.
+fn wrapped(p: Point) -> Point {
+    return p;
 }

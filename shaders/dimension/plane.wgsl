@@ -2,6 +2,21 @@
 // Dimension slot: disks of unit thickness in the plane; spin is the one component about z.
 alias Vec = Real2;
 alias Spin = Real;
+alias Whole = vec2<i32>;
+
+/// A vector without the padding that arrays of vectors may have.
+struct Packed {
+    x: Real,
+    y: Real,
+}
+
+fn packed(v: Vec) -> Packed {
+    return Packed(v.x, v.y);
+}
+
+fn unpacked(p: Packed) -> Vec {
+    return Vec(p.x, p.y);
+}
 
 /// ω × R, the second term of (2.6).
 fn spin_velocity(spin: Spin, arm: Vec) -> Vec {

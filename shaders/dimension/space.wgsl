@@ -2,6 +2,22 @@
 // Dimension slot: spheres in space.
 alias Vec = Real3;
 alias Spin = Real3;
+alias Whole = vec3<i32>;
+
+/// A vector without the padding that arrays of vectors have.
+struct Packed {
+    x: Real,
+    y: Real,
+    z: Real,
+}
+
+fn packed(v: Vec) -> Packed {
+    return Packed(v.x, v.y, v.z);
+}
+
+fn unpacked(p: Packed) -> Vec {
+    return Vec(p.x, p.y, p.z);
+}
 
 /// ω × R, the second term of (2.6).
 fn spin_velocity(spin: Spin, arm: Vec) -> Vec {

@@ -1,73 +1,110 @@
 // twin: src/laws/friction.rs
 // Friction slot: tangential spring with history, capped by Coulomb's law (2.7)-(2.14), errata E4, E5.
-// Owns the springs; both grains of a contact keep one, equal and opposite, in the slot of their neighbour list.
+// Owns the springs. Both grains of a contact keep one, equal and opposite, in the slot of their neighbour list; when the
+// lists are made anew, the history holds each once.
 
-var<storage, read_write> spring: array<Vec>;              // slots, N: tangential force on the grain of interest
-var<storage, read> spring_before: array<Vec>;             // the lists of the chunk before
-var<storage, read> neighbour_before: array<u32>;
-var<storage, read> slot_start_before: array<u32>;         // N + 1
+var<storage, read_write> spring: array<Packed>;         // slots, N: tangential force on the grain of interest
+var<storage, read_write> history_start: array<u32>;     // N + 1: of the grain with this index before the sort
+var<storage, read_write> history_other: array<u32>;     // contacts: the other's larger index before the sort, or wall
+var<storage, read_write> history_spring: array<Packed>; // contacts, N: on the grain with the smaller index
 
-/// Tangential force on the grain of interest, N: the old spring turned into the new contact plane by the smallest
-/// rotation Z from n_before to n (2.11), stretched by the slip of this step (2.8), (2.9), capped (2.13).
-fn tangential_force(slot: u32, pair: Pair, n: Vec, n_before: Vec, v_rel: Vec, pressing: Real) -> Vec {
-    let old = spring[slot];
-    // The lower limit only matters for a grain that passed straight through another: there is no smallest rotation.
-    let turned = old - dot(n, old) / max(1 + dot(n, n_before), 1e-6) * (n_before + n);
-    let slip = params.dt * (v_rel - dot(v_rel, n) * n);
-    var f = turned - pair.tangential_stiffness * slip;
-    let limit = pair.friction * max(pressing, -pressing);
-    let length_squared = dot(f, f);
-    if (length_squared > limit * limit) {
-        f *= limit / sqrt(length_squared);
+/// The spring in this slot, N.
+fn spring_of(slot: u32, entry: u32) -> Vec {
+    if ((entry & SPRUNG) == 0u) {
+        return Vec();
     }
-    spring[slot] = f;
-    return f;
+    return unpacked(spring[slot]);
+}
+
+/// The contact in this slot is closed and has this spring now.
+fn keep_spring(slot: u32, entry: u32, f: Vec) {
+    spring[slot] = packed(f);
+    if ((entry & SPRUNG) == 0u) {
+        neighbour[slot] = entry | SPRUNG;
+    }
 }
 
 /// The contact in this slot is open.
-fn forget_spring(slot: u32) {
-    spring[slot] = Vec();
+fn forget_spring(slot: u32, entry: u32) {
+    if ((entry & SPRUNG) != 0u) {
+        neighbour[slot] = entry & INDEX;
+    }
 }
 
-/// Take the spring of (i, j) over from the old lists (sorted by id); 1 if there was one.
-fn inherit_spring(slot: u32, i: u32, j: u32) -> u32 {
-    var low = slot_start_before[i];
-    var high = slot_start_before[i + 1u];
-    while (low < high) {
-        let middle = (low + high) / 2u;
-        if (neighbour_before[middle] < j) {
-            low = middle + 1u;
-        } else {
-            high = middle;
-        }
-    }
-    var f = Vec();
-    if (low < slot_start_before[i + 1u] && neighbour_before[low] == j) {
-        f = spring_before[low];
-    }
-    spring[slot] = f;
-    return select(0u, 1u, any(f != Vec()));
+/// The old spring turned into the new contact plane by the smallest rotation Z from n_before to n (2.11) and stretched by
+/// the slip of this step (2.8), (2.9), N.
+fn stretched_spring(old: Vec, pair: Pair, n: Vec, n_before: Vec, v_rel: Vec) -> Vec {
+    // The lower limit only matters for a grain that passed straight through another: there is no smallest rotation.
+    let turned = old - dot(n, old) / max(1 + dot(n, n_before), 1e-6) * (n_before + n);
+    let slip = params.since * (v_rel - dot(v_rel, n) * n);
+    return turned - pair.tangential_stiffness * slip;
 }
 
-/// Springs of grain i in the old lists.
-fn springs_before(i: u32) -> u32 {
-    var count = 0u;
-    for (var slot = slot_start_before[i]; slot < slot_start_before[i + 1u]; slot++) {
-        count += select(0u, 1u, any(spring_before[slot] != Vec()));
+/// Capped by sliding (2.13), N.
+fn slid_spring(stretched: Vec, pair: Pair, pressing: Real) -> Vec {
+    let limit = pair.friction * max(pressing, -pressing);
+    let length_squared = dot(stretched, stretched);
+    if (length_squared > limit * limit) {
+        return stretched * (limit / sqrt(length_squared));
     }
-    return count;
+    return stretched;
 }
 
-/// Energy stored in the spring, J.
-fn tangential_energy(slot: u32, pair: Pair) -> Real {
-    let f = spring[slot];
+/// Work done by sliding per time, W: the force times what the spring was shortened by.
+fn sliding_power(stretched: Vec, slid: Vec, pair: Pair) -> Real {
+    if (pair.tangential_stiffness == 0 || params.since == 0) {
+        return 0;
+    }
+    return dot(slid, stretched - slid) / (pair.tangential_stiffness * params.since);
+}
+
+/// Energy stored in a spring, J.
+fn spring_energy(f: Vec, pair: Pair) -> Real {
     if (pair.tangential_stiffness == 0) {
         return 0;
     }
     return 0.5 * dot(f, f) / pair.tangential_stiffness;
 }
 
-/// Length of the spring force, N.
-fn tangential_length(slot: u32) -> Real {
-    return sqrt(dot(spring[slot], spring[slot]));
+/// How many springs grain i hands to the history: those it shares with a grain of larger index, or a wall.
+fn springs_kept(i: u32) -> u32 {
+    var kept = 0u;
+    for (var slot = slot_start[i]; slot < slot_start[i + 1u]; slot++) {
+        let entry = neighbour[slot];
+        kept += select(0u, 1u, entry != NONE && (entry & SPRUNG) != 0u && (entry & INDEX) > i);
+    }
+    return kept;
+}
+
+/// Hand the springs of grain i to the history.
+fn remember_springs(i: u32) {
+    var at = history_start[i];
+    for (var slot = slot_start[i]; slot < slot_start[i + 1u]; slot++) {
+        let entry = neighbour[slot];
+        if (entry != NONE && (entry & SPRUNG) != 0u && (entry & INDEX) > i) {
+            history_other[at] = entry & INDEX;
+            history_spring[at] = spring[slot];
+            at++;
+        }
+    }
+}
+
+/// Take the spring of grain i and neighbour j from the history; 1 if there was one and it is this grain's to count.
+fn inherit_spring(slot: u32, i: u32, j: u32) -> u32 {
+    let mine = sorted[i];
+    var owner = mine;
+    var other = j;
+    if (j < params.bodies) {
+        owner = min(mine, sorted[j]);
+        other = max(mine, sorted[j]);
+    }
+    var inherited = 0u;
+    for (var at = history_start[owner]; at < history_start[owner + 1u]; at++) {
+        if (history_other[at] == other) {
+            let f = unpacked(history_spring[at]);
+            keep_spring(slot, j, select(-f, f, owner == mine));
+            inherited = select(0u, 1u, owner == mine);
+        }
+    }
+    return inherited;
 }

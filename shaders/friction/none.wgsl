@@ -1,30 +1,34 @@
 // twin: src/laws/friction.rs
-// Friction slot: smooth grains. No springs, and no array of old lists to take them from.
+// Friction slot: smooth grains. No springs and no history.
 
-/// Tangential force on the grain of interest, N.
-fn tangential_force(slot: u32, pair: Pair, n: Vec, n_before: Vec, v_rel: Vec, pressing: Real) -> Vec {
+fn spring_of(slot: u32, entry: u32) -> Vec {
     return Vec();
 }
 
-/// The contact in this slot is open.
-fn forget_spring(slot: u32) {}
+fn keep_spring(slot: u32, entry: u32, f: Vec) {}
 
-/// Take the spring of (i, j) over from the old lists; 1 if there was one.
+fn forget_spring(slot: u32, entry: u32) {}
+
+fn stretched_spring(old: Vec, pair: Pair, n: Vec, n_before: Vec, v_rel: Vec) -> Vec {
+    return Vec();
+}
+
+fn slid_spring(stretched: Vec, pair: Pair, pressing: Real) -> Vec {
+    return Vec();
+}
+
+fn sliding_power(stretched: Vec, slid: Vec, pair: Pair) -> Real {
+    return 0;
+}
+
+fn spring_energy(f: Vec, pair: Pair) -> Real {
+    return 0;
+}
+
+fn springs_kept(i: u32) -> u32 {
+    return 0u;
+}
+
 fn inherit_spring(slot: u32, i: u32, j: u32) -> u32 {
     return 0u;
-}
-
-/// Springs of grain i in the old lists.
-fn springs_before(i: u32) -> u32 {
-    return 0u;
-}
-
-/// Energy stored in the spring, J.
-fn tangential_energy(slot: u32, pair: Pair) -> Real {
-    return 0;
-}
-
-/// Length of the spring force, N.
-fn tangential_length(slot: u32) -> Real {
-    return 0;
 }

@@ -9,7 +9,14 @@ fn residue_of(i: u32) -> Vec {
     return Vec();
 }
 
-fn displace(i: u32, x: Vec, step: Vec) -> Vec {
-    let sum = x + step;
-    return sum - params.period * image(sum);
+fn keep_residue(i: u32, value: Vec) {}
+
+/// x + step.
+fn moved(x: Vec, residue: Vec, step: Vec) -> Point {
+    return Point(x + step, Vec());
+}
+
+/// Distance less the radii.
+fn gap_between(d: Vec, rest: Vec, distance: Real, a: Real, b: Real) -> Real {
+    return distance - (a + b);
 }

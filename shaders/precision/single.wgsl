@@ -7,23 +7,36 @@ alias Real = f32;
 alias Real2 = vec2<f32>;
 alias Real3 = vec3<f32>;
 
-var<storage, read_write> residue: array<Vec>; // N, m: what a position has beyond place.x
+var<storage, read> residue: array<Vec>;            // N, m: what a position has beyond place.x
+var<storage, read_write> residue_next: array<Vec>; // N, m
 
 fn residue_of(i: u32) -> Vec {
     return residue[i];
 }
 
-/// The multiple of the quantum nearest to d, m.
-fn quantised(d: Vec) -> Vec {
-    return params.quantum * floor(d * params.inverse_quantum + Vec(0.5));
+fn keep_residue(i: u32, value: Vec) {
+    residue_next[i] = value;
 }
 
-/// x + step, brought into the domain; what is less than a quantum goes into the residue.
-fn displace(i: u32, x: Vec, step: Vec) -> Vec {
-    let y = residue[i] + step;
-    let whole = quantised(y);
-    let moved = x + whole;
-    let k = image(moved);
-    residue[i] = (y - whole) - params.period_rest * k;
-    return moved - params.period * k;
+/// x + residue + step, split anew.
+fn moved(x: Vec, residue: Vec, step: Vec) -> Point {
+    let y = residue + step;
+    let whole = params.quantum * floor(y * params.inverse_quantum + Vec(0.5));
+    return Point(x + whole, y - whole);
+}
+
+/// |d + rest| - (a + b), with the digits that this subtraction would lose: it is (d² - s²) / (d + s), and the leading 14
+/// bits of the lengths are squared and cancelled as integers. d and the radii are exact, rest is small, distance is
+/// |d + rest|.
+fn gap_between(d: Vec, rest: Vec, distance: Real, a: Real, b: Real) -> Real {
+    let d_whole = floor(d * params.inverse_split + Vec(0.5));
+    let d_rest = (d - params.split * d_whole) + rest;
+    let a_whole = floor(a * params.inverse_split + 0.5);
+    let b_whole = floor(b * params.inverse_split + 0.5);
+    let s_rest = (a - params.split * a_whole) + (b - params.split * b_whole);
+    let s_whole = a_whole + b_whole;
+    let squares = Real(dot(Whole(d_whole), Whole(d_whole)) - i32(s_whole) * i32(s_whole));
+    let mixed = dot(d_whole, d_rest) - s_whole * s_rest;
+    let rests = dot(d_rest, d_rest) - s_rest * s_rest;
+    return (params.split * (params.split * squares + 2 * mixed) + rests) / (distance + (a + b));
 }

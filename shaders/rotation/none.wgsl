@@ -5,16 +5,26 @@ fn spin_of(i: u32) -> Spin {
     return Spin();
 }
 
+fn keep_spin(i: u32, value: Spin) {}
+
+fn store_torque(i: u32, value: Spin) {}
+
 fn surface_velocity(spin: Spin, arm: Vec) -> Vec {
     return Vec();
 }
 
-fn store_torque(i: u32, torque: Spin) {}
+fn advanced_spin(here: Body, torque: Spin) -> Spin {
+    return Spin();
+}
 
-fn integrate_spin(i: u32, place: Place, inverse_mass: Real) {}
+fn kicked_spin(here: Body, torque: Spin) -> Spin {
+    return Spin();
+}
 
-fn half_kick_spin(i: u32, place: Place, inverse_mass: Real) {}
+fn spin_at_step(here: Body, torque: Spin) -> Spin {
+    return Spin();
+}
 
-fn spin_energy(i: u32, place: Place, inverse_mass: Real) -> Real {
+fn spin_energy(here: Body, w: Spin) -> Real {
     return 0;
 }

@@ -4,6 +4,7 @@
 
 struct Wall {
     point: Vec,    // m: a point of the plane, or of the axis
+    residue: Vec,  // m: what the point has beyond
     normal: Vec,   // plane: unit vector towards the grains
     velocity: Vec, // m/s
     radius: Real,  // m: of the cylinder; 0 marks a plane
@@ -12,29 +13,25 @@ struct Wall {
 
 var<storage, read_write> wall: array<Wall>; // walls
 
-/// Unit vector from x + residue into the wall, and the distance, m.
-fn wall_surface(w: u32, x: Vec, residue: Vec) -> Touch {
+/// Gap and normal from a grain to a wall.
+fn touch_wall(w: u32, x: Vec, residue: Vec, radius: Real) -> Touch {
     let s = wall[w];
-    let d = (x - s.point) + residue;
+    let d = x - s.point;
+    let rest = residue - s.residue;
     if (s.radius == 0) {
-        return Touch(dot(d, s.normal), -s.normal);
+        return Touch((dot(d, s.normal) - radius) + dot(rest, s.normal), -s.normal);
     }
-    let arm = horizontal(d);
+    let arm = horizontal(d + rest);
     let distance = sqrt(dot(arm, arm));
     if (distance == 0) {
-        return Touch(s.radius, first_axis());
+        return Touch(s.radius - radius, first_axis());
     }
-    return Touch(s.radius - distance, from_horizontal(arm / distance));
+    return Touch((s.radius - distance) - radius, from_horizontal(arm / distance));
 }
 
-fn touch_wall(w: u32, x: Vec, residue: Vec, radius: Real) -> Touch {
-    let surface = wall_surface(w, x, residue);
-    return Touch(surface.gap - radius, surface.n);
-}
-
-/// The contact normal one step ago, for the rotation Z of the spring.
+/// The contact normal when the grain was at x_before, a step ago, for the rotation Z of the spring.
 fn wall_normal_before(w: u32, x_before: Vec) -> Vec {
-    return wall_surface(w, x_before + params.dt * wall[w].velocity, Vec()).n;
+    return touch_wall(w, x_before + params.since * wall[w].velocity, Vec(), 0).n;
 }
 
 /// Velocity of the wall's material at a point of its surface, m/s.

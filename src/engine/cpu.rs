@@ -17,10 +17,6 @@ impl Cpu {
     pub fn new(state: State) -> Cpu {
         Cpu { state }
     }
-
-    fn overflowed(&self) -> bool {
-        self.state.counters[0].slots_needed as usize > self.state.neighbour.len()
-    }
 }
 
 /// One operation on a state.
@@ -33,7 +29,6 @@ pub fn apply(op: &Op, state: &mut State) {
             column.resize(0);
             column.resize(len);
         }
-        Op::Copy { from, to } => state.copy(from, to),
         Op::Swap(a, b) => state.swap(a, b),
     }
 }
@@ -47,15 +42,11 @@ impl Engine for Cpu {
         format!("{} threads", rayon::current_num_threads())
     }
 
-    fn execute(&mut self, params: &Params, ops: &[Op], times: u32) -> Result<()> {
+    fn execute(&mut self, params: &Params, sequences: &[(&[Op], u32)]) -> Result<()> {
         self.state.params = *params;
-        for _ in 0..times {
-            for op in ops {
-                match op {
-                    // Lists that did not fit are not walked: the host will grow them and come back.
-                    Op::Run(_) if self.overflowed() => {}
-                    op => apply(op, &mut self.state),
-                }
+        for (ops, times) in sequences {
+            for _ in 0..*times {
+                ops.iter().for_each(|op| apply(op, &mut self.state));
             }
         }
         Ok(())

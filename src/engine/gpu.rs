@@ -30,6 +30,8 @@ pub struct Gpu {
     params_layout: Layout,
     /// Whether anything has run, so that buffers may hold something.
     dirty: bool,
+    /// Buffers made so far.
+    serial: u64,
 }
 
 struct Kernel {
@@ -37,12 +39,14 @@ struct Kernel {
     /// Array names in binding order; `params` for the uniform.
     arrays: Vec<&'static str>,
     written: Vec<&'static str>,
-    /// Dropped whenever a buffer it names is exchanged or made anew.
-    group: Option<wgpu::BindGroup>,
+    /// One for each way in which its arrays have been bound: buffers that take turns are bound in two.
+    groups: Vec<(Vec<u64>, wgpu::BindGroup)>,
 }
 
 struct Buffer {
     buffer: wgpu::Buffer,
+    /// No other buffer ever has this number.
+    serial: u64,
     len: usize,
 }
 
@@ -59,17 +63,17 @@ pub fn program(model: &Model, stage: &Stage) -> Result<Program> {
 /// [`Error::Shader`] if a kernel does not compose, or if a struct differs between Rust and WGSL.
 pub fn layouts(model: &Model, plan: &Plan) -> Result<HashMap<&'static str, Layout>> {
     let programs = plan.stages().into_iter().map(|stage| Ok((stage, program(model, stage)?)));
-    collect_layouts(&programs.collect::<Result<Vec<_>>>()?)
+    collect_layouts(model.dims(), &programs.collect::<Result<Vec<_>>>()?)
 }
 
-fn collect_layouts(programs: &[(&'static Stage, Program)]) -> Result<HashMap<&'static str, Layout>> {
+fn collect_layouts(dims: usize, programs: &[(&'static Stage, Program)]) -> Result<HashMap<&'static str, Layout>> {
     let mut layouts = HashMap::new();
     let empty =
         State::new(crate::model::Model::all(crate::model::Precision::Single)[0], Sizes::default(), Params::default());
     for (stage, program) in programs {
         for binding in &program.bindings {
             let name = known(stage.array(&binding.name), stage)?;
-            let names = if name == "params" { Params::NAMES } else { empty.column(name).names() };
+            let names = if name == "params" { Params::names(dims) } else { empty.column(name).names(dims) };
             let same = binding.layout.names.iter().eq(names);
             if !same || layouts.get(name).is_some_and(|l| *l != binding.layout) {
                 return Err(Error::Shader {
@@ -110,7 +114,7 @@ impl Gpu {
         let model = &state.model;
         let programs: Vec<_> =
             plan.stages().into_iter().map(|stage| Ok((stage, program(model, stage)?))).collect::<Result<_>>()?;
-        let layouts = collect_layouts(&programs)?;
+        let layouts = collect_layouts(model.dims(), &programs)?;
         check_memory(&device, model, &layouts, &state.sizes)?;
         let mut kernels = HashMap::new();
         for (stage, program) in programs {
@@ -129,6 +133,7 @@ impl Gpu {
             params,
             params_layout,
             dirty: false,
+            serial: 0,
         };
         let total: u64 = bytes(model, &gpu.layouts, &state.sizes).map(|(_, b)| b).sum();
         for array in ARRAYS.iter().filter(|a| (a.needed)(model)) {
@@ -144,67 +149,59 @@ impl Gpu {
         &self.kernels[stage.name].written
     }
 
-    fn bind_groups(&mut self, ops: &[Op]) {
-        for op in ops {
-            let Op::Run(stage) = op else { continue };
-            let kernel = self.kernels.get_mut(stage.name).expect("the plan's stages are compiled");
-            if kernel.group.is_some() {
-                continue;
-            }
-            let entries: Vec<_> = kernel
-                .arrays
-                .iter()
-                .enumerate()
-                .map(|(k, name)| wgpu::BindGroupEntry {
-                    binding: k as u32,
-                    resource: match *name {
-                        "params" => self.params.as_entire_binding(),
-                        array => self.buffers[array].buffer.as_entire_binding(),
-                    },
-                })
-                .collect();
-            kernel.group = Some(self.device.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some(stage.name),
-                layout: &kernel.pipeline.get_bind_group_layout(0),
-                entries: &entries,
-            }));
+    /// The number of the bind group of a stage with the arrays as they are bound now; made if it is not there yet.
+    fn group(&mut self, stage: &'static Stage) -> usize {
+        let kernel = self.kernels.get_mut(stage.name).expect("the plan's stages are compiled");
+        let bound = |name: &&str| self.buffers.get(*name).map_or(0, |b| b.serial);
+        let serials = || kernel.arrays.iter().map(bound);
+        if let Some(known) = kernel.groups.iter().position(|(known, _)| known.iter().copied().eq(serials())) {
+            return known;
         }
+        let resource = |name: &&str| match *name {
+            "params" => self.params.as_entire_binding(),
+            array => self.buffers[array].buffer.as_entire_binding(),
+        };
+        let entries = kernel.arrays.iter().enumerate();
+        let entries = entries.map(|(k, name)| wgpu::BindGroupEntry { binding: k as u32, resource: resource(name) });
+        let group = self.device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(stage.name),
+            layout: &kernel.pipeline.get_bind_group_layout(0),
+            entries: &entries.collect::<Vec<_>>(),
+        });
+        let serials = serials().collect();
+        kernel.groups.push((serials, group));
+        kernel.groups.len() - 1
     }
 
-    fn forget_groups(&mut self, arrays: &[&str]) {
+    /// Bind groups that name a buffer keep it alive.
+    fn forget_groups(&mut self, serial: u64) {
         for kernel in self.kernels.values_mut() {
-            if kernel.arrays.iter().any(|a| arrays.contains(a)) {
-                kernel.group = None;
-            }
+            kernel.groups.retain(|(serials, _)| !serials.contains(&serial));
         }
     }
 
-    fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, ops: &[Op]) {
+    fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, ops: &[Op], times: u32) {
         let mut pass: Option<wgpu::ComputePass<'static>> = None;
-        for op in ops {
-            if !matches!(op, Op::Run(_)) {
-                pass = None;
-            }
+        for op in (0..times).flat_map(|_| ops) {
             match *op {
                 Op::Run(stage) => {
+                    let group = self.group(stage);
                     let pass =
                         pass.get_or_insert_with(|| encoder.begin_compute_pass(&Default::default()).forget_lifetime());
                     let kernel = &self.kernels[stage.name];
                     let (x, y) = groups(&stage.dispatch, &self.sizes);
                     pass.set_pipeline(&kernel.pipeline);
-                    pass.set_bind_group(0, kernel.group.as_ref(), &[]);
+                    pass.set_bind_group(0, &kernel.groups[group].1, &[]);
                     pass.dispatch_workgroups(x, y, 1);
                 }
-                Op::Clear(array) => encoder.clear_buffer(&self.buffers[array].buffer, 0, None),
-                Op::Copy { from, to } => {
-                    let (from, to) = (&self.buffers[from].buffer, &self.buffers[to].buffer);
-                    encoder.copy_buffer_to_buffer(from, 0, to, 0, from.size());
+                Op::Clear(array) => {
+                    pass = None;
+                    encoder.clear_buffer(&self.buffers[array].buffer, 0, None);
                 }
                 Op::Swap(a, b) => {
                     let first = self.buffers.remove(a).expect("an array of the model");
                     let second = self.buffers.insert(b, first).expect("an array of the model");
                     self.buffers.insert(a, second);
-                    self.forget_groups(&[a, b]);
                 }
             }
         }
@@ -239,7 +236,7 @@ impl Kernel {
             cache: None,
         });
         match pollster::block_on(scope.pop()) {
-            None => Ok(Kernel { pipeline, arrays, written, group: None }),
+            None => Ok(Kernel { pipeline, arrays, written, groups: Vec::new() }),
             Some(e) => Err(Error::Shader { file: format!("{}.wgsl", stage.kernel), line: 1, message: e.to_string() }),
         }
     }
@@ -292,17 +289,13 @@ impl Engine for Gpu {
         format!("{} ({})", self.device.summary.name, self.device.summary.backend)
     }
 
-    fn execute(&mut self, params: &Params, ops: &[Op], times: u32) -> Result<()> {
+    fn execute(&mut self, params: &Params, sequences: &[(&[Op], u32)]) -> Result<()> {
         self.dirty = true;
         let bytes = self.params_layout.encode(1, |sink| params.put(self.dims, &mut |x| sink(x)));
         self.device.queue.write_buffer(&self.params, 0, &bytes);
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
-        for _ in 0..times {
-            // A swap changes what the stages after it are bound to, so groups are made between swaps.
-            for part in ops.split_inclusive(|op| matches!(op, Op::Swap(..))) {
-                self.bind_groups(part);
-                self.encode(&mut encoder, part);
-            }
+        for (ops, times) in sequences {
+            self.encode(&mut encoder, ops, *times);
         }
         self.device.queue.submit([encoder.finish()]);
         Ok(())
@@ -319,8 +312,11 @@ impl Engine for Gpu {
         let stride = self.layouts.get(array).map_or(4, |l| l.stride);
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
         let buffer = self.device.buffer(array, (len * stride) as u64, usage)?;
-        self.buffers.insert(array, Buffer { buffer, len });
-        self.forget_groups(&[array]);
+        self.serial += 1;
+        let old = self.buffers.insert(array, Buffer { buffer, serial: self.serial, len });
+        if let Some(old) = old {
+            self.forget_groups(old.serial);
+        }
         Ok(())
     }
 

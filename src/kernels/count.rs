@@ -1,39 +1,43 @@
 //! Twin of `shaders/count.wgsl`: how many slots each grain needs, and whether it is on the right side of every wall.
 
 use crate::{
-    laws::{grid::candidates, touch::listed, walls::touch_wall},
+    laws::{grid::candidates, precision::residue_of, touch::within, walls::touch_wall},
     state::State,
 };
-use glam::DVec3;
 use rayon::prelude::*;
 
 pub fn count(s: &mut State) {
     let mut slot_start = std::mem::take(&mut s.slot_start);
-    let bad = (&mut slot_start[..s.sizes.bodies])
-        .into_par_iter()
+    let (last, bodies) = slot_start.split_last_mut().expect("one more than there are grains");
+    *last = 0;
+    let bad = bodies
+        .par_iter_mut()
         .enumerate()
         .map(|(i, slots)| {
             let (needed, crossed) = slots_of(s, i);
             *slots = needed;
-            if crossed { (s.sizes.bodies - i) as u32 } else { 0 }
+            if crossed { s.params.bodies - s.number[i] } else { 0 }
         })
-        .max();
+        .max()
+        .unwrap_or(0);
     s.slot_start = slot_start;
-    s.counters[0].bad_body = s.counters[0].bad_body.max(bad.unwrap_or(0));
+    s.counters[0].bad_body = s.counters[0].bad_body.max(bad);
+    s.halt[0] = s.halt[0].max(u32::from(bad != 0));
 }
 
 /// Slots of grain i, and whether its centre is beyond a wall.
 fn slots_of(s: &State, i: usize) -> (u32, bool) {
     let here = &s.place[i];
     let fixed = s.motion[i].inverse_mass == 0.0;
+    let reach = s.params.margin + 1e-5 * here.radius;
     let mut slots = candidates(s, here.x)
-        .filter(|&j| j as usize != i && listed(s, here, &s.place[j as usize], 1.00001))
-        .filter(|&j| !(fixed && s.motion[j as usize].inverse_mass == 0.0))
+        .map(|j| j as usize)
+        .filter(|&j| within(s, here, &s.place[j], reach) && j != i && !(fixed && s.motion[j].inverse_mass == 0.0))
         .count() as u32;
     let mut crossed = false;
     if !fixed {
         for wall in &s.wall[..s.sizes.walls] {
-            let gap = touch_wall(wall, here.x, DVec3::ZERO, here.radius).gap;
+            let gap = touch_wall(wall, here.x, residue_of(s, i), here.radius).gap;
             slots += u32::from(gap < 2.0 * s.params.margin);
             crossed |= gap < -here.radius;
         }

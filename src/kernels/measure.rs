@@ -2,15 +2,14 @@
 
 use crate::{
     laws::{
-        friction::{tangential_energy, tangential_length},
+        contact::{Gathered, body, closed_contacts},
+        friction::spring_energy,
+        leapfrog::at_step,
         materials::pair_of,
         normal::{normal_energy, normal_force},
-        precision::residue_of,
-        rotation::spin_energy,
-        touch::touch_grain,
-        walls::touch_wall,
+        rotation::{spin_at_step, spin_energy},
     },
-    state::{NONE, PARTS, Part, State},
+    state::{PARTS, Part, State},
 };
 use rayon::prelude::*;
 
@@ -24,45 +23,34 @@ pub fn measure(s: &mut State) {
 }
 
 fn add_body(s: &State, i: usize, sum: &mut Part) {
-    let bodies = s.sizes.bodies;
     let p = &s.params;
-    let here = &s.place[i];
-    let inverse_mass = s.motion[i].inverse_mass;
+    let here = body(s, i);
+    let inverse_mass = here.motion.inverse_mass;
     if inverse_mass == 0.0 {
         return;
     }
-    let total = s.force[i] + p.gravity / inverse_mass;
-    let v = (s.motion[i].v + 0.5 * p.dt * inverse_mass * total) / (1.0 + 0.5 * p.dt * p.damping);
-    sum.kinetic += 0.5 * v.length_squared() / inverse_mass + spin_energy(s, i, here, inverse_mass);
-    sum.potential -= p.gravity.dot(here.x) / inverse_mass;
-    sum.net_force += total.length();
-    let residue_here = residue_of(s, i);
-    for slot in s.slot_start[i] as usize..s.slot_start[i + 1] as usize {
-        if s.neighbour[slot] == NONE {
-            break;
-        }
-        let j = s.neighbour[slot] as usize;
-        let (touch, smaller, single) = if j < bodies {
-            let fixed = s.motion[j].inverse_mass == 0.0;
-            (
-                touch_grain(s, i, j, here, &s.place[j], residue_of(s, j) - residue_here),
-                here.radius.min(s.place[j].radius),
-                fixed,
-            )
-        } else {
-            (touch_wall(&s.wall[j - bodies], here.x, residue_here, here.radius), here.radius, true)
-        };
-        if !(touch.gap < 0.0) {
-            continue;
-        }
+    let mut gathered = Gathered::default();
+    for (j, contact) in closed_contacts(s, i, &here) {
+        let other = s.place.get(j).map(|there| (there.radius, s.motion[j].inverse_mass == 0.0));
+        let (radius, single) = other.unwrap_or((here.place.radius, true));
+        let smaller = here.place.radius.min(radius);
         let share = if single { 1.0 } else { 0.5 };
         let pair = pair_of(s, i, j);
-        let normal = normal_force(&pair, touch.gap);
-        let tangential = tangential_length(s, slot);
-        sum.elastic += share * (normal_energy(&pair, touch.gap) + tangential_energy(s, slot, &pair));
-        sum.contact_force += share * (normal * normal + tangential * tangential).sqrt();
-        sum.overlap = sum.overlap.max(-touch.gap / smaller);
+        let normal = normal_force(&pair, contact.gap);
+        gathered.add(&contact);
+        sum.elastic += share * (normal_energy(&pair, contact.gap) + spring_energy(contact.spring, &pair));
+        sum.contact_force += share * (normal * normal + contact.spring.length_squared()).sqrt();
+        sum.dissipation += share * contact.dissipation;
+        sum.overlap = sum.overlap.max(-contact.gap / smaller);
         sum.sides += 1;
         sum.single_sides += u32::from(single);
     }
+    let v = at_step(s, &here.motion, gathered.force);
+    let w = spin_at_step(s, &here, gathered.torque);
+    let kinetic = 0.5 * v.length_squared() / inverse_mass + spin_energy(s, &here, w);
+    let total = gathered.force + p.gravity / inverse_mass;
+    sum.kinetic += kinetic;
+    sum.potential -= p.gravity.dot(here.place.x + here.residue) / inverse_mass;
+    sum.net_force += total.length();
+    sum.dissipation += 2.0 * p.damping * kinetic;
 }

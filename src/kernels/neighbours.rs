@@ -1,61 +1,83 @@
-//! Twin of `shaders/neighbours.wgsl`: fill the slots with ids in ascending order and bring the springs along.
+//! Twin of `shaders/neighbours.wgsl`: fill the slots in ascending order of the numbers and bring the springs along.
 
-use super::rows;
+use super::{BLOCK, by_slot};
 use crate::{
     laws::{
-        friction::{inherit_spring, springs_before},
+        friction::{inherit_spring, keep_spring},
         grid::candidates,
-        touch::listed,
+        precision::residue_of,
+        touch::within,
         walls::touch_wall,
     },
     model::Friction,
-    state::{NONE, State},
+    state::{NONE, Packed, State},
 };
-use glam::DVec3;
 use rayon::prelude::*;
 
 pub fn neighbours(s: &mut State) {
-    s.counters[0].slots_needed = s.counters[0].slots_needed.max(s.slot_start[s.sizes.bodies]);
-    if s.slot_start[s.sizes.bodies] as usize > s.neighbour.len() {
-        return; // the host will grow the lists and come back
+    let needed = s.slot_start[s.sizes.bodies];
+    s.counters[0].slots_needed = s.counters[0].slots_needed.max(needed);
+    if needed as usize > s.neighbour.len() {
+        s.halt[0] = 1; // the host will grow the lists and come back
+        return;
     }
-    let mut neighbour = std::mem::take(&mut s.neighbour);
-    let mut spring = std::mem::take(&mut s.spring);
-    let lost: u32 = rows(&mut neighbour, &s.slot_start)
-        .into_par_iter()
-        .zip(rows(&mut spring, &s.slot_start))
+    let (mut neighbour, mut spring) = (std::mem::take(&mut s.neighbour), std::mem::take(&mut s.spring));
+    let inherited: u32 = by_slot(&mut neighbour, s)
+        .zip(by_slot(&mut spring, s))
         .enumerate()
-        .map(|(i, (neighbour, spring))| {
-            fill(s, i, neighbour);
-            if s.model.friction == Friction::None { 0 } else { inherit(s, i, neighbour, spring) }
+        .map(|(k, (mut neighbour, mut spring))| {
+            let bodies = k * BLOCK..((k + 1) * BLOCK).min(s.sizes.bodies);
+            let of_body = |i| {
+                let row;
+                (row, neighbour) = std::mem::take(&mut neighbour).split_at_mut(s.row(i).len());
+                fill(s, i, row);
+                if s.model.friction == Friction::None {
+                    return 0;
+                }
+                let springs;
+                (springs, spring) = std::mem::take(&mut spring).split_at_mut(row.len());
+                inherit(s, i, row, springs)
+            };
+            bodies.map(of_body).sum::<u32>()
         })
         .sum();
-    s.neighbour = neighbour;
-    s.spring = spring;
-    s.counters[0].lost += lost;
+    (s.neighbour, s.spring) = (neighbour, spring);
+    s.counters[0].inherited += inherited;
 }
 
-/// Ids of the grains and walls near grain i, ascending, then NONE.
-fn fill(s: &State, i: usize, neighbour: &mut [u32]) {
+/// Grains near grain i in ascending order of their numbers, then walls, then NONE.
+fn fill(s: &State, i: usize, row: &mut [u32]) {
     let here = &s.place[i];
     let fixed = s.motion[i].inverse_mass == 0.0;
-    let near = candidates(s, here.x)
-        .filter(|&j| j as usize != i && listed(s, here, &s.place[j as usize], 1.0))
-        .filter(|&j| !(fixed && s.motion[j as usize].inverse_mass == 0.0));
-    let walls = (0..if fixed { 0 } else { s.sizes.walls })
-        .filter(|&w| touch_wall(&s.wall[w], here.x, DVec3::ZERO, here.radius).gap < s.params.margin)
-        .map(|w| (s.sizes.bodies + w) as u32);
-    let mut ids = near.chain(walls);
-    neighbour.iter_mut().for_each(|slot| *slot = ids.next().unwrap_or(NONE));
-    neighbour.sort_unstable();
+    let mut filled = 0;
+    for j in candidates(s, here.x) {
+        let there = j as usize;
+        if within(s, here, &s.place[there], s.params.margin)
+            && there != i
+            && !(fixed && s.motion[there].inverse_mass == 0.0)
+        {
+            row[filled] = j;
+            filled += 1;
+        }
+    }
+    row[..filled].sort_unstable_by_key(|&j| s.number[j as usize]);
+    for w in 0..if fixed { 0 } else { s.sizes.walls } {
+        if touch_wall(&s.wall[w], here.x, residue_of(s, i), here.radius).gap < s.params.margin {
+            row[filled] = (s.sizes.bodies + w) as u32;
+            filled += 1;
+        }
+    }
+    row[filled..].fill(NONE);
 }
 
-/// Springs of grain i from the old lists; returns how many found no slot.
-fn inherit(s: &State, i: usize, neighbour: &[u32], spring: &mut [DVec3]) -> u32 {
+/// Springs of grain i from the history; returns how many it counts.
+fn inherit(s: &State, i: usize, row: &mut [u32], springs: &mut [Packed]) -> u32 {
     let mut inherited = 0;
-    for (&j, spring) in neighbour.iter().zip(spring) {
-        *spring = inherit_spring(s, i, j);
-        inherited += u32::from(*spring != DVec3::ZERO);
+    for (entry, spring) in row.iter_mut().zip(springs).take_while(|(entry, _)| **entry != NONE) {
+        if let Some((f, mine)) = inherit_spring(s, i, *entry) {
+            keep_spring(entry, Some(spring), f);
+            inherited += u32::from(mine);
+        }
     }
-    springs_before(s, i).saturating_sub(inherited)
+    inherited
 }

@@ -1,4 +1,4 @@
-//! Twin of `shaders/sort.wgsl`: scatter the ids to their cells.
+//! Twin of `shaders/sort.wgsl`: scatter the grains to their cells.
 
 use crate::{
     laws::grid::{cell_index, cell_of},

@@ -1,76 +1,78 @@
-//! Twin of `shaders/friction/`. The spring of a slot is passed in, because the kernel's grain owns it.
+//! Twin of `shaders/friction/`. Entries and springs of a grain's slots are passed in, because the kernel's grain owns them.
 
 use crate::{
     model::Friction,
-    state::{Pair, State},
+    state::{INDEX, NONE, Packed, Pair, SPRUNG, State},
 };
 use glam::DVec3;
 
-/// Tangential force on the grain of interest, N: the old spring turned into the new contact plane by the smallest
-/// rotation Z from `n_before` to `n` (2.11), stretched by the slip of this step (2.8), (2.9), capped (2.13).
-pub fn tangential_force(
-    s: &State,
-    spring: Option<&mut DVec3>,
-    pair: &Pair,
-    n: DVec3,
-    n_before: DVec3,
-    v_rel: DVec3,
-    pressing: f64,
-) -> DVec3 {
-    let Some(spring) = spring else { return DVec3::ZERO };
-    let old = *spring;
-    let turned = old - n.dot(old) / (1.0 + n.dot(n_before)).max(1e-6) * (n_before + n);
-    let slip = s.params.dt * (v_rel - v_rel.dot(n) * n);
-    let mut f = turned - pair.tangential_stiffness * slip;
-    let limit = pair.friction * pressing.max(-pressing);
-    let length_squared = f.length_squared();
-    if length_squared > limit * limit {
-        f *= limit / length_squared.sqrt();
+/// The spring of a slot, N.
+pub fn spring_of(entry: u32, spring: Option<&Packed>) -> DVec3 {
+    match spring {
+        Some(spring) if entry & SPRUNG != 0 => spring.0,
+        _ => DVec3::ZERO,
     }
-    *spring = f;
-    f
 }
 
-/// The contact is open.
-pub fn forget_spring(spring: Option<&mut DVec3>) {
+/// The contact in this slot is closed and has this spring now.
+pub fn keep_spring(entry: &mut u32, spring: Option<&mut Packed>, f: DVec3) {
     if let Some(spring) = spring {
-        *spring = DVec3::ZERO;
+        spring.0 = f;
+        *entry |= SPRUNG;
     }
 }
 
-/// The spring that (i, j) had in the old lists (sorted by id), N; zero if there was none.
-pub fn inherit_spring(s: &State, i: usize, j: u32) -> DVec3 {
-    let slots = s.slot_start_before[i] as usize..s.slot_start_before[i + 1] as usize;
-    match s.neighbour_before[slots.clone()].binary_search(&j) {
-        Ok(k) => s.spring_before[slots.start + k],
-        Err(_) => DVec3::ZERO,
+/// The contact in this slot is open.
+pub fn forget_spring(entry: &mut u32) {
+    *entry &= INDEX;
+}
+
+/// The old spring turned into the new contact plane by the smallest rotation Z from `n_before` to `n` (2.11) and
+/// stretched by the slip of this step (2.8), (2.9), N.
+pub fn stretched_spring(s: &State, old: DVec3, pair: &Pair, n: DVec3, n_before: DVec3, v_rel: DVec3) -> DVec3 {
+    if s.model.friction == Friction::None {
+        return DVec3::ZERO;
     }
+    let turned = old - n.dot(old) / (1.0 + n.dot(n_before)).max(1e-6) * (n_before + n);
+    let slip = s.params.since * (v_rel - v_rel.dot(n) * n);
+    turned - pair.tangential_stiffness * slip
 }
 
-/// Springs of grain i in the old lists.
-pub fn springs_before(s: &State, i: usize) -> u32 {
-    let slots = s.slot_start_before[i] as usize..s.slot_start_before[i + 1] as usize;
-    s.spring_before[slots].iter().filter(|f| **f != DVec3::ZERO).count() as u32
+/// Capped by sliding (2.13), N.
+pub fn slid_spring(stretched: DVec3, pair: &Pair, pressing: f64) -> DVec3 {
+    let limit = pair.friction * pressing.max(-pressing);
+    let length_squared = stretched.length_squared();
+    if length_squared > limit * limit { stretched * (limit / length_squared.sqrt()) } else { stretched }
 }
 
-/// The spring in a slot, N; zero where the model has none.
-pub fn spring_of(s: &State, slot: usize) -> DVec3 {
-    match s.model.friction {
-        Friction::None => DVec3::ZERO,
-        Friction::Coulomb => s.spring[slot],
-    }
-}
-
-/// Energy stored in the spring, J.
-pub fn tangential_energy(s: &State, slot: usize, pair: &Pair) -> f64 {
-    let f = spring_of(s, slot);
-    if pair.tangential_stiffness == 0.0 {
+/// Work done by sliding per time, W: the force times what the spring was shortened by.
+pub fn sliding_power(s: &State, stretched: DVec3, slid: DVec3, pair: &Pair) -> f64 {
+    if pair.tangential_stiffness == 0.0 || s.params.since == 0.0 {
         return 0.0;
     }
-    0.5 * f.length_squared() / pair.tangential_stiffness
+    slid.dot(stretched - slid) / (pair.tangential_stiffness * s.params.since)
 }
 
-/// Length of the spring force, N.
-pub fn tangential_length(s: &State, slot: usize) -> f64 {
-    spring_of(s, slot).length()
+/// Energy stored in a spring, J.
+pub fn spring_energy(f: DVec3, pair: &Pair) -> f64 {
+    if pair.tangential_stiffness == 0.0 { 0.0 } else { 0.5 * f.length_squared() / pair.tangential_stiffness }
+}
+
+/// Slots whose springs grain i hands to the history: those it shares with a grain of larger index, or a wall.
+pub fn springs_kept(s: &State, i: usize) -> impl Iterator<Item = usize> {
+    let kept = move |entry: u32| entry != NONE && entry & SPRUNG != 0 && (entry & INDEX) as usize > i;
+    s.row(i).filter(move |&slot| kept(s.neighbour[slot]))
+}
+
+/// The spring of grain i and neighbour j in the history, N, and whether it is this grain's to count.
+pub fn inherit_spring(s: &State, i: usize, j: u32) -> Option<(DVec3, bool)> {
+    let mine = s.sorted[i];
+    let (owner, other) = match s.sorted.get(j as usize) {
+        Some(&theirs) => (mine.min(theirs), mine.max(theirs)),
+        None => (mine, j),
+    };
+    let mut kept = s.history_start[owner as usize]..s.history_start[owner as usize + 1];
+    let at = kept.find(|&at| s.history_other[at as usize] == other)?;
+    let f = s.history_spring[at as usize].0;
+    Some(if owner == mine { (f, true) } else { (-f, false) })
 }

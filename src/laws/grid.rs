@@ -3,6 +3,7 @@
 use super::dimension::cell_coordinates;
 use crate::{model::Precision, state::State};
 use glam::{DVec3, UVec3};
+use std::ops::Range;
 
 /// Cell of a point, in the precision of the model: where a grain lies on the border of two cells, rounding decides, and
 /// must decide as on the device.
@@ -23,18 +24,28 @@ pub fn cell_index(s: &State, c: UVec3) -> usize {
     (c.x + s.params.cells.x * (c.y + s.params.cells.y * c.z)) as usize
 }
 
-/// Indices of the different cells that touch a cell, itself included; an axis of one or two cells is walked once.
-pub fn around(s: &State, c: UVec3) -> impl Iterator<Item = usize> {
-    let cells = s.params.cells;
-    let ring = cells.min(UVec3::splat(3));
-    (0..ring.x * ring.y * ring.z).map(move |k| {
-        let step = UVec3::new(k % ring.x, (k / ring.x) % ring.y, k / (ring.x * ring.y));
-        let moved = (c + cells - UVec3::ONE + step) % cells;
-        cell_index(s, UVec3::select(cells.cmpge(UVec3::splat(3)), moved, step))
+/// The spans of cells around a cell, itself included. Every row has two: the cells next to it, and what lies around the
+/// corner if it is at an end of the row; an axis of one or two cells is walked once.
+pub fn spans(s: &State, c: UVec3) -> impl Iterator<Item = Range<u32>> {
+    let size = s.params.cells;
+    let rows = (size.y.min(3), size.z.min(3));
+    let along = move |axis: usize, step: u32| match size[axis] {
+        ..3 => step,
+        cells => (c[axis] + cells - 1 + step) % cells,
+    };
+    (0..rows.0 * rows.1).flat_map(move |k| {
+        let begin = size.x * (along(1, k % rows.0) + size.y * along(2, k / rows.0));
+        let (direct, corner) = match c.x {
+            _ if size.x < 3 => (0..size.x, 0..0),
+            0 => (0..2, size.x - 1..size.x),
+            x if x == size.x - 1 => (x - 1..size.x, 0..1),
+            x => (x - 1..x + 2, 0..0),
+        };
+        [direct, corner].map(|span| begin + span.start..begin + span.end)
     })
 }
 
-/// Ids of the grains in the cells around a point.
+/// Indices of the grains in the cells around a point; the grains are in the order of the cells.
 pub fn candidates(s: &State, x: DVec3) -> impl Iterator<Item = u32> {
-    around(s, cell_of(s, x)).flat_map(|c| &s.sorted[s.cell_start[c] as usize..s.cell_start[c + 1] as usize]).copied()
+    spans(s, cell_of(s, x)).flat_map(|cells| s.cell_start[cells.start as usize]..s.cell_start[cells.end as usize])
 }

@@ -9,6 +9,10 @@ use crate::{
 pub fn pair_of(s: &State, i: usize, j: usize) -> Pair {
     match s.model.materials {
         Materials::One => s.params.pair,
-        Materials::Many => s.pair[s.material[i] as usize * s.params.materials as usize + s.material[j] as usize],
+        Materials::Many => s.pair[material_of(s, i) * s.params.materials as usize + material_of(s, j)],
     }
+}
+
+fn material_of(s: &State, i: usize) -> usize {
+    s.material[s.number.get(i).map_or(i, |number| *number as usize)] as usize
 }

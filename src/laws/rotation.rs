@@ -1,6 +1,9 @@
-//! Twin of `shaders/rotation/`: bodies with J1 = J2 = J3, in closed form. Spin and torque are passed as values.
+//! Twin of `shaders/rotation/`: bodies with J1 = J2 = J3, in closed form.
 
-use super::dimension::{inverse_gyration, spin_squared, spin_velocity};
+use super::{
+    contact::Body,
+    dimension::{inverse_gyration, spin_squared, spin_velocity},
+};
 use crate::{
     model::Rotation,
     state::{Place, State},
@@ -26,37 +29,38 @@ pub fn surface_velocity(spin: DVec3, arm: DVec3) -> DVec3 {
 }
 
 /// Spin from n - 1/2 to n + 1/2: (2.19) with the moment in place of the force.
-pub fn integrate_spin(s: &State, spin: DVec3, torque: DVec3, place: &Place, inverse_mass: f64) -> DVec3 {
-    if inverse_mass == 0.0 {
-        return spin;
+pub fn advanced_spin(s: &State, here: &Body, torque: DVec3) -> DVec3 {
+    if here.motion.inverse_mass == 0.0 {
+        return here.spin;
     }
     let half = 0.5 * s.params.dt * s.params.damping;
-    ((1.0 - half) * spin + s.params.dt * inverse_inertia(s, place, inverse_mass) * torque) / (1.0 + half)
+    let j = inverse_inertia(s, &here.place, here.motion.inverse_mass);
+    ((1.0 - half) * here.spin + s.params.dt * j * torque) / (1.0 + half)
 }
 
 /// Spin from 0 to -1/2.
-pub fn half_kick_spin(s: &State, spin: DVec3, torque: DVec3, place: &Place, inverse_mass: f64) -> DVec3 {
-    if inverse_mass == 0.0 {
-        return spin;
+pub fn kicked_spin(s: &State, here: &Body, torque: DVec3) -> DVec3 {
+    if here.motion.inverse_mass == 0.0 {
+        return here.spin;
     }
-    let acceleration = inverse_inertia(s, place, inverse_mass) * torque - s.params.damping * spin;
-    spin - 0.5 * s.params.dt * acceleration
+    let acceleration =
+        inverse_inertia(s, &here.place, here.motion.inverse_mass) * torque - s.params.damping * here.spin;
+    here.spin - 0.5 * s.params.dt * acceleration
 }
 
-/// Spin at step n from n - 1/2 and the moment at n: the inverse of the half kick.
-pub fn spin_at_step(s: &State, spin: DVec3, torque: DVec3, place: &Place, inverse_mass: f64) -> DVec3 {
-    if inverse_mass == 0.0 {
-        return spin;
+/// Spin from n - 1/2 to n: the inverse of the kick.
+pub fn spin_at_step(s: &State, here: &Body, torque: DVec3) -> DVec3 {
+    if here.motion.inverse_mass == 0.0 {
+        return here.spin;
     }
-    let j = inverse_inertia(s, place, inverse_mass);
-    (spin + 0.5 * s.params.dt * j * torque) / (1.0 + 0.5 * s.params.dt * s.params.damping)
+    let j = inverse_inertia(s, &here.place, here.motion.inverse_mass);
+    (here.spin + 0.5 * s.params.dt * j * torque) / (1.0 + 0.5 * s.params.dt * s.params.damping)
 }
 
-/// Kinetic energy of the spin at step n, J.
-pub fn spin_energy(s: &State, i: usize, place: &Place, inverse_mass: f64) -> f64 {
-    if s.model.rotation == Rotation::None || inverse_mass == 0.0 {
+/// Kinetic energy of a spin at step n, J.
+pub fn spin_energy(s: &State, here: &Body, w: DVec3) -> f64 {
+    if s.model.rotation == Rotation::None || here.motion.inverse_mass == 0.0 {
         return 0.0;
     }
-    let w = spin_at_step(s, s.spin[i].0, s.torque[i].0, place, inverse_mass);
-    0.5 * spin_squared(w) / inverse_inertia(s, place, inverse_mass)
+    0.5 * spin_squared(w) / inverse_inertia(s, &here.place, here.motion.inverse_mass)
 }

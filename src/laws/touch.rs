@@ -1,17 +1,20 @@
 //! Twin of `shaders/touch.wgsl`: geometry of two grains.
 
-use super::{Touch, boundary::separation, dimension::first_axis};
+use super::{Touch, boundary::between, dimension::first_axis, precision::gap_between};
 use crate::state::{Place, State};
 use glam::DVec3;
 
-/// Gap and normal from grain i to grain j; `residue` is that of j less that of i. Coincident centres get an arbitrary axis, opposite for the two grains.
+/// Gap and normal from grain i to grain j; `residue` is that of j less that of i. Coincident centres get an arbitrary
+/// axis, opposite for the two grains.
 pub fn touch_grain(s: &State, i: usize, j: usize, a: &Place, b: &Place, residue: DVec3) -> Touch {
-    let d = separation(s, a.x, b.x) + residue;
+    let p = between(s, a.x, b.x, residue);
+    let d = p.x + p.residue;
     let distance = d.length();
     if distance == 0.0 {
-        return Touch { gap: -(a.radius + b.radius), n: if i < j { first_axis() } else { -first_axis() } };
+        let n = if s.number[i] < s.number[j] { first_axis() } else { -first_axis() };
+        return Touch { gap: -(a.radius + b.radius), n };
     }
-    Touch { gap: distance - (a.radius + b.radius), n: d / distance }
+    Touch { gap: gap_between(distance, a.radius, b.radius), n: d / distance }
 }
 
 /// Unit vector along d; the other one where d has no length.
@@ -20,9 +23,9 @@ pub fn unit_or(d: DVec3, other: DVec3) -> DVec3 {
     if length_squared == 0.0 { other } else { d / length_squared.sqrt() }
 }
 
-/// Whether b belongs into the neighbour list of a; `slack` widens the reach a little.
-pub fn listed(s: &State, a: &Place, b: &Place, slack: f64) -> bool {
-    let d = separation(s, a.x, b.x);
-    let reach = slack * (a.radius + b.radius + s.params.margin);
+/// Whether the surfaces are closer than this, m, judged without residues: true where these could decide.
+pub fn within(s: &State, a: &Place, b: &Place, gap: f64) -> bool {
+    let d = between(s, a.x, b.x, DVec3::ZERO).x;
+    let reach = a.radius + b.radius + gap + s.params.blur;
     d.length_squared() < reach * reach
 }

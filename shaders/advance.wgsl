@@ -1,0 +1,79 @@
+// twin: src/kernels/advance.rs
+// One step: contact forces at step n, gathered in ascending order of the other's id, then leapfrog with global damping,
+// implicit at the half step: n - 1/2 to n + 1/2 (2.19), n to n + 1 (2.20). A step after which the lists may miss a
+// neighbour, or after which a grain is lost, is the last: it halts the steps that follow in the chunk.
+var<storage, read_write> place_next: array<Place>;   // N
+var<storage, read_write> motion_next: array<Motion>; // N
+var<storage, read_write> travel: array<Real>;        // N, m: way since the lists were made
+var<storage, read> halt: u32;
+var<storage, read_write> halt_next: atomic<u32>;
+
+/// Slots looked at in one go: first all of them for nearness, then the near ones for forces, so that neighbouring
+/// invocations do the expensive part together.
+const BATCH = 32u;
+
+@compute @workgroup_size(WG)
+fn advance(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let i = linear(id, groups);
+    if (i >= params.bodies) {
+        return;
+    }
+    if (halt != 0u) {
+        if (i == 0u) {
+            atomicStore(&halt_next, 1u);
+        }
+        return;
+    }
+    if (i == 0u) {
+        atomicAdd(&counters.done, 1u);
+    }
+    let here = body(i);
+    let end = slot_start[i + 1u];
+    var sum = Gathered();
+    var lost = false;
+    for (var first = slot_start[i]; first < end; first += BATCH) {
+        var nearby = 0u;
+        let last = min(end, first + BATCH);
+        for (var slot = first; slot < last; slot++) {
+            let entry = neighbour[slot];
+            if (entry == NONE) {
+                break;
+            }
+            if (near(here.place, entry & INDEX)) {
+                nearby |= 1u << (slot - first);
+            } else {
+                forget_spring(slot, entry);
+            }
+        }
+        let count = countOneBits(nearby);
+        for (var k = 0u; k < count; k++) {
+            let slot = first + firstTrailingBit(nearby);
+            nearby &= nearby - 1u;
+            let entry = neighbour[slot];
+            let contact = contact_of(i, here, slot, entry);
+            if (contact.gap < 0) {
+                keep_spring(slot, entry, contact.spring);
+                sum.force += contact.force;
+                sum.torque += moment(contact.arm, contact.force);
+                lost |= (entry & INDEX) >= params.bodies && contact.gap < -here.place.radius;
+            } else {
+                forget_spring(slot, entry);
+            }
+        }
+    }
+    let v = advanced(here.motion, sum.force);
+    let point = wrapped(moved(here.place.x, here.residue, params.dt * v));
+    place_next[i] = Place(point.x, here.place.radius);
+    keep_residue(i, point.residue);
+    motion_next[i] = Motion(v, here.motion.inverse_mass);
+    keep_spin(i, advanced_spin(here, sum.torque));
+    let way = travel[i] + params.dt * sqrt(dot(v, v));
+    travel[i] = way;
+    lost |= outside(point.x, params.lower, params.upper);
+    if (lost) {
+        atomicMax(&counters.bad_body, params.bodies - number[i]);
+    }
+    if (lost || !(way <= params.drift_limit)) {
+        atomicStore(&halt_next, 1u);
+    }
+}

@@ -1,0 +1,12 @@
+//! Twin of `shaders/tally.wgsl`: how many springs each grain hands over.
+
+use crate::{laws::friction::springs_kept, state::State};
+use rayon::prelude::*;
+
+pub fn tally(s: &mut State) {
+    let mut history_start = std::mem::take(&mut s.history_start);
+    let (last, bodies) = history_start.split_last_mut().expect("one more than there are grains");
+    bodies.par_iter_mut().enumerate().for_each(|(i, springs)| *springs = springs_kept(s, i).count() as u32);
+    *last = 0;
+    s.history_start = history_start;
+}
