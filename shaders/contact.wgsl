@@ -18,30 +18,46 @@ fn near(here: Place, j: u32) -> bool {
 }
 
 /// The contact of grain i with entry `entry` of its list.
+///
+/// Two grains compute their contact from the same side, `from` one of them `to` the other, and the one it is not seen from
+/// turns the result around. So what acts on the two is opposite to the last bit, however a driver fuses and reorders sums.
 fn contact_of(i: u32, here: Body, slot: u32, entry: u32) -> Contact {
     let j = entry & INDEX;
     var contact = Contact();
     var touch: Touch;
-    var there: Place;
+    var radius = here.place.radius;
+    var radius_to = radius;
+    var back = false;
     if (j < params.bodies) {
-        there = place[j];
-        touch = touch_grain(i, j, here.place, there, residue_of(j) - here.residue);
+        let there = place[j];
+        var way = between(here.place.x, there.x, residue_of(j) - here.residue);
+        back = backward(way.x);
+        if (back) {
+            way = Point(-way.x, -way.residue);
+            radius = there.radius;
+        } else {
+            radius_to = there.radius;
+        }
+        touch = touch_grain(i, j, way, radius, radius_to);
     } else {
-        touch = touch_wall(j - params.bodies, here.place.x, here.residue, here.place.radius);
+        touch = touch_wall(j - params.bodies, here.place.x, here.residue, radius);
     }
     contact.gap = touch.gap;
     if (touch.gap < 0) {
         let n = touch.n;
-        let arm = (here.place.radius + 0.5 * touch.gap) * n; // erratum E7: one shared point, mid-overlap
+        // Erratum E7: one shared point, mid-overlap.
+        let arm = (radius + 0.5 * touch.gap) * n;
+        let arm_to = -(radius_to + 0.5 * touch.gap) * n;
         var v_rel: Vec;
         var n_before: Vec;
         var inverse_mass = here.motion.inverse_mass;
         if (j < params.bodies) {
             let other = motion[j];
-            let v = here.motion.v - other.v;
-            let arm_there = -(there.radius + 0.5 * touch.gap) * n;
-            v_rel = v + (surface_velocity(here.spin, arm) - surface_velocity(spin_of(j), arm_there));
-            n_before = unit_or((here.place.radius + there.radius + touch.gap) * n + params.since * v, n);
+            let spin = spin_of(j);
+            let v = select(here.motion.v - other.v, other.v - here.motion.v, back);
+            let surface = surface_velocity(select(here.spin, spin, back), arm);
+            v_rel = v + (surface - surface_velocity(select(spin, here.spin, back), arm_to));
+            n_before = unit_or((radius + radius_to + touch.gap) * n + params.since * v, n);
             inverse_mass += other.inverse_mass;
         } else {
             let w = j - params.bodies;
@@ -52,11 +68,14 @@ fn contact_of(i: u32, here: Body, slot: u32, entry: u32) -> Contact {
         let approach = dot(v_rel, n);
         let damping = dashpot_force(pair, approach, inverse_mass);
         let pressing = normal_force(pair, touch.gap) + damping;
-        let stretched = stretched_spring(spring_of(slot, entry), pair, n, n_before, v_rel);
-        contact.spring = slid_spring(stretched, pair, pressing);
-        contact.force = -pressing * n + contact.spring;
-        contact.arm = arm;
-        contact.dissipation = damping * approach + sliding_power(stretched, contact.spring, pair);
+        let old = spring_of(slot, entry);
+        let stretched = stretched_spring(select(old, -old, back), pair, n, n_before, v_rel);
+        let spring = slid_spring(stretched, pair, pressing);
+        let force = spring - pressing * n;
+        contact.spring = select(spring, -spring, back);
+        contact.force = select(force, -force, back);
+        contact.arm = select(arm, arm_to, back);
+        contact.dissipation = damping * approach + sliding_power(stretched, spring, pair);
     }
     return contact;
 }

@@ -1,16 +1,15 @@
 // twin: src/laws/touch.rs
 // Geometry of two grains.
 
-/// Gap and normal from grain i to grain j; `residue` is that of j less that of i. Coincident centres get an arbitrary
-/// axis, opposite for the two grains.
-fn touch_grain(i: u32, j: u32, a: Place, b: Place, residue: Vec) -> Touch {
-    let p = between(a.x, b.x, residue);
-    let d = p.x + p.residue;
+/// Gap and normal of grains i and j, between which lies `way`. Coincident centres get an arbitrary axis, opposite for the
+/// two grains.
+fn touch_grain(i: u32, j: u32, way: Point, a: Real, b: Real) -> Touch {
+    let d = way.x + way.residue;
     let distance = sqrt(dot(d, d));
     if (distance == 0) {
-        return Touch(-(a.radius + b.radius), select(-first_axis(), first_axis(), number[i] < number[j]));
+        return Touch(-(a + b), select(-first_axis(), first_axis(), number[i] < number[j]));
     }
-    return Touch(gap_between(p.x, p.residue, distance, a.radius, b.radius), d / distance);
+    return Touch(gap_between(way.x, way.residue, distance, a, b), d / distance);
 }
 
 /// Unit vector along d; the other one where d has no length.

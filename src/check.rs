@@ -201,7 +201,7 @@ impl Checker<'_> {
             ("advance" | "forces" | "synchronise" | "measure", _) if overlap > 0.0 && self.precision == Precision::Double => {
                 16.0 * epsilon * (1.0 / overlap).max(1.0)
             }
-            _ => 32.0 * epsilon,
+            _ => 64.0 * epsilon,
         }
     }
 
@@ -236,8 +236,8 @@ fn entries(s: &State, i: usize) -> impl Iterator<Item = Entry> {
     entries.map(|entry| (entry & INDEX) as usize).filter(move |j| *j < bodies + s.sizes.walls).map(move |j| {
         let (gap, size) = if j < bodies {
             let there = &s.place[j];
-            let residue = residue_of(s, j) - residue_of(s, i);
-            (touch_grain(s, i, j, here, there, residue).gap, here.radius + there.radius)
+            let way = between(s, here.x, there.x, residue_of(s, j) - residue_of(s, i));
+            (touch_grain(s, i, j, way, here.radius, there.radius).gap, here.radius + there.radius)
         } else {
             (touch_wall(&s.wall[j - bodies], here.x, residue_of(s, i), here.radius).gap, here.radius)
         };
@@ -317,6 +317,8 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
     let floor = match (stage.name, array) {
         ("advance" | "forces", "force" | "spring") => contact_force(),
         ("forces", "torque") => contact_force() * twin.place.iter().map(|p| p.radius).fold(0.0, f64::max),
+        // A residue is what is left of a step when whole quanta are taken off.
+        ("move_walls", "wall") => twin.params.quantum,
         _ => 0.0,
     };
     // Members of a record have different units, so each is compared with its own largest value; vectors as a whole.

@@ -35,7 +35,7 @@ pub enum EngineChoice {
 pub struct Options {
     pub engine: EngineChoice,
     pub precision: Precision,
-    /// Neighbour slots to start with; more are made when needed. None: a guess.
+    /// Neighbour slots there are at least; more are made when needed. None: as many as are needed.
     pub slots: Option<usize>,
     /// Most steps between two looks at the device.
     pub longest_chunk: u32,
@@ -77,6 +77,7 @@ pub struct Simulation {
     /// Neighbour slots that there are, and that the next lists get.
     list_len: usize,
     next_len: usize,
+    least_slots: usize,
     history_len: usize,
     /// Springs at the end of the last chunk: what the history has to hold.
     springs: u32,
@@ -365,6 +366,7 @@ impl Simulation {
             step: 0,
             list_len: slots,
             next_len: slots,
+            least_slots: options.slots.unwrap_or(0),
             history_len: LEAST_LENGTH,
             springs: 0,
             spent: false,
@@ -431,7 +433,11 @@ impl Simulation {
         }
         self.engine.execute(&params, &[(&plan.turn, steps - counters.done)])?;
         let needed = counters.slots_needed as usize;
-        self.next_len = if 3 * needed < 2 * self.list_len { with_room(counters.slots_needed) } else { self.list_len };
+        self.next_len = if 8 * needed < 7 * self.list_len {
+            with_room(counters.slots_needed).max(self.least_slots)
+        } else {
+            self.list_len
+        };
         self.lost += u64::from(self.springs - counters.inherited.min(self.springs)) + u64::from(counters.missed);
         self.springs = counters.springs;
         let drift = f64::from(f32::from_bits(counters.drift));

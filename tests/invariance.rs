@@ -332,10 +332,10 @@ fn bookkeeping_leaves_no_trace() {
     }
 }
 
-/// A chunk in which a grain outran its margin is done again in halves: a cloud that starts at rest and falls onto a rough
+/// A chunk in which a grain outran its margin ends there: a cloud that starts at rest and falls onto a rough
 /// floor outruns chunks that grew while it was slow.
 #[test]
-fn a_chunk_done_again_leaves_no_trace() {
+fn a_chunk_cut_short_leaves_no_trace() {
     for dimension in [2, 3] {
         let side = if dimension == 2 { 6 } else { 4 };
         let mut scene = gas(dimension, side, 0.6, Dashpot::Restitution(0.9));
@@ -353,7 +353,7 @@ fn a_chunk_done_again_leaves_no_trace() {
             };
             let (short, long) = (run(1), run(1000));
             println!("{dimension}D {}: {} and {} replays", bench.name, short.1, long.1);
-            assert!(long.1 > 0, "nothing was done again");
+            assert!(long.1 > 0, "no chunk was cut short");
             assert!(short.0 == long.0, "{dimension}D {}: other bits", bench.name);
         }
     }
@@ -521,8 +521,8 @@ fn hopeless_grains() {
             let text = error.to_string();
             assert!(text.contains(&format!("grain {id}")) && text.contains(words), "{}: {text}", bench.name);
             let grains = simulation.grains().unwrap();
-            // The state left is that before the step that cannot be done.
-            let inside = |g: &Grain| g.position.is_finite() && g.position.z > 0.0;
+            // The state left is the last one in which every grain has a place; a wall is found crossed where it was.
+            let inside = |g: &Grain| g.position.is_finite() && g.position.z > -0.1 * R;
             assert!(grains.iter().all(inside), "{}: {grains:?}", bench.name);
         }
     }

@@ -56,3 +56,8 @@ fn cell_coordinates(scaled: Vec) -> vec3<i32> {
 fn spin_squared(spin: Spin) -> Real {
     return spin * spin;
 }
+
+/// Which of d and -d this is: exactly one of two opposite vectors points backward.
+fn backward(d: Vec) -> bool {
+    return d.x < 0 || (d.x == 0 && d.y < 0);
+}

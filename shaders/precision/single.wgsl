@@ -29,10 +29,10 @@ fn moved(x: Vec, residue: Vec, step: Vec) -> Point {
 /// bits of the lengths are squared and cancelled as integers. d and the radii are exact, rest is small, distance is
 /// |d + rest|.
 fn gap_between(d: Vec, rest: Vec, distance: Real, a: Real, b: Real) -> Real {
-    let d_whole = floor(d * params.inverse_split + Vec(0.5));
+    let d_whole = round(d * params.inverse_split); // not floor(x + 0.5): both grains must get the same
     let d_rest = (d - params.split * d_whole) + rest;
-    let a_whole = floor(a * params.inverse_split + 0.5);
-    let b_whole = floor(b * params.inverse_split + 0.5);
+    let a_whole = round(a * params.inverse_split);
+    let b_whole = round(b * params.inverse_split);
     let s_rest = (a - params.split * a_whole) + (b - params.split * b_whole);
     let s_whole = a_whole + b_whole;
     let squares = Real(dot(Whole(d_whole), Whole(d_whole)) - i32(s_whole) * i32(s_whole));

@@ -1,6 +1,7 @@
 //! Twin of `shaders/contact.wgsl` and `shaders/bodies.wgsl`: one contact, seen from one of its two sides.
 
 use super::{
+    boundary::between,
     dashpot::dashpot_force,
     dimension::moment,
     friction::{sliding_power, slid_spring, spring_of, stretched_spring},
@@ -49,13 +50,16 @@ pub fn near(s: &State, here: &Place, j: usize) -> bool {
     s.place.get(j).is_none_or(|there| within(s, here, there, 0.0))
 }
 
-/// The contact of grain i with neighbour j, whose spring was `old`.
+/// The contact of grain i with neighbour j, whose spring was `old`. (On a device both grains compute it from the same
+/// side, so that the results are opposite to the last bit; here they are anyway, because f64 in Rust is not reordered.)
 #[inline]
 pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, old: DVec3) -> Contact {
     let bodies = s.sizes.bodies;
     let mut contact = Contact::default();
     let touch = if j < bodies {
-        touch_grain(s, i, j, &here.place, &s.place[j], residue_of(s, j) - here.residue)
+        let there = &s.place[j];
+        let way = between(s, here.place.x, there.x, residue_of(s, j) - here.residue);
+        touch_grain(s, i, j, way, here.place.radius, there.radius)
     } else {
         touch_wall(&s.wall[j - bodies], here.place.x, here.residue, here.place.radius)
     };
@@ -86,7 +90,7 @@ pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, old: DVec3) -> Con
         let pressing = normal_force(&pair, touch.gap) + damping;
         let stretched = stretched_spring(s, old, &pair, n, n_before, v_rel);
         contact.spring = slid_spring(stretched, &pair, pressing);
-        contact.force = -pressing * n + contact.spring;
+        contact.force = contact.spring - pressing * n;
         contact.arm = arm;
         contact.dissipation = damping * approach + sliding_power(s, stretched, contact.spring, &pair);
     }

@@ -1,20 +1,19 @@
 //! Twin of `shaders/touch.wgsl`: geometry of two grains.
 
-use super::{Touch, boundary::between, dimension::first_axis, precision::gap_between};
+use super::{Touch, boundary::between, dimension::first_axis, precision::{Point, gap_between}};
 use crate::state::{Place, State};
 use glam::DVec3;
 
-/// Gap and normal from grain i to grain j; `residue` is that of j less that of i. Coincident centres get an arbitrary
-/// axis, opposite for the two grains.
-pub fn touch_grain(s: &State, i: usize, j: usize, a: &Place, b: &Place, residue: DVec3) -> Touch {
-    let p = between(s, a.x, b.x, residue);
-    let d = p.x + p.residue;
+/// Gap and normal of grains i and j, between which lies `way`. Coincident centres get an arbitrary axis, opposite for the
+/// two grains.
+pub fn touch_grain(s: &State, i: usize, j: usize, way: Point, a: f64, b: f64) -> Touch {
+    let d = way.x + way.residue;
     let distance = d.length();
     if distance == 0.0 {
         let n = if s.number[i] < s.number[j] { first_axis() } else { -first_axis() };
-        return Touch { gap: -(a.radius + b.radius), n };
+        return Touch { gap: -(a + b), n };
     }
-    Touch { gap: gap_between(distance, a.radius, b.radius), n: d / distance }
+    Touch { gap: gap_between(distance, a, b), n: d / distance }
 }
 
 /// Unit vector along d; the other one where d has no length.
