@@ -61,7 +61,7 @@ pub fn initial_overlap(bench: Bench, _: Length) -> Vec<Figure> {
     let stored: f64 = [0.2 * R, 2.0 * R, 2.0 * R, 2.0 * R, 2.0 * R].iter().map(|s| 0.5 * KN * s * s).sum();
     let mut simulation = bench.start(&scene);
     let before = simulation.sample().unwrap();
-    simulation.advance(200).unwrap();
+    simulation.advance(300).unwrap();
     let after = simulation.sample().unwrap();
     let grains = simulation.grains().unwrap();
     let numbers = grains.iter().flat_map(|g| [g.position, g.velocity, g.spin]);
@@ -75,9 +75,9 @@ pub fn initial_overlap(bench: Bench, _: Length) -> Vec<Figure> {
         Figure::zero("not a number", 0.0, broken as f64),
         Figure::new("contacts at the end", 0.0, 0.0, after.contacts as f64),
         Figure::new("elastic energy in, over ½ k_N δ²", 1.0, bench.pick(1e-12, 1e-6), before.elastic_energy / stored),
-        // (ω Δt)² at tc/50.
-        Figure::new("kinetic energy out, over elastic energy in", 1.0, 4e-3, after.kinetic_energy / stored),
-        // Opposite forces: rounding of 200 additions.
+        // (ω Δt)² at tc/72.
+        Figure::new("kinetic energy out, over elastic energy in", 1.0, 2e-3, after.kinetic_energy / stored),
+        // Opposite forces: rounding of 300 additions.
         Figure::zero("momentum of a group", bench.pick(1e-14, 1e-6), lopsided.fold(0.0, worse)),
     ]
 }
@@ -92,8 +92,8 @@ pub fn fast_spin(bench: Bench, _: Length) -> Vec<Figure> {
     let aside = grains[2..4].iter().map(|g| g.velocity.y.abs() / vn).fold(0.0, worse);
     let turned = (1..4).map(|k| (grains[k].spin - given(k).spin).length() / 1e5).fold(0.0, worse);
     vec![
-        // f32: 50 additions of half an ulp of 1e5 to a change of 150 rad/s. Else (ω Δt)².
-        Figure::new("floor: R Δω / μ v_n", -5.0, bench.pick(5e-3, 0.02), R * change / mu / vn),
+        // Arms shorter by half of an overlap of up to 3e-3 R.
+        Figure::new("floor: R Δω / μ v_n", -5.0, 8e-3, R * change / mu / vn),
         Figure::new("floor: Δv_t / μ v_n", 2.0, 2e-3, grains[0].velocity.x / mu / vn),
         Figure::new("floor: v_n out over in", 1.0, 1e-3, grains[0].velocity.z / vn),
         Figure::zero("free or counter-spinning: change of spin", 0.0, turned),
@@ -113,8 +113,9 @@ pub fn grazing_impact(bench: Bench, _: Length) -> Vec<Figure> {
             scene.pairs[0].friction = friction;
             scene.pairs[0].tangential_stiffness = 2.0 / 7.0 * scene.pairs[0].normal_stiffness;
             let gained = energy_gained(bench, &scene);
-            let what = format!("{what}, friction {friction}: energy gained");
-            figures.push(Figure::new(what, -0.5, bench.pick(0.5 + 1e-5, 0.5 + 1e-5), gained));
+            // (ω Δt)²/4 of the normal motion: 1e-2 of the energy on the floor, all of it in the corner. f32: velocities.
+            let allowed = if walls == 1 { 2.4e-6 } else { 2.4e-4 } + bench.pick(0.0, 2e-6);
+            figures.push(Figure::zero(format!("{what}, friction {friction}: energy gained"), allowed, gained));
         }
     }
     figures
@@ -141,5 +142,5 @@ fn energy_gained(bench: Bench, given: &Assembly) -> f64 {
     let energy = |g: &Grain| g.velocity.length_squared() + 0.4 * (R * g.spin).length_squared();
     let gained = after.iter().map(|g| energy(g) / speed.powi(2) - 1.0);
     assert!(scene.walls.iter().all(|w: &Wall| after.iter().all(|g| w.surface.distance(g.position) > R)), "still there");
-    gained.fold(-1.0, worse)
+    gained.fold(0.0, worse)
 }

@@ -88,9 +88,9 @@ pub fn wide_domain(bench: Bench, _: Length) -> Vec<Figure> {
         .collect()
 }
 
-/// 1e-7 diameters per step for 10,000 steps, at the origin and far from it.
+/// 1e-7 diameters per step for 5,000 steps, 1e4 diameters from the origin.
 pub fn slow_creep(bench: Bench, _: Length) -> Vec<Figure> {
-    let steps = 10_000;
+    let steps = 5000;
     let path = |at: DVec3, dimension: usize| {
         let mut scene = blank_dt(dimension, 1e-5);
         let directions = [DVec3::X, DVec3::new(0.6, -0.8, 0.0), DVec3::new(-0.1, 0.99, 0.1)];
@@ -110,10 +110,9 @@ pub fn slow_creep(bench: Bench, _: Length) -> Vec<Figure> {
         let error = |(a, b): (&Grain, &Grain)| (a.position - b.position - expected(b)).length() / expected(b).length();
         after.iter().zip(&scene.grains).map(error).fold(0.0, worse)
     };
-    // f64: 10,000 half ulps of 20 m over 2e-6 m. f32: what a step adds, 2e-10 m, to the residue's half ulp.
+    // f64: 5,000 half ulps of 20 m over 1e-6 m. f32: what a step adds, 2e-10 m, to the residue's half ulp.
     let far = DVec3::new(FAR, -FAR, 0.3 * FAR);
     vec![
-        Figure::zero("path at the origin, relative error", bench.pick(1e-9, 1e-3), path(DVec3::ZERO, 3)),
         Figure::zero("path at 1e4 diameters, relative error", bench.pick(1e-5, 1e-3), path(far, 3)),
         Figure::zero("the same in the plane", bench.pick(1e-5, 1e-3), path(far.with_z(0.0), 2)),
     ]
