@@ -63,9 +63,9 @@ pub struct Case {
 impl Case {
     /// The engines to measure on: f64 on the device repeats the CPU's figures, so long cases leave it out.
     pub fn benches(&self) -> Vec<Bench> {
-        let long = ["gas", "resting_pyramid", "collapsed", "size_ratio", "mass_ratio", "fast_grain"];
-        let both = long.contains(&self.name);
-        engines().into_iter().filter(|bench| !(both && bench.name == "gpu double")).collect()
+        let long_ones = ["gas", "resting_pyramid", "collapsed", "size_ratio", "mass_ratio", "fast_grain"];
+        let long = long_ones.contains(&self.name);
+        engines().into_iter().filter(|bench| !(long && bench.name == "gpu double")).collect()
     }
 }
 
@@ -117,7 +117,7 @@ fn check(name: &str) {
             ));
         }
     }
-    assert!(bad.is_empty(), "{name}\n{}", bad.join("\n"));
+    assert!(bad.is_empty(), "{name}: {}\n{}", case.source, bad.join("\n"));
 }
 
 pub fn folder() -> PathBuf {
