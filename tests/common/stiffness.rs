@@ -64,10 +64,11 @@ pub fn critical_mode(dimension: usize, grains: &[(f64, f64)], links: &[Link], kn
 
 /// Product of two modes in which M⁻¹K is symmetric.
 pub fn product(dimension: usize, grains: &[(f64, f64)], a: &[(DVec3, DVec3)], b: &[(DVec3, DVec3)]) -> f64 {
-    let of = |((m, r), (a, b)): (&(f64, f64), (&(DVec3, DVec3), &(DVec3, DVec3)))| {
-        m * a.0.dot(b.0) + gyration(dimension) * m * r * r * a.1.dot(b.1)
+    let of = |k: usize| {
+        let (m, r) = grains[k];
+        m * a[k].0.dot(b[k].0) + gyration(dimension) * m * r * r * a[k].1.dot(b[k].1)
     };
-    grains.iter().zip(a.iter().zip(b)).map(of).sum()
+    (0..grains.len()).map(of).sum()
 }
 
 fn norm(dimension: usize, grains: &[(f64, f64)], mode: &[(DVec3, DVec3)]) -> f64 {

@@ -30,9 +30,9 @@ pub fn size_ratio(bench: Bench, _: Length) -> Vec<Figure> {
     vec![
         Figure::zero("contacts missed or invented", 0.0, missed),
         Figure::zero("contacts whose history is lost", 0.0, simulation.lost_contacts() as f64),
-        Figure::zero("change of momentum over Σ m |v|", bench.pick(1e-13, 1e-6), moved.length() / scale),
+        Figure::zero("change of momentum over Σ m v", bench.pick(1e-13, 1e-6), moved.length() / scale),
         // Friction only takes; elastic touches give and take (ω Δt)² of a grain's share.
-        Figure::new("energy gained at most", -0.5, 0.5 + 1e-3, energy),
+        Figure::zero("energy gained at most", 1e-3, energy),
     ]
 }
 
