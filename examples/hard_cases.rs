@@ -1,5 +1,5 @@
 //! Prints the table of `docs/hard-cases.md`: every hard case of `tests/hard`, on every engine there is. With a name, only
-//! that case; with `--short`, the long ones a tenth as long, as the tests run them. The last column says what is out of its
+//! that case; with `--short`, the long ones a twentieth as long, as the tests run them. The last column says what is out of its
 //! limits.
 //!
 //! `cargo run --release --example hard_cases [NAME] [--short]`
@@ -15,7 +15,7 @@ use cases::{ALL, Case, Figure, Length};
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let name = args.iter().find(|arg| !arg.starts_with('-'));
-    let length = if args.iter().any(|arg| arg == "--short") { Length::Tenth } else { Length::Full };
+    let length = if args.iter().any(|arg| arg == "--short") { Length::Short } else { Length::Full };
     println!(
         "| case | figure | expected | cpu f64 | gpu f32 | gpu f64 | |\n| --- | --- | --- | --- | --- | --- | --- |"
     );

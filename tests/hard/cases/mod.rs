@@ -37,16 +37,16 @@ impl Figure {
     }
 }
 
-/// How long the long runs are: what the table states, or a tenth of it, which a test can afford.
+/// How long the long runs are: what the table states, or a twentieth of it, which a test can afford.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Length {
     Full,
-    Tenth,
+    Short,
 }
 
 impl Length {
     pub fn of(self, full: u64) -> u64 {
-        if self == Length::Full { full } else { full / 10 }
+        if self == Length::Full { full } else { full / 20 }
     }
 }
 
@@ -110,7 +110,7 @@ fn check(name: &str) {
     let case = ALL.iter().find(|case| case.name == name).expect("a case");
     let mut bad = Vec::new();
     for bench in case.benches() {
-        for f in (case.run)(bench, Length::Tenth).iter().filter(|f| !f.holds()) {
+        for f in (case.run)(bench, Length::Short).iter().filter(|f| !f.holds()) {
             bad.push(format!(
                 "{} {}: {:.6e}, expected {:.6e} within {:.1e}",
                 bench.name, f.what, f.found, f.expected, f.allowed
