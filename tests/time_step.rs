@@ -5,7 +5,10 @@
 
 mod common;
 
-use common::*;
+use common::{
+    stiffness::{Link, critical_step, lattice_links},
+    *,
+};
 use glam::DVec3;
 use packstone::{
     scene::{Assembly, Dashpot, Grain, Material, Pair, TimeStep},
@@ -71,81 +74,20 @@ fn bound_is_safe_and_not_wasteful() {
     }
 }
 
-/// A contact for the stiffness matrix: of two grains, or of a grain with a wall.
-struct Link {
-    i: usize,
-    j: Option<usize>,
-    /// From i to j.
-    n: DVec3,
-}
-
-/// 2/ω_max of linear springs in unstressed contacts, s: power iteration of M⁻¹K over translations and rotations.
-fn critical_step(dimension: usize, grains: &[(f64, f64)], links: &[Link], kn: f64, kt: f64) -> f64 {
-    let mut random = Random(7);
-    let turn = |r: DVec3| if dimension == 2 { DVec3::Z * r.z } else { r };
-    let mut u: Vec<(DVec3, DVec3)> =
-        grains.iter().map(|g| (random.vector(dimension), turn(random.vector(3)) / g.1)).collect();
-    let gyration = gyration(dimension);
-    let mut omega_squared = 0.0;
-    for _ in 0..6000 {
-        let mut a = vec![(DVec3::ZERO, DVec3::ZERO); grains.len()];
-        for link in links {
-            let (i, n) = (link.i, link.n);
-            let there = link.j.map_or(DVec3::ZERO, |j| u[j].0 - u[j].1.cross(grains[j].1 * n));
-            let slip = u[i].0 + u[i].1.cross(grains[i].1 * n) - there;
-            let normal = slip.dot(n) * n;
-            let f = kn * normal + kt * (slip - normal);
-            for (k, sign) in [(Some(i), 1.0), (link.j, -1.0)] {
-                let Some(k) = k else { continue };
-                let (m, r) = grains[k];
-                a[k].0 += sign * f / m;
-                // Both arms point from their own centre to the contact, and both forces are opposite: same moment.
-                a[k].1 += turn((r * n).cross(f)) / (gyration * m * r * r);
-            }
-        }
-        // Norm in which M⁻¹K is symmetric.
-        let norm = |v: &[(DVec3, DVec3)]| {
-            let of = |(v, g): (&(DVec3, DVec3), &(f64, f64))| {
-                g.0 * v.0.length_squared() + gyration * g.0 * g.1 * g.1 * v.1.length_squared()
-            };
-            v.iter().zip(grains).map(of).sum::<f64>().sqrt()
-        };
-        omega_squared = norm(&a) / norm(&u);
-        let scale = 1.0 / norm(&a);
-        u = a.into_iter().map(|(x, w)| (scale * x, scale * w)).collect();
-    }
-    2.0 / omega_squared.sqrt()
-}
-
-/// Links of a lattice that repeats `side` times along each axis; positions in units of the period.
-fn lattice_links(positions: &[DVec3], period: f64, reach: f64) -> Vec<Link> {
-    let mut links = Vec::new();
-    for i in 0..positions.len() {
-        for j in i + 1..positions.len() {
-            let d = positions[j] - positions[i];
-            let d = d - period * (d / period).round();
-            if d.length() < reach {
-                links.push(Link { i, j: Some(j), n: d.normalize() });
-            }
-        }
-    }
-    links
-}
-
 /// The matrix of these tests is right: it gives the table.
 #[test]
 fn stiffness_matrix_gives_the_table() {
     let (m, t) = (mass(3, R), unit(3));
     for (k, expected) in [2.0, 2.0, 1.0690].into_iter().enumerate() {
-        let links = [Link { i: 0, j: None, n: -DVec3::Z }];
+        let links = [Link::new(0, None, -DVec3::Z)];
         close("on a wall", critical_step(3, &[(m, R)], &links, KN, RATIOS[k] * KN) / t, expected, 1.0, 1e-3);
     }
     for (k, expected) in [1.4142, 1.4142, 0.7559].into_iter().enumerate() {
-        let links = [Link { i: 0, j: Some(1), n: DVec3::X }];
+        let links = [Link::new(0, Some(1), DVec3::X)];
         close("pair", critical_step(3, &[(m, R); 2], &links, KN, RATIOS[k] * KN) / t, expected, 1.0, 1e-3);
     }
     for (k, expected) in [1.4142, 1.4142, 0.8944].into_iter().enumerate() {
-        let links = [DVec3::Y, -DVec3::Y].map(|n| Link { i: 0, j: None, n });
+        let links = [DVec3::Y, -DVec3::Y].map(|n| Link::new(0, None, n));
         close("between walls", critical_step(3, &[(m, R)], &links, KN, RATIOS[k] * KN) / t, expected, 1.0, 1e-3);
     }
     let cells = (0..64).map(|k| DVec3::new(f64::from(k % 4), f64::from(k / 4 % 4), f64::from(k / 16)));
@@ -189,12 +131,12 @@ fn shell(ratio: f64) -> (Vec<DVec3>, Vec<Link>) {
         n += 1;
     }
     let small = directions(n);
-    let mut links: Vec<Link> = (0..n).map(|k| Link { i: 0, j: Some(k + 1), n: small[k] }).collect();
+    let mut links: Vec<Link> = (0..n).map(|k| Link::new(0, Some(k + 1), small[k])).collect();
     for i in 0..n {
         for j in 0..i {
             let d = distance * (small[j] - small[i]);
             if d.length() < 2.1 {
-                links.push(Link { i: i + 1, j: Some(j + 1), n: d.normalize() });
+                links.push(Link::new(i + 1, Some(j + 1), d.normalize()));
             }
         }
     }

@@ -2,6 +2,7 @@
 #![allow(dead_code)] // every test binary uses a part of it
 
 pub mod oracle;
+pub mod stiffness;
 
 use glam::DVec3;
 use packstone::{
