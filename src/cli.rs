@@ -1,12 +1,14 @@
 //! Arguments in, exit code out. One file per command.
 
 mod adapters;
+mod bench;
 mod check;
 mod describe;
 mod progress;
 mod render;
 mod run;
 mod table;
+mod tune;
 
 use clap::{
     Args, Parser, Subcommand,
@@ -44,6 +46,8 @@ enum Command {
     Check(check::CheckArgs),
     Render(render::RenderArgs),
     Describe(describe::DescribeArgs),
+    Bench(bench::BenchArgs),
+    Tune(tune::TuneArgs),
     Adapters(adapters::AdaptersArgs),
 }
 
@@ -54,6 +58,8 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::check(&args),
         Command::Render(args) => render::render(&args),
         Command::Describe(args) => describe::describe(&args),
+        Command::Bench(args) => bench::bench(&args),
+        Command::Tune(args) => tune::tune(&args),
         Command::Adapters(_) => adapters::adapters(),
     };
     outcome.unwrap_or_else(|error| {
