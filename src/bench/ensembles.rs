@@ -14,14 +14,15 @@ use std::f64::consts::PI;
 const QUANTITIES: [(&str, &str); 3] = [("packing fraction", ""), ("coordination", ""), ("mean pressure", "Pa")];
 
 pub fn run(log: &mut Log) {
-    let (grains, side, seeds) = log.pick((300, 0.0115, 3), (1000, 0.018, 8));
+    let (grains, side, time, seeds) = log.pick((300, 0.0115, 0.07, 3), (1000, 0.018, 0.12, 8));
     let factors: &[f64] = log.pick(&[4.0], &[1.0, 2.0, 4.0]);
-    let smallest = log.pick(1.0, 0.5);
+    let smallest = log.pick(2.0, 0.5);
     let bed = |seed| {
         let sets = [
             format!("seed={seed}"),
             format!("population.0.count={grains}"),
             format!("domain.upper=[{side}, {side}, 1]"),
+            format!("stop.time={time}"),
         ];
         scene("bed", include_str!("scenes/bed.toml"), &sets)
     };

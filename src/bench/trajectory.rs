@@ -13,7 +13,7 @@ use glam::DVec3;
 pub fn run(log: &mut Log) {
     let factors: &[f64] = log.pick(&[0.5, 1.0, 2.0], &[0.125, 0.25, 0.5, 1.0, 2.0, 4.0]);
     let settings = log.settings(factors);
-    closed_form(log, &settings, "oblique impact", oblique(), 80, slip_errors);
+    closed_form(log, &settings, "oblique impact", oblique(), 128, slip_errors);
     closed_form(log, &settings, "cradle", scene("cradle", include_str!("scenes/cradle.toml"), &[]), 400, cradle_errors);
     collapse(log, &settings);
 }

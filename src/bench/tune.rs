@@ -17,8 +17,8 @@ use serde::Serialize;
 
 /// Free grains that the small version has at most.
 const MOST: usize = 1000;
-/// Its time, in automatic steps: a few collisions, not yet chaos.
-const HORIZON: u64 = 400;
+/// Its time, in automatic steps: a few collisions, not yet chaos. A multiple of all factors.
+const HORIZON: u64 = 480;
 /// Particle-steps spent on reaching contact.
 const PATIENCE: f64 = 1e7;
 const FACTORS: [f64; 6] = [0.25, 0.5, 1.0, 2.0, 3.0, 4.0];
