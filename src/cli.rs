@@ -34,7 +34,10 @@ const INTERRUPTED: u8 = 130;
 
 /// Simulate packings of grains with the discrete element method, on GPU or CPU.
 #[derive(Parser)]
-#[command(version, after_help = "Exit codes: 0 done, 1 run stopped or check exceeded, 2 bad input, 130 interrupted.")]
+#[command(
+    version,
+    after_help = "Exit codes: 0 done, 1 run stopped, check exceeded, bench failed or tune without success, 2 bad input, 130 interrupted."
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

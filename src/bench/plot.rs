@@ -15,6 +15,8 @@ use std::{collections::BTreeSet, fs::File, io::BufWriter, ops::Range, path::Path
 /// Pixels of a panel.
 const WIDTH: u32 = 480;
 const HEIGHT: u32 = 360;
+/// Pixels of the strip above them that tells which colour is which engine.
+const LEGEND: u32 = 32;
 /// Panels side by side.
 const COLUMNS: usize = 3;
 const FONT: &str = "sans-serif";
@@ -39,7 +41,7 @@ pub fn write(folder: &Path, suite: Suite, points: &[Point]) -> Result<()> {
     }
     let columns = panels.len().min(COLUMNS);
     let rows = panels.len().div_ceil(columns);
-    let size = (WIDTH * columns as u32, HEIGHT * rows as u32);
+    let size = (WIDTH * columns as u32, LEGEND + HEIGHT * rows as u32);
     let mut svg = String::new();
     draw(&SVGBackend::with_string(&mut svg, size).into_drawing_area(), &panels, (rows, columns))?;
     let path = folder.join(format!("{}.svg", suite.name()));
@@ -129,10 +131,23 @@ fn positive(at: (f64, f64)) -> bool {
 fn draw<B: DrawingBackend>(area: &DrawingArea<B, Shift>, panels: &[Panel], grid: (usize, usize)) -> Result<()> {
     let fill = || {
         area.fill(&WHITE)?;
+        let (strip, area) = area.split_vertically(LEGEND);
+        legend(&strip)?;
         area.split_evenly(grid).iter().zip(panels).try_for_each(|(area, panel)| diagram(area, panel))?;
         area.present()
     };
     fill().map_err(|e: DrawingAreaErrorKind<B::ErrorType>| Error::Device(format!("the plot cannot be drawn: {e}")))
+}
+
+fn legend<B: DrawingBackend>(
+    strip: &DrawingArea<B, Shift>,
+) -> std::result::Result<(), DrawingAreaErrorKind<B::ErrorType>> {
+    for (k, (engine, precision, color)) in SERIES.into_iter().enumerate() {
+        let at = (76 + 120 * k as i32, 18);
+        let name = Text::new(format!("{engine} {precision}"), (10, -8), (FONT, 15).into_font().color(&color));
+        strip.draw(&(EmptyElement::at(at) + Circle::new((0, 0), 5, color.filled()) + name))?;
+    }
+    Ok(())
 }
 
 fn diagram<B: DrawingBackend>(
@@ -176,22 +191,11 @@ fn diagram<B: DrawingBackend>(
                 + Circle::new((0, 0), 4, color.filled())
                 + Text::new(d.label.clone(), (6, -14), (FONT, 12).into_font().color(&color))
         };
-        chart
-            .draw_series(dots.iter().map(dot))?
-            .label(format!("{engine} {precision}"))
-            .legend(move |(x, y)| Circle::new((x + 8, y), 4, color.filled()));
+        chart.draw_series(dots.iter().map(dot))?;
         if !panel.front {
             chart.draw_series(LineSeries::new(dots.iter().map(|d| d.at), color))?;
         }
     }
-    let corner = if panel.front { SeriesLabelPosition::LowerLeft } else { SeriesLabelPosition::LowerRight };
-    chart
-        .configure_series_labels()
-        .position(corner)
-        .label_font((FONT, 13))
-        .background_style(WHITE.mix(0.8))
-        .border_style(RGBColor(200, 200, 200))
-        .draw()?;
     Ok(())
 }
 

@@ -171,8 +171,15 @@ fn table(text: &mut String, points: &[&Point]) {
     }
 }
 
+/// Three digits.
 fn short(x: f64) -> String {
-    format!("{x:.2e}")
+    match x.abs() {
+        size if !(1e-2..1e4).contains(&size) => format!("{x:.2e}"),
+        size if size >= 100.0 => format!("{x:.0}"),
+        size if size >= 10.0 => format!("{x:.1}"),
+        size if size >= 1.0 => format!("{x:.2}"),
+        _ => format!("{x:.4}"),
+    }
 }
 
 /// Which setting is fastest at a given error: the front, read from the largest error down.
