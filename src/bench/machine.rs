@@ -3,6 +3,7 @@
 use super::trial::Backend;
 use crate::gpu::{AdapterSummary, adapters};
 use serde::Serialize;
+use std::process::Command;
 
 /// The machine and the program.
 #[derive(Clone, Debug, Serialize)]
@@ -45,12 +46,16 @@ impl Machine {
     }
 }
 
-/// Name of the processor, where the system tells it in a file or a variable.
+/// Name of the processor, as Linux, macOS and Windows tell it.
 fn cpu() -> Option<String> {
-    let of_file = || {
+    let of_linux = || {
         let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
         let line = text.lines().find(|line| line.starts_with("model name"))?;
         Some(line.split_once(':')?.1.trim().to_owned())
     };
-    of_file().or_else(|| std::env::var("PROCESSOR_IDENTIFIER").ok())
+    let of_macos = || {
+        let output = Command::new("sysctl").args(["-n", "machdep.cpu.brand_string"]).output().ok()?;
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    };
+    of_linux().or_else(of_macos).or_else(|| std::env::var("PROCESSOR_IDENTIFIER").ok())
 }

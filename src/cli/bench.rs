@@ -17,7 +17,7 @@ use std::{ops::ControlFlow, path::PathBuf, process::ExitCode};
     ensembles   settled beds, averaged over seeds\n  \
     speed       particle-steps/s against the number of grains\n\n\
     Examples:\n  packstone bench --quick\n  packstone bench trajectory speed --out out/here\n\n\
-    Ctrl-C ends early, with a report of what was measured; a second one ends at once, without.")]
+    Ctrl-C ends after the run that is under way, with a report of what was measured; a second one at once, without.")]
 pub struct BenchArgs {
     /// What to measure [default: all]
     #[arg(value_name = "SUITE")]
