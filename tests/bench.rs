@@ -46,7 +46,7 @@ fn the_quick_benchmark_keeps_its_errors() {
     for p in bench.points.iter().filter(|p| p.suite == Suite::Ensembles && p.error.is_some()) {
         assert!(p.standard_errors.unwrap() < 6.0, "{p:?}");
     }
-    // Two engines on a dense packing, 50 steps on.
+    // Two engines on a dense packing, 20 steps on.
     for p in bench.points.iter().filter(|p| p.suite == Suite::Speed && p.error.is_some()) {
         assert!(p.error.unwrap() < 3e-6, "{p:?}");
     }

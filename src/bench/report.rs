@@ -107,7 +107,7 @@ fn about(suite: Suite) -> &'static str {
         }
         Suite::Speed => {
             "Dense packings of rough spheres (3D, friction) and smooth disks (2D). The error is the RMS distance from the \
-             f64 CPU engine at the same step, after 50 steps."
+             f64 CPU engine at the same step, after 20 steps."
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// Steps before the clock runs, after which engines are compared.
-const WARM: u64 = 50;
+const WARM: u64 = 20;
 
 pub fn run(log: &mut Log) {
     let sizes: &[usize] = log.pick(&[1000, 10_000], &[1000, 10_000, 100_000, 1_000_000]);
@@ -53,7 +53,7 @@ pub fn timed(start: &Assembly, setting: Setting, budget: Budget) -> Result<(Vec<
     let mut trial = Trial::new(start, setting)?;
     trial.advance(WARM)?;
     let grains = trial.simulation.grains()?;
-    let steps = (budget.work / grains.len() as f64).clamp(20.0, 2000.0) as u64;
+    let steps = (budget.work / grains.len() as f64).clamp(10.0, 2000.0) as u64;
     let mut costs = Vec::new();
     for _ in 0..budget.repeats {
         let before = trial.cost()?;
