@@ -1,12 +1,14 @@
 //! Arguments in, exit code out. One file per command.
 
 mod adapters;
+mod bench;
 mod check;
 mod describe;
 mod progress;
 mod render;
 mod run;
 mod table;
+mod tune;
 
 use clap::{
     Args, Parser, Subcommand,
@@ -32,7 +34,10 @@ const INTERRUPTED: u8 = 130;
 
 /// Simulate packings of grains with the discrete element method, on GPU or CPU.
 #[derive(Parser)]
-#[command(version, after_help = "Exit codes: 0 done, 1 run stopped or check exceeded, 2 bad input, 130 interrupted.")]
+#[command(
+    version,
+    after_help = "Exit codes: 0 done, 1 run stopped, check exceeded, bench failed or tune without success, 2 bad input, 130 interrupted."
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -44,6 +49,8 @@ enum Command {
     Check(check::CheckArgs),
     Render(render::RenderArgs),
     Describe(describe::DescribeArgs),
+    Bench(bench::BenchArgs),
+    Tune(tune::TuneArgs),
     Adapters(adapters::AdaptersArgs),
 }
 
@@ -54,6 +61,8 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::check(&args),
         Command::Render(args) => render::render(&args),
         Command::Describe(args) => describe::describe(&args),
+        Command::Bench(args) => bench::bench(&args),
+        Command::Tune(args) => tune::tune(&args),
         Command::Adapters(_) => adapters::adapters(),
     };
     outcome.unwrap_or_else(|error| {

@@ -49,6 +49,7 @@
 //! implements: the classic discrete element method of Cundall and Strack, in the sign conventions given there
 //! ([`laws`]). `ARCHITECTURE.md` says what to touch to add a law, a kernel or a scene key.
 
+pub mod bench;
 pub mod check;
 pub mod engine;
 pub mod error;

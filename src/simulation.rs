@@ -578,6 +578,15 @@ impl Simulation {
         Ok(forces)
     }
 
+    /// Contact force (N) and its moment about the centre (N m) on every grain now, in input order; walls and dashpots
+    /// included, weight and global damping not.
+    pub fn forces(&mut self) -> Result<Vec<(DVec3, DVec3)>> {
+        let present = ["force", "torque"].into_iter().filter(|a| (Array::named(a).needed)(&self.state.model));
+        self.engine.read(&present.collect::<Vec<_>>(), &mut self.state)?;
+        let moment = |i: usize| self.state.torque.get(i).map_or(DVec3::ZERO, |t| t.0);
+        Ok(self.state.force.iter().enumerate().map(|(i, force)| (*force, moment(i))).collect())
+    }
+
     /// Walls now.
     pub fn walls(&mut self) -> Result<Vec<crate::scene::Wall>> {
         let mut walls = self.assembly.walls.clone();

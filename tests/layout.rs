@@ -48,6 +48,7 @@ const LAYERS: &[(&str, u32)] = &[
     ("render", 9),
     ("check", 10),
     ("io", 10),
+    ("bench", 11),
 ];
 
 #[test]

@@ -73,13 +73,19 @@ pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
 
 static CTRL_C: AtomicBool = AtomicBool::new(false);
 
-fn listen() -> anyhow::Result<()> {
+/// Take note of Ctrl-C; a second one ends the program at once.
+pub fn listen() -> anyhow::Result<()> {
     ctrlc::set_handler(|| {
         if CTRL_C.swap(true, Ordering::Relaxed) {
             std::process::exit(INTERRUPTED.into());
         }
     })?;
     Ok(())
+}
+
+/// Whether there was a Ctrl-C.
+pub fn interrupted() -> bool {
+    CTRL_C.load(Ordering::Relaxed)
 }
 
 /// Why a run is over.
@@ -199,7 +205,7 @@ impl Run {
         Ok(match () {
             () if at_rest => Some(End::AtRest),
             () if last => Some(End::Reached),
-            () if CTRL_C.load(Ordering::Relaxed) => Some(End::Interrupted),
+            () if interrupted() => Some(End::Interrupted),
             () => None,
         })
     }
@@ -211,7 +217,7 @@ impl Run {
         while self.simulation.step() < next {
             self.simulation.advance_chunk(next - self.simulation.step())?;
             progress.update(&self.simulation);
-            if CTRL_C.load(Ordering::Relaxed) {
+            if interrupted() {
                 break;
             }
         }

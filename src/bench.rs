@@ -1,0 +1,271 @@
+//! Speed beside error: fixed cases over engine × precision × time step (`packstone bench`), and the same machinery on a
+//! user's scene (`packstone tune`). What every suite measures, and all columns: `docs/bench.md`.
+//!
+//! A suite is a file here and an entry of [`Suite`]; its scenes are the TOML files in `scenes/`. It hands every setting of
+//! every case to a [`Log`], which turns what came out, or what went wrong, into [`Point`]s.
+
+mod ensembles;
+mod front;
+mod invariants;
+mod lattice;
+mod local;
+pub mod machine;
+pub mod plot;
+pub mod report;
+mod speed;
+mod trajectory;
+pub mod trial;
+pub mod tune;
+
+use crate::error::{Error, Result};
+use machine::Machine;
+use serde::Serialize;
+use std::{ops::ControlFlow, str::FromStr};
+use trial::{Cost, Setting};
+
+/// What can be measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Suite {
+    /// Force and moment on the same state.
+    Local,
+    /// Closed forms, and a collapse against a fine reference.
+    Trajectory,
+    /// Energy and momenta of elastic gases.
+    Invariants,
+    /// Settled beds, averaged over seeds.
+    Ensembles,
+    /// Particle-steps per second against the number of grains.
+    Speed,
+}
+
+impl Suite {
+    pub const ALL: [Suite; 5] = [Suite::Local, Suite::Trajectory, Suite::Invariants, Suite::Ensembles, Suite::Speed];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Suite::Local => "local",
+            Suite::Trajectory => "trajectory",
+            Suite::Invariants => "invariants",
+            Suite::Ensembles => "ensembles",
+            Suite::Speed => "speed",
+        }
+    }
+
+    fn run(self, log: &mut Log) {
+        match self {
+            Suite::Local => local::run(log),
+            Suite::Trajectory => trajectory::run(log),
+            Suite::Invariants => invariants::run(log),
+            Suite::Ensembles => ensembles::run(log),
+            Suite::Speed => speed::run(log),
+        }
+    }
+}
+
+impl FromStr for Suite {
+    type Err = String;
+
+    fn from_str(name: &str) -> std::result::Result<Suite, String> {
+        let names = Suite::ALL.map(Suite::name);
+        let found = Suite::ALL.into_iter().find(|suite| suite.name() == name);
+        found.ok_or_else(|| format!("there is no suite `{name}`; there are {}", names.join(", ")))
+    }
+}
+
+/// How much of a suite is run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Effort {
+    /// Two minutes on two cores.
+    Quick,
+    /// Half an hour on two cores.
+    Full,
+}
+
+/// One error of one run: a row of the table.
+#[derive(Clone, Debug, Serialize)]
+pub struct Point {
+    pub suite: Suite,
+    pub case: String,
+    /// What the error is of; empty if the run failed.
+    pub quantity: &'static str,
+    /// `cpu` or `gpu`.
+    pub engine: &'static str,
+    /// `single` or `double`.
+    pub precision: &'static str,
+    /// Time step over the one that `dt = "auto"` gives.
+    pub dt_over_auto: f64,
+    /// None in what follows: the run failed, or the quantity has no such number.
+    pub error: Option<f64>,
+    /// Of error, value and spread; empty where they are ratios.
+    pub unit: &'static str,
+    /// Ensembles: mean over the seeds.
+    pub value: Option<f64>,
+    /// Ensembles: standard deviation over the seeds.
+    pub spread: Option<f64>,
+    /// Ensembles: error over its standard error.
+    pub standard_errors: Option<f64>,
+    pub grains: Option<usize>,
+    /// Steps that were timed.
+    pub steps: Option<u64>,
+    /// s
+    pub dt: Option<f64>,
+    pub dt_over_bound: Option<f64>,
+    /// Wall seconds per simulated second.
+    pub wall_per_simulated: Option<f64>,
+    pub particle_steps_per_second: Option<f64>,
+    pub ms_per_step: Option<f64>,
+    pub bytes_per_particle: Option<f64>,
+    /// No other setting of the same case has a smaller error in no more wall time.
+    pub pareto: bool,
+    /// `ok`, `reference` (what errors are taken against), or `failed: ` and why.
+    pub status: String,
+}
+
+impl Point {
+    /// Whether the run ended as it should.
+    pub fn passed(&self) -> bool {
+        !self.status.starts_with("failed")
+    }
+
+    /// What Pareto fronts and plots compare.
+    pub fn group(&self) -> (Suite, &str, &'static str) {
+        (self.suite, &self.case, self.quantity)
+    }
+}
+
+/// One number that a run gives.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Measure {
+    pub quantity: &'static str,
+    pub unit: &'static str,
+    /// None: the run is the reference.
+    pub error: Option<f64>,
+    pub value: Option<f64>,
+    pub spread: Option<f64>,
+    pub standard_errors: Option<f64>,
+}
+
+impl Measure {
+    /// A plain error.
+    pub fn error(quantity: &'static str, unit: &'static str, error: f64) -> Measure {
+        Measure { quantity, unit, error: Some(error), ..Measure::default() }
+    }
+
+    /// What other errors are taken against.
+    pub fn reference(quantity: &'static str, unit: &'static str) -> Measure {
+        Measure { quantity, unit, ..Measure::default() }
+    }
+}
+
+/// Everything a benchmark finds.
+#[derive(Clone, Debug, Serialize)]
+pub struct Bench {
+    pub machine: Machine,
+    pub effort: Effort,
+    /// Ended before all cases were run.
+    pub interrupted: bool,
+    /// s
+    pub wall_seconds: f64,
+    pub points: Vec<Point>,
+}
+
+/// Where suites put their points.
+pub struct Log<'a> {
+    pub effort: Effort,
+    machine: &'a Machine,
+    suite: Suite,
+    points: Vec<Point>,
+    watch: &'a mut dyn FnMut(&Point) -> ControlFlow<()>,
+    interrupted: bool,
+}
+
+impl Log<'_> {
+    /// The first under `--quick`, else the second.
+    pub fn pick<T>(&self, quick: T, full: T) -> T {
+        if self.effort == Effort::Quick { quick } else { full }
+    }
+
+    /// All engines and precisions of this machine, each at these steps over the automatic one.
+    pub fn settings(&self, factors: &[f64]) -> Vec<Setting> {
+        let all = |backend| factors.iter().map(move |factor| Setting { backend, factor: *factor });
+        self.machine.backends().into_iter().flat_map(all).collect()
+    }
+
+    /// Run one setting of a case. What goes wrong becomes a row too.
+    pub fn run(&mut self, case: &str, setting: Setting, work: impl FnOnce() -> Result<(Cost, Vec<Measure>)>) {
+        if self.interrupted {
+            return;
+        }
+        let rows = match work() {
+            Ok((cost, measures)) => measures.iter().map(|m| self.point(case, setting, Some(&cost), m, None)).collect(),
+            Err(error) => {
+                vec![self.point(case, setting, None, &Measure::default(), Some(format!("failed: {error}")))]
+            }
+        };
+        for row in rows {
+            self.interrupted |= (self.watch)(&row).is_break();
+            self.points.push(row);
+        }
+    }
+
+    fn point(
+        &self,
+        case: &str,
+        setting: Setting,
+        cost: Option<&Cost>,
+        measure: &Measure,
+        failure: Option<String>,
+    ) -> Point {
+        let settled = if measure.error.is_some() { "ok" } else { "reference" };
+        Point {
+            suite: self.suite,
+            case: case.to_owned(),
+            quantity: measure.quantity,
+            engine: setting.backend.engine(),
+            precision: setting.backend.precision().label(),
+            dt_over_auto: setting.factor,
+            error: measure.error,
+            unit: measure.unit,
+            value: measure.value,
+            spread: measure.spread,
+            standard_errors: measure.standard_errors,
+            grains: cost.map(|c| c.grains),
+            steps: cost.map(|c| c.steps),
+            dt: cost.map(|c| c.dt),
+            dt_over_bound: cost.map(|c| c.dt / c.dt_bound),
+            wall_per_simulated: cost.map(Cost::wall_per_simulated),
+            particle_steps_per_second: cost.map(Cost::rate),
+            ms_per_step: cost.map(Cost::ms_per_step),
+            bytes_per_particle: cost.map(|c| c.bytes_per_particle),
+            pareto: false,
+            status: failure.unwrap_or_else(|| settled.to_owned()),
+        }
+    }
+}
+
+/// Run these suites. `watch` sees every point as it comes, and may end the benchmark there.
+pub fn run(suites: &[Suite], effort: Effort, watch: &mut dyn FnMut(&Point) -> ControlFlow<()>) -> Bench {
+    let start = std::time::Instant::now();
+    let machine = Machine::here();
+    let mut log = Log { effort, machine: &machine, suite: Suite::Local, points: Vec::new(), watch, interrupted: false };
+    for suite in suites {
+        log.suite = *suite;
+        suite.run(&mut log);
+    }
+    let Log { mut points, interrupted, .. } = log;
+    front::mark(&mut points);
+    Bench { machine, effort, interrupted, wall_seconds: start.elapsed().as_secs_f64(), points }
+}
+
+/// An error once more, for every point that it spoils; errors are no `Clone`.
+fn again(error: &Error) -> Error {
+    Error::Device(error.to_string())
+}
+
+/// For points whose reference has failed, which has a row of its own.
+fn no_reference() -> Error {
+    Error::Device("the reference failed".to_owned())
+}

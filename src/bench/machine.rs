@@ -1,0 +1,61 @@
+//! Where a benchmark ran, and with what.
+
+use super::trial::Backend;
+use crate::gpu::{AdapterSummary, adapters};
+use serde::Serialize;
+use std::process::Command;
+
+/// The machine and the program.
+#[derive(Clone, Debug, Serialize)]
+pub struct Machine {
+    pub cpu: String,
+    /// Threads that can run at once.
+    pub cores: usize,
+    pub system: String,
+    /// The adapter that the gpu engine takes; None: there is none, and only the cpu engine is measured.
+    pub adapter: Option<AdapterSummary>,
+    /// The one it takes in double precision, if any can.
+    pub double_adapter: Option<String>,
+    pub version: &'static str,
+    /// Commit of the sources when they were compiled, `+` if they were changed since; `unknown` outside a git checkout.
+    pub commit: &'static str,
+}
+
+impl Machine {
+    pub fn here() -> Machine {
+        let adapters = adapters();
+        Machine {
+            cpu: cpu().unwrap_or_else(|| "unknown".to_owned()),
+            cores: std::thread::available_parallelism().map_or(1, |n| n.get()),
+            system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+            double_adapter: adapters.iter().find(|a| a.double).map(|a| a.name.clone()),
+            adapter: adapters.into_iter().next(),
+            version: env!("CARGO_PKG_VERSION"),
+            commit: env!("PACKSTONE_COMMIT"),
+        }
+    }
+
+    /// What can be run here.
+    pub fn backends(&self) -> Vec<Backend> {
+        let present = |backend: &Backend| match backend {
+            Backend::Cpu => true,
+            Backend::GpuSingle => self.adapter.is_some(),
+            Backend::GpuDouble => self.double_adapter.is_some(),
+        };
+        Backend::ALL.into_iter().filter(present).collect()
+    }
+}
+
+/// Name of the processor, as Linux, macOS and Windows tell it.
+fn cpu() -> Option<String> {
+    let of_linux = || {
+        let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
+        let line = text.lines().find(|line| line.starts_with("model name"))?;
+        Some(line.split_once(':')?.1.trim().to_owned())
+    };
+    let of_macos = || {
+        let output = Command::new("sysctl").args(["-n", "machdep.cpu.brand_string"]).output().ok()?;
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    };
+    of_linux().or_else(of_macos).or_else(|| std::env::var("PROCESSOR_IDENTIFIER").ok())
+}

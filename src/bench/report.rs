@@ -1,0 +1,224 @@
+//! A benchmark on disk: `bench.csv`, `bench.json`, `report.md` and the plots.
+
+use super::{Bench, Effort, Point, Suite, machine::Machine, plot};
+use crate::{
+    error::Result,
+    io::{at, replace},
+};
+use std::{fmt::Write, fs, path::Path};
+
+pub const TABLE: &str = "bench.csv";
+pub const JSON: &str = "bench.json";
+pub const REPORT: &str = "report.md";
+
+/// Write everything to a folder, which is made if need be.
+///
+/// # Errors
+/// [`crate::Error::Io`] if a file cannot be written.
+pub fn write(folder: &Path, bench: &Bench) -> Result<()> {
+    fs::create_dir_all(folder).map_err(at(folder))?;
+    let mut table = csv::Writer::from_writer(Vec::new());
+    for point in &bench.points {
+        table.serialize(point).map_err(|e| at(&folder.join(TABLE))(std::io::Error::other(e)))?;
+    }
+    let table = table.into_inner().map_err(|e| at(&folder.join(TABLE))(e.into_error()))?;
+    save(&folder.join(TABLE), &table)?;
+    save(&folder.join(JSON), json(bench).as_bytes())?;
+    for suite in suites(bench) {
+        plot::write(folder, suite, &bench.points)?;
+    }
+    save(&folder.join(REPORT), markdown(bench).as_bytes())
+}
+
+/// The benchmark as JSON; numbers that are not finite are null.
+pub fn json(bench: &Bench) -> String {
+    let mut text = serde_json::to_string_pretty(bench).expect("plain data is always JSON");
+    text.push('\n');
+    text
+}
+
+fn save(path: &Path, bytes: &[u8]) -> Result<()> {
+    replace(path, |part| fs::write(part, bytes).map_err(at(part)))
+}
+
+/// The suites that have points, in order.
+fn suites(bench: &Bench) -> impl Iterator<Item = Suite> {
+    Suite::ALL.into_iter().filter(|suite| bench.points.iter().any(|p| p.suite == *suite))
+}
+
+/// The report, with links to the plots beside it.
+pub fn markdown(bench: &Bench) -> String {
+    let mut text = String::from("# packstone bench\n\n");
+    let effort = if bench.effort == Effort::Quick { "--quick" } else { "full" };
+    let failed = bench.points.iter().filter(|p| !p.passed()).count();
+    let _ = writeln!(text, "{effort}, {:.0} s, {} points, {failed} failed.", bench.wall_seconds, bench.points.len());
+    if bench.interrupted {
+        text.push_str("\n**Interrupted: points are missing.**\n");
+    }
+    text.push('\n');
+    machine(&mut text, &bench.machine);
+    text.push_str(
+        "\nBeside every error stands the wall time per simulated second. In plots a line joins the Pareto front, and in \
+         tables a star marks it: no other setting has a smaller error in no more time. dt is in units of the automatic \
+         step. Definitions: docs/bench.md.\n",
+    );
+    for suite in suites(bench) {
+        let points: Vec<&Point> = bench.points.iter().filter(|p| p.suite == suite).collect();
+        section(&mut text, suite, &points);
+    }
+    text
+}
+
+fn machine(text: &mut String, machine: &Machine) {
+    let adapter = machine.adapter.as_ref();
+    let of_adapter = |of: fn(&crate::gpu::AdapterSummary) -> String| adapter.map_or("none".to_owned(), of);
+    let double = machine.double_adapter.clone().unwrap_or_else(|| "no adapter".to_owned());
+    let rows = [
+        ("processor", machine.cpu.clone()),
+        ("threads", machine.cores.to_string()),
+        ("system", machine.system.clone()),
+        ("adapter", of_adapter(|a| format!("{} ({}, {})", a.name, a.kind, a.backend))),
+        ("driver", of_adapter(|a| a.driver.clone())),
+        ("f64 in shaders", double),
+        ("packstone", format!("{}, commit {}", machine.version, machine.commit)),
+    ];
+    text.push_str("| | |\n| --- | --- |\n");
+    for (name, value) in rows {
+        let _ = writeln!(text, "| {name} | {value} |");
+    }
+}
+
+fn about(suite: Suite) -> &'static str {
+    match suite {
+        Suite::Local => {
+            "Force and moment of every grain on the same state of a settling bed, against the f64 CPU engine, over the RMS \
+             of what is expected."
+        }
+        Suite::Trajectory => {
+            "Oblique impacts on a wall and a cradle against closed forms; a collapse of 1,000 grains against f64 at a \
+             sixteenth of the automatic step."
+        }
+        Suite::Invariants => {
+            "What elastic gases keep: energy (largest deviation, and slope), linear or angular momentum, per 10^5 steps."
+        }
+        Suite::Ensembles => {
+            "Settled beds, mean ± standard deviation over seeds. The error is the distance from the mean of the f64 CPU \
+             engine at its smallest step; below about two standard errors it is scatter."
+        }
+        Suite::Speed => {
+            "Dense packings of rough spheres (3D, friction) and smooth disks (2D). The error is the RMS distance from the \
+             f64 CPU engine at the same step, after 20 steps."
+        }
+    }
+}
+
+fn section(text: &mut String, suite: Suite, points: &[&Point]) {
+    let name = suite.name();
+    let _ = writeln!(text, "\n## {name}\n\n{}\n", about(suite));
+    if plot::panels(suite, points).next().is_some() {
+        let _ = writeln!(text, "![{name}]({name}.svg)\n");
+    }
+    let mut groups: Vec<(&str, &'static str)> = Vec::new();
+    for group in points.iter().map(|p| (p.case.as_str(), p.quantity)) {
+        if !groups.contains(&group) {
+            groups.push(group);
+        }
+    }
+    if suite == Suite::Speed {
+        table(text, points);
+        growth(text, points);
+        return;
+    }
+    for group in groups {
+        let rows: Vec<&Point> = points.iter().filter(|p| (p.case.as_str(), p.quantity) == group).copied().collect();
+        let unit = rows[0].unit;
+        let unit = if unit.is_empty() { String::new() } else { format!(", {unit}") };
+        let title = if group.1.is_empty() { "what failed" } else { group.1 };
+        let _ = writeln!(text, "\n### {}: {title}{unit}\n", group.0);
+        table(text, &rows);
+        fastest(text, &rows);
+    }
+}
+
+fn table(text: &mut String, points: &[&Point]) {
+    let ensembles = points.iter().any(|p| p.value.is_some());
+    let speed = points.iter().any(|p| p.suite == Suite::Speed);
+    let mut header = vec!["engine", "precision", "dt", "error"];
+    if ensembles {
+        header.extend(["value", "standard errors"]);
+    }
+    header.extend(["wall s per s", "particle-steps/s", "ms/step", "bytes/grain", "front"]);
+    if speed {
+        header.insert(0, "case");
+    }
+    let _ = writeln!(text, "| {} |\n|{}", header.join(" | "), " --- |".repeat(header.len()));
+    for p in points {
+        let error = if p.passed() { p.error.map_or("reference".to_owned(), short) } else { p.status.clone() };
+        let mut cells = vec![p.engine.to_owned(), p.precision.to_owned(), format!("× {}", p.dt_over_auto), error];
+        if ensembles {
+            let value = p.value.zip(p.spread).map_or(String::new(), |(v, s)| format!("{v:.5} ± {s:.1e}"));
+            cells.extend([value, p.standard_errors.map_or(String::new(), |e| format!("{e:.1}"))]);
+        }
+        let number = |x: Option<f64>| x.map_or(String::new(), short);
+        cells.extend([number(p.wall_per_simulated), number(p.particle_steps_per_second)]);
+        cells.push(p.ms_per_step.map_or(String::new(), |x| format!("{x:.3}")));
+        cells.push(p.bytes_per_particle.map_or(String::new(), |x| format!("{x:.0}")));
+        cells.push(if p.pareto { "★" } else { "" }.to_owned());
+        if speed {
+            cells.insert(0, p.case.clone());
+        }
+        let _ = writeln!(text, "| {} |", cells.join(" | "));
+    }
+}
+
+/// Three digits.
+fn short(x: f64) -> String {
+    match x.abs() {
+        size if !(1e-2..1e4).contains(&size) => format!("{x:.2e}"),
+        size if size >= 100.0 => format!("{x:.0}"),
+        size if size >= 10.0 => format!("{x:.1}"),
+        size if size >= 1.0 => format!("{x:.2}"),
+        _ => format!("{x:.4}"),
+    }
+}
+
+/// Which setting is fastest at a given error: the front, read from the largest error down.
+fn fastest(text: &mut String, points: &[&Point]) {
+    let mut front: Vec<&&Point> = points.iter().filter(|p| p.pareto).collect();
+    front.sort_by(|a, b| b.error.unwrap_or(0.0).total_cmp(&a.error.unwrap_or(0.0)));
+    let words: Vec<String> = front
+        .iter()
+        .map(|p| {
+            let error = short(p.error.unwrap_or(0.0));
+            format!("{error} with {} {} at dt × {}", p.engine, p.precision, p.dt_over_auto)
+        })
+        .collect();
+    if !words.is_empty() {
+        let _ = writeln!(text, "\nFastest, from the largest error down: {}.", words.join("; "));
+    }
+}
+
+/// Time per particle-step of the largest packing over that of 10,000 grains, per scene and engine.
+fn growth(text: &mut String, points: &[&Point]) {
+    let of = |p: &Point| Some((p.case.split(' ').next()?.to_owned(), p.engine));
+    let mut seen = Vec::new();
+    for p in points.iter().filter(|p| p.particle_steps_per_second.is_some()) {
+        let Some(key) = of(p) else { continue };
+        let grains = |p: &&&Point| p.grains.unwrap_or(0);
+        let same = || points.iter().filter(|q| of(q).as_ref() == Some(&key) && q.particle_steps_per_second.is_some());
+        let (Some(base), Some(last)) = (same().find(|q| grains(q) > 5000), same().max_by_key(grains)) else { continue };
+        if seen.contains(&key) || grains(&last) <= grains(&base) {
+            continue;
+        }
+        let ratio = base.particle_steps_per_second.unwrap_or(0.0) / last.particle_steps_per_second.unwrap_or(1.0);
+        let _ = writeln!(
+            text,
+            "\n{} on the {}: time per particle-step grows {ratio:.2} × from {} to {} grains.",
+            key.0,
+            key.1,
+            grains(&base),
+            grains(&last)
+        );
+        seen.push(key);
+    }
+}

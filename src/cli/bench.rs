@@ -1,0 +1,77 @@
+//! `packstone bench`
+
+use super::{
+    INTERRUPTED, STOPPED, complain,
+    run::{interrupted, listen},
+    say,
+};
+use packstone::bench::{self, Effort, Point, Suite, report};
+use std::{ops::ControlFlow, path::PathBuf, process::ExitCode};
+
+/// Speed beside error: fixed cases over engine, precision and time step
+#[derive(clap::Args)]
+#[command(after_help = "Suites:\n  \
+    local       force and moment on the same state\n  \
+    trajectory  closed forms, and a collapse against a fine reference\n  \
+    invariants  energy and momenta of elastic gases\n  \
+    ensembles   settled beds, averaged over seeds\n  \
+    speed       particle-steps/s against the number of grains\n\n\
+    Examples:\n  packstone bench --quick\n  packstone bench trajectory speed --out out/here\n\n\
+    Ctrl-C ends after the run that is under way, with a report of what was measured; a second one at once, without.")]
+pub struct BenchArgs {
+    /// What to measure [default: all]
+    #[arg(value_name = "SUITE")]
+    suites: Vec<Suite>,
+    /// Fewer and smaller cases: at most two minutes on two cores
+    #[arg(long)]
+    quick: bool,
+    /// Folder for table, plots and report
+    #[arg(long, value_name = "DIR", default_value = "out/bench")]
+    out: PathBuf,
+    /// Print the table as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn bench(args: &BenchArgs) -> anyhow::Result<ExitCode> {
+    // A folder that cannot be had is better noticed before half an hour than after it.
+    std::fs::create_dir_all(&args.out).map_err(|source| packstone::Error::Io { path: args.out.clone(), source })?;
+    listen()?;
+    let suites = if args.suites.is_empty() { Suite::ALL.to_vec() } else { in_order(&args.suites) };
+    let effort = if args.quick { Effort::Quick } else { Effort::Full };
+    let found = bench::run(&suites, effort, &mut |point| {
+        eprintln!("{}", line(point));
+        if interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    report::write(&args.out, &found)?;
+    if args.json {
+        say(report::json(&found).trim_end());
+    } else {
+        let path = args.out.join(report::REPORT);
+        say(format!("{} points in {:.0} s, report in {}", found.points.len(), found.wall_seconds, path.display()));
+    }
+    let failed = found.points.iter().filter(|p| !p.passed()).count();
+    if failed > 0 {
+        complain(format!("{failed} of {} points failed, see the column `status`", found.points.len()));
+    }
+    Ok(match () {
+        () if found.interrupted => ExitCode::from(INTERRUPTED),
+        () if failed > 0 => ExitCode::from(STOPPED),
+        () => ExitCode::SUCCESS,
+    })
+}
+
+/// Each suite once, whatever the order they were asked for.
+fn in_order(suites: &[Suite]) -> Vec<Suite> {
+    Suite::ALL.into_iter().filter(|suite| suites.contains(suite)).collect()
+}
+
+fn line(point: &Point) -> String {
+    let Point { case, quantity, engine, precision, dt_over_auto, unit, .. } = point;
+    let setting = format!("{case}: {engine} {precision}, dt × {dt_over_auto}");
+    match (point.error, point.particle_steps_per_second) {
+        (Some(error), Some(rate)) => format!("{setting}: {quantity} {error:.2e} {unit}, {rate:.2e} particle-steps/s"),
+        (None, Some(rate)) => format!("{setting}: {quantity}, {}, {rate:.2e} particle-steps/s", point.status),
+        _ => format!("{setting}: {}", point.status),
+    }
+}

@@ -1,0 +1,190 @@
+//! `packstone bench` and `packstone tune`: that they run, and that errors (not times) stay where they were measured.
+
+use packstone::bench::{self, Bench, Effort, Point, Suite, report};
+use std::{collections::BTreeMap, fs, ops::ControlFlow, path::Path, process::Command};
+
+fn gpu_expected() -> bool {
+    std::env::var_os("PACKSTONE_ALLOW_NO_GPU").is_none()
+}
+
+/// Largest error allowed at the automatic step (ensembles: at four times that): three times what was measured, because a
+/// device may fuse or reorder operations, but a lost digit or a wrong sign costs far more. `single` is for f32; the
+/// first number holds for f64 on either engine, where discretisation is all there is. Local errors in f64 are round-off
+/// over the overlap, and allowed a hundred units of it.
+const BOUNDS: [(&str, &str, f64, f64); 10] = [
+    ("settling bed", "force rms", 1e-13, 2e-5),
+    ("settling bed", "force worst", 1e-12, 1.5e-4),
+    ("settling bed", "moment rms", 1e-13, 3e-5),
+    ("settling bed", "moment worst", 1e-12, 2e-4),
+    ("oblique impact", "psi", 1e-2, 1.7e-2),
+    ("cradle", "velocity", 4e-4, 1.5e-3),
+    ("collapse", "displacement", 1.5e-4, 1.5e-4),
+    ("smooth gas", "energy", 6e-5, 6e-5),
+    ("smooth gas", "momentum drift", 1e-12, 3e-6),
+    ("rough drum", "angular momentum drift", 1e-11, 6e-6),
+];
+
+#[test]
+fn the_quick_benchmark_keeps_its_errors() {
+    let bench = bench::run(&Suite::ALL, Effort::Quick, &mut |_| ControlFlow::Continue(()));
+    let failed: Vec<&Point> = bench.points.iter().filter(|p| !p.passed()).collect();
+    assert!(failed.is_empty(), "{failed:?}");
+    assert!(!gpu_expected() || bench.machine.adapter.is_some(), "no adapter; see PACKSTONE_ALLOW_NO_GPU in test.sh");
+
+    for p in bench.points.iter().filter(|p| p.dt_over_auto == 1.0) {
+        let Some((.., double, single)) = BOUNDS.iter().find(|(case, of, ..)| (*case, *of) == (&p.case, p.quantity))
+        else {
+            continue;
+        };
+        let bound = if p.precision == "single" { single } else { double };
+        assert!(p.error.is_none_or(|error| error <= *bound), "above {bound:e}: {p:?}");
+    }
+    for (case, quantity, ..) in BOUNDS {
+        assert!(bench.points.iter().any(|p| (p.case.as_str(), p.quantity) == (case, quantity)), "{case}: {quantity}");
+    }
+    // Six standard errors of three seeds, whose scatter is itself known to a third at best.
+    for p in bench.points.iter().filter(|p| p.suite == Suite::Ensembles && p.error.is_some()) {
+        assert!(p.standard_errors.unwrap() < 6.0, "{p:?}");
+    }
+    // Two engines on a dense packing, 20 steps on.
+    for p in bench.points.iter().filter(|p| p.suite == Suite::Speed && p.error.is_some()) {
+        assert!(p.error.unwrap() < 3e-6, "{p:?}");
+    }
+    for p in &bench.points {
+        assert!(p.wall_per_simulated.unwrap() > 0.0 && p.particle_steps_per_second.unwrap() > 0.0, "{p:?}");
+    }
+    halving_the_step_of_the_cradle_divides_its_error_by_four(&bench);
+    one_front_per_group(&bench);
+    the_report_has_all_its_files(&bench);
+}
+
+fn halving_the_step_of_the_cradle_divides_its_error_by_four(bench: &Bench) {
+    let cradle = |factor: f64| {
+        let of = |p: &&Point| p.case == "cradle" && p.engine == "cpu" && p.quantity == "velocity";
+        bench.points.iter().filter(of).find(|p| p.dt_over_auto == factor).unwrap().error.unwrap()
+    };
+    let ratio = cradle(2.0) / cradle(1.0);
+    assert!((3.0..5.0).contains(&ratio), "the leapfrog is of second order: {ratio}");
+}
+
+fn one_front_per_group(bench: &Bench) {
+    let mut fronts: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
+    for p in bench.points.iter().filter(|p| p.error.is_some()) {
+        let front = fronts.entry(format!("{:?}", p.group())).or_default();
+        if p.pareto {
+            front.push((p.wall_per_simulated.unwrap(), p.error.unwrap()));
+        }
+    }
+    for (group, mut front) in fronts {
+        assert!(!front.is_empty(), "{group}");
+        front.sort_by(|a, b| a.0.total_cmp(&b.0));
+        assert!(front.windows(2).all(|w| w[1].1 <= w[0].1), "{group}: slower must mean better: {front:?}");
+    }
+}
+
+fn the_report_has_all_its_files(bench: &Bench) {
+    let folder = tempfile::tempdir().unwrap();
+    report::write(folder.path(), bench).unwrap();
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    assert_eq!(csv::Reader::from_reader(read(report::TABLE).as_bytes()).records().count(), bench.points.len());
+    let json: serde_json::Value = serde_json::from_str(&read(report::JSON)).unwrap();
+    assert_eq!(json["points"].as_array().unwrap().len(), bench.points.len());
+    let text = read(report::REPORT);
+    for word in ["processor", "driver", "commit", "particle-steps/s", "★"] {
+        assert!(text.contains(word), "the report lacks `{word}`");
+    }
+    for suite in Suite::ALL.into_iter().filter(|s| text.contains(&format!("{}.svg", s.name()))) {
+        assert!(read(&format!("{}.svg", suite.name())).contains("</svg>"));
+        let picture = fs::File::open(folder.path().join(format!("{}.png", suite.name()))).unwrap();
+        let info = png::Decoder::new(std::io::BufReader::new(picture)).read_info().unwrap().info().size();
+        assert!(info.0 >= 480 && info.1 >= 360);
+    }
+}
+
+#[test]
+fn a_failed_point_is_a_row() {
+    let mut calls = 0;
+    let bench = bench::run(&[Suite::Local], Effort::Quick, &mut |_| {
+        calls += 1;
+        ControlFlow::Break(())
+    });
+    assert!(bench.interrupted && calls == bench.points.len(), "an interrupted benchmark keeps what it has");
+    let mut failed = bench;
+    for point in &mut failed.points {
+        point.status = "failed: no memory, \"quoted\"".to_owned();
+        (point.error, point.wall_per_simulated, point.particle_steps_per_second) = (None, None, None);
+    }
+    let folder = tempfile::tempdir().unwrap();
+    report::write(folder.path(), &failed).unwrap();
+    let table = fs::read_to_string(folder.path().join(report::TABLE)).unwrap();
+    assert_eq!(csv::Reader::from_reader(table.as_bytes()).records().count(), failed.points.len());
+    assert!(fs::read_to_string(folder.path().join(report::REPORT)).unwrap().contains("failed: no memory"));
+}
+
+fn packstone(arguments: &[&str]) -> (i32, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_packstone"))
+        .args(arguments)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+}
+
+#[test]
+fn tuning_two_grains_finds_the_fastest_that_keeps_the_error() {
+    let scene = "examples/scenes/two_grains.toml";
+    let (code, out, _) = packstone(&["tune", scene, "--error", "1e-3", "--json"]);
+    assert_eq!(code, 0);
+    let tuning: serde_json::Value = serde_json::from_str(&out).unwrap();
+    let candidates = tuning["candidates"].as_array().unwrap();
+    let wall = |c: &serde_json::Value| c["wall_per_simulated"].as_f64().unwrap();
+    let best = &candidates[tuning["best"].as_u64().unwrap() as usize];
+    assert!(best["error"].as_f64().unwrap() <= 1e-3);
+    for other in candidates.iter().filter(|c| c["error"].as_f64().is_some_and(|e| e <= 1e-3)) {
+        assert!(wall(best) <= wall(other), "{other} is faster than {best}");
+    }
+    // Errors are of one collision, so they are small, and smaller with smaller steps.
+    let error = |factor: f64| {
+        let of = |c: &&serde_json::Value| c["engine"] == "cpu" && c["dt_over_auto"].as_f64() == Some(factor);
+        candidates.iter().find(of).unwrap()["error"].as_f64().unwrap()
+    };
+    assert!(error(0.25) < 1e-5 && error(0.25) < error(4.0) && error(4.0) < 2e-3);
+    assert_eq!(tuning["coordination_number"].as_f64(), Some(1.0));
+}
+
+#[test]
+fn tuning_says_when_nothing_keeps_the_error() {
+    let (code, out, _) = packstone(&["tune", "examples/scenes/two_grains.toml", "--error", "1e-30"]);
+    assert_eq!(code, 1);
+    assert!(out.contains("nothing keeps 1e-30; closest is --engine"), "{out}");
+}
+
+#[test]
+fn bad_input_is_refused_in_one_sentence() {
+    let scene = "examples/scenes/two_grains.toml";
+    for (arguments, words) in [
+        (vec!["tune", scene, "--error", "-1"], "--error -1: must be a number > 0"),
+        (vec!["tune", scene, "--error", "0"], "--error 0: must be a number > 0"),
+        (vec!["tune", scene, "--error", "nan"], "--error NaN: must be a number > 0"),
+        (vec!["tune", "nowhere.toml", "--error", "1e-3"], "nowhere.toml"),
+        (vec!["tune", scene, "--error", "1e-3", "--set", "solver.speed=1"], "speed"),
+        (vec!["bench", "accuracy"], "there is no suite `accuracy`; there are local, trajectory, invariants"),
+        (vec!["bench", "local", "--quick", "--out", "Cargo.toml"], "Cargo.toml"),
+    ] {
+        let (code, out, err) = packstone(&arguments);
+        assert_eq!(code, 2, "{arguments:?}: {err}");
+        assert!(out.is_empty() && err.starts_with("error: ") && err.contains(words), "{arguments:?}: {err}");
+    }
+}
+
+#[test]
+fn the_table_goes_to_standard_output() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let (code, json, _) = packstone(&["bench", "local", "--quick", "--json", "--out", out]);
+    assert_eq!(code, 0);
+    let found: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert!(found["points"].as_array().unwrap().iter().all(|p| p["suite"] == "local"));
+    assert!(Path::new(out).join(report::REPORT).is_file());
+}
