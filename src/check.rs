@@ -89,6 +89,7 @@ pub fn check(assembly: &Assembly, precision: Precision, after: u64, steps: u64) 
     let mut checker = Checker { gpu: &mut gpu, state: &mut state, precision, present, rows: Vec::new(), contacts: 0 };
     for step in 0..steps {
         if step == 0 || checker.state.halt[0] != 0 {
+            checker.run(&plan.begin)?;
             checker.run(&plan.sort)?;
             checker.run(&plan.list)?;
         }

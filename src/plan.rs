@@ -18,11 +18,13 @@ pub enum Op {
 }
 
 /// Sequences of operations. The state between steps is consistent at step n: positions at n, velocities at n - 1/2,
-/// springs at n - 1. A chunk is `sort`, `list`, then `step` many times, then `survey`. Nothing in it can go wrong without
-/// trace or return: lists that do not fit are not walked and `list` is done again; a step that spends the margin of the
-/// lists halts those that follow.
+/// springs at n - 1. A chunk is `begin`, `sort` and `list` if the lists have served their time, `step` many times, then
+/// `survey`. Nothing in it can go wrong without trace or return: lists that do not fit are not walked and `list` is done
+/// again; a step that spends the margin of the lists halts those that follow.
 #[derive(Clone, Debug)]
 pub struct Plan {
+    /// What the device is to tell the host, forgotten.
+    pub begin: Vec<Op>,
     /// Springs to the history, grains into the order of the cells.
     pub sort: Vec<Op>,
     /// Neighbour lists, with the springs of the history.
@@ -48,7 +50,9 @@ pub fn plan(model: &Model) -> Plan {
 
     let frictional = model.friction == Friction::Coulomb;
 
-    let mut sort = vec![Clear("counters")];
+    let begin = vec![Clear("counters"), Clear("halt"), Clear("halt_next")];
+
+    let mut sort = Vec::new();
     if frictional {
         sort.push(Run(&TALLY));
         sort.extend(SCAN_HISTORY.iter().map(Run));
@@ -59,7 +63,7 @@ pub fn plan(model: &Model) -> Plan {
     sort.extend([Run(&SORT), Run(&ORDER), Run(&PERMUTE), Op::Swap("number", "number_next")]);
     sort.extend(exchange(model));
 
-    let mut list = vec![Clear("halt"), Clear("halt_next"), Run(&COUNT)];
+    let mut list = vec![Run(&COUNT)];
     list.extend(SCAN_SLOTS.iter().map(Run));
     list.push(Run(&NEIGHBOURS));
 
@@ -75,6 +79,7 @@ pub fn plan(model: &Model) -> Plan {
 
     let turn = step.iter().filter(|op| matches!(op, Op::Swap(..))).copied().collect();
     Plan {
+        begin,
         sort,
         list,
         step,
@@ -100,8 +105,9 @@ fn exchange(model: &Model) -> impl Iterator<Item = Op> + use<> {
 
 impl Plan {
     /// All sequences with their names, in the order of a run.
-    pub fn parts(&self) -> [(&'static str, &[Op]); 8] {
+    pub fn parts(&self) -> [(&'static str, &[Op]); 9] {
         [
+            ("begin", &self.begin),
             ("sort", &self.sort),
             ("list", &self.list),
             ("kick", &self.kick),

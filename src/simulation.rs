@@ -37,13 +37,13 @@ pub struct Options {
     pub precision: Precision,
     /// Neighbour slots there are at least; more are made when needed. None: as many as are needed.
     pub slots: Option<usize>,
-    /// Most steps between two looks at the device.
+    /// Most steps that neighbour lists may serve.
     pub longest_chunk: u32,
 }
 
 impl Default for Options {
     fn default() -> Options {
-        Options { engine: EngineChoice::Auto, precision: Precision::Single, slots: None, longest_chunk: 100 }
+        Options { engine: EngineChoice::Auto, precision: Precision::Single, slots: None, longest_chunk: 200 }
     }
 }
 
@@ -81,6 +81,10 @@ pub struct Simulation {
     history_len: usize,
     /// Springs at the end of the last chunk: what the history has to hold.
     springs: u32,
+    /// Steps that the lists to be made are for, that the present ones have left, and that they have done.
+    planned: u32,
+    life: u32,
+    age: u32,
     /// Whether grains may have moved out of the reach of the lists.
     spent: bool,
     replayed: u64,
@@ -369,6 +373,9 @@ impl Simulation {
             least_slots: options.slots.unwrap_or(0),
             history_len: LEAST_LENGTH,
             springs: 0,
+            planned: 1,
+            life: 0,
+            age: 0,
             spent: false,
             replayed: 0,
             lost: 0,
@@ -392,8 +399,8 @@ impl Simulation {
         Params { since: if self.step == 0 { 0.0 } else { p.dt }, ..*p }
     }
 
-    /// Let lists reach as far as they must to live a while at the present pace; returns how many steps they will.
-    fn set_margin(&mut self) -> u32 {
+    /// Let lists reach as far as they must to live a while at the present pace, and say how many steps that is.
+    fn set_margin(&mut self) {
         let pace = self.pace.max(self.wall_pace).max(f64::MIN_POSITIVE);
         let p = &mut self.state.params;
         let least = LEAST_MARGIN * self.widest_margin / self.assembly.solver.margin;
@@ -401,10 +408,10 @@ impl Simulation {
         p.drift_limit = 0.5 * p.margin;
         let walls = p.drift_limit / self.wall_pace;
         let steps = (BOLDNESS * p.drift_limit / pace).min(walls).min(f64::from(self.longest_chunk));
-        (steps as u32).max(1)
+        self.planned = (steps as u32).max(1);
     }
 
-    /// New lists and then this many steps, or fewer if a grain comes to the end of the lists' reach or is lost.
+    /// New lists if it is time, and then this many steps, or fewer if a grain comes to the end of the lists' reach or is lost.
     fn run(&mut self, steps: u32) -> Result<Counters> {
         if self.springs as usize > self.history_len {
             self.history_len = with_room(self.springs);
@@ -414,13 +421,17 @@ impl Simulation {
         }
         let params = self.params();
         let plan = &self.plan;
-        let chunk: [(&[_], u32); 4] = [(&plan.sort, 1), (&plan.list, 1), (&plan.step, steps), (&plan.survey, 1)];
-        if self.next_len == self.list_len {
-            self.engine.execute(&params, &chunk)?;
+        let (begin, sort, list) = ((&plan.begin[..], 1), (&plan.sort[..], 1), (&plan.list[..], 1));
+        let (step, survey) = ((&plan.step[..], steps), (&plan.survey[..], 1));
+        let anew = self.life == 0;
+        if !anew {
+            self.engine.execute(&params, &[begin, step, survey])?;
+        } else if self.next_len == self.list_len {
+            self.engine.execute(&params, &[begin, sort, list, step, survey])?;
         } else {
-            self.engine.execute(&params, &chunk[..1])?;
+            self.engine.execute(&params, &[sort])?;
             self.list_len = resize_lists(self.engine.as_mut(), &self.state, self.next_len)?;
-            self.engine.execute(&params, &chunk[1..])?;
+            self.engine.execute(&params, &[begin, list, step, survey])?;
         }
         let mut counters = self.engine.counters()?;
         if counters.slots_needed as usize > self.list_len {
@@ -428,23 +439,25 @@ impl Simulation {
             // Lists that do not fit are not walked: nothing has happened but the exchanges of buffers.
             self.engine.execute(&params, &[(&plan.turn, steps)])?;
             self.list_len = resize_lists(self.engine.as_mut(), &self.state, with_room(counters.slots_needed))?;
-            self.engine.execute(&params, &chunk[1..])?;
+            self.engine.execute(&params, &[begin, list, step, survey])?;
             counters = self.engine.counters()?;
         }
         self.engine.execute(&params, &[(&plan.turn, steps - counters.done)])?;
-        let needed = counters.slots_needed as usize;
-        self.next_len = if 8 * needed < 7 * self.list_len {
-            with_room(counters.slots_needed).max(self.least_slots)
-        } else {
-            self.list_len
-        };
-        self.lost += u64::from(self.springs - counters.inherited.min(self.springs)) + u64::from(counters.missed);
+        if anew {
+            let needed = counters.slots_needed as usize;
+            let shorter = with_room(counters.slots_needed).max(self.least_slots);
+            self.next_len = if 8 * needed < 7 * self.list_len { shorter } else { self.list_len };
+            self.lost += u64::from(self.springs.saturating_sub(counters.inherited)) + u64::from(counters.missed);
+            (self.life, self.age) = (self.planned, 0);
+        }
         self.springs = counters.springs;
+        self.age += counters.done;
         let drift = f64::from(f32::from_bits(counters.drift));
         self.spent = !(drift <= 1.0);
-        if counters.done > 0 {
-            self.pace = drift * params.drift_limit / f64::from(counters.done);
+        if self.age > 0 {
+            self.pace = drift * params.drift_limit / f64::from(self.age);
         }
+        self.life = if self.spent { 0 } else { self.life - counters.done };
         self.replayed += u64::from(counters.done < steps);
         Ok(counters)
     }
@@ -467,9 +480,11 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::advance`].
     pub fn advance_chunk(&mut self, steps: u64) -> Result<u64> {
-        let chunk = self.set_margin();
-        let first = self.step == 0;
-        let steps = if first { 1 } else { steps.clamp(1, u64::from(chunk)) as u32 };
+        if self.life == 0 {
+            self.set_margin();
+        }
+        let chunk = if self.life == 0 { self.planned } else { self.life };
+        let steps = if self.step == 0 { 1 } else { steps.clamp(1, u64::from(chunk)) as u32 };
         let counters = self.run(steps)?;
         if counters.bad_body > 0 {
             let reason = self.gone(counters.bad_body, self.step + u64::from(counters.done))?;
@@ -477,12 +492,12 @@ impl Simulation {
                 // The state before the step that lost the grain is where the step after it would have been written.
                 self.engine.execute(&self.state.params, &[(&self.plan.turn, 1)])?;
                 self.step += u64::from(counters.done - 1);
-                self.spent = true;
+                (self.spent, self.life) = (true, 0);
             }
             return Err(reason);
         }
         self.step += u64::from(counters.done);
-        if counters.done == 1 && self.spent && self.state.params.margin >= self.widest_margin {
+        if self.age == 1 && self.spent && self.state.params.margin >= self.widest_margin {
             return Err(self.too_fast()?);
         }
         Ok(u64::from(counters.done))
@@ -560,7 +575,8 @@ impl Simulation {
         Ok(grains)
     }
 
-    /// Contact force, N, and moment, N m, on every grain now, in input order.
+    /// Contact force (N) and its moment about the centre (N m) on every grain now, in input order; walls and dashpots
+    /// included, weight and global damping not.
     pub fn forces(&mut self) -> Result<Vec<(DVec3, DVec3)>> {
         self.refresh()?;
         let bodies = self.state.sizes.bodies;
@@ -576,15 +592,6 @@ impl Simulation {
             forces[s.number[i] as usize] = (s.force[i], s.torque.get(i).map_or(DVec3::ZERO, |t| t.0));
         }
         Ok(forces)
-    }
-
-    /// Contact force (N) and its moment about the centre (N m) on every grain now, in input order; walls and dashpots
-    /// included, weight and global damping not.
-    pub fn forces(&mut self) -> Result<Vec<(DVec3, DVec3)>> {
-        let present = ["force", "torque"].into_iter().filter(|a| (Array::named(a).needed)(&self.state.model));
-        self.engine.read(&present.collect::<Vec<_>>(), &mut self.state)?;
-        let moment = |i: usize| self.state.torque.get(i).map_or(DVec3::ZERO, |t| t.0);
-        Ok(self.state.force.iter().enumerate().map(|(i, force)| (*force, moment(i))).collect())
     }
 
     /// Walls now.
