@@ -8,10 +8,6 @@ var<storage, read_write> travel: array<Real>;        // N, m: way since the list
 var<storage, read> halt: u32;
 var<storage, read_write> halt_next: atomic<u32>;
 
-/// Slots looked at in one go: first all of them for nearness, then the near ones for forces, so that neighbouring
-/// invocations do the expensive part together.
-const BATCH = 32u;
-
 @compute @workgroup_size(WG)
 fn advance(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(id, groups);
@@ -31,34 +27,36 @@ fn advance(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
     let end = slot_start[i + 1u];
     var sum = Gathered();
     var lost = false;
-    for (var first = slot_start[i]; first < end; first += BATCH) {
-        var nearby = 0u;
-        let last = min(end, first + BATCH);
-        for (var slot = first; slot < last; slot++) {
-            let entry = neighbour[slot];
-            if (entry == NONE) {
-                break;
-            }
-            if (near(here.place, entry & INDEX)) {
-                nearby |= 1u << (slot - first);
-            } else {
-                forget_spring(slot, entry);
-            }
+    var slot = slot_start[i];
+    for (; slot < end; slot++) {
+        let entry = neighbour[slot];
+        let j = entry & INDEX;
+        if (j >= params.bodies) {
+            break;
         }
-        let count = countOneBits(nearby);
-        for (var k = 0u; k < count; k++) {
-            let slot = first + firstTrailingBit(nearby);
-            nearby &= nearby - 1u;
-            let entry = neighbour[slot];
-            let contact = contact_of(i, here, slot, entry);
-            if (contact.gap < 0) {
-                keep_spring(slot, entry, contact.spring);
-                sum.force += contact.force;
-                sum.torque += moment(contact.arm, contact.force);
-                lost |= (entry & INDEX) >= params.bodies && contact.gap < -here.place.radius;
-            } else {
-                forget_spring(slot, entry);
-            }
+        let contact = grain_contact(i, here, j, spring_of(slot, entry));
+        if (contact.gap < 0) {
+            keep_spring(slot, entry, contact.spring);
+            sum.force += contact.force;
+            sum.torque += moment(contact.arm, contact.force);
+        } else {
+            forget_spring(slot, entry);
+        }
+    }
+    // Walls come last. In a loop of their own they cost the grains that have none nothing.
+    for (; slot < end; slot++) {
+        let entry = neighbour[slot];
+        if (entry == NONE) {
+            break;
+        }
+        let contact = wall_contact(i, here, (entry & INDEX) - params.bodies, spring_of(slot, entry));
+        if (contact.gap < 0) {
+            keep_spring(slot, entry, contact.spring);
+            sum.force += contact.force;
+            sum.torque += moment(contact.arm, contact.force);
+            lost |= contact.gap < -here.place.radius;
+        } else {
+            forget_spring(slot, entry);
         }
     }
     let v = advanced(here.motion, sum.force);

@@ -9,75 +9,83 @@ struct Contact {
     dissipation: Real // W, of dashpot and sliding
 }
 
-/// Whether the neighbour may touch: an answer without residues, for the price of one place.
-fn near(here: Place, j: u32) -> bool {
-    if (j >= params.bodies) {
-        return true;
+/// What two surfaces in contact do to the one that n points away from, N and W.
+struct Push {
+    force: Vec,
+    spring: Vec,
+    dissipation: Real,
+}
+
+fn push(pair: Pair, gap: Real, n: Vec, n_before: Vec, v_rel: Vec, inverse_mass: Real, old: Vec) -> Push {
+    let approach = dot(v_rel, n);
+    let damping = dashpot_force(pair, approach, inverse_mass);
+    let pressing = normal_force(pair, gap) + damping;
+    let stretched = stretched_spring(old, pair, n, n_before, v_rel);
+    let spring = slid_spring(stretched, pair, pressing);
+    return Push(spring - pressing * n, spring, damping * approach + sliding_power(stretched, spring, pair));
+}
+
+/// The contact of grain i with grain j.
+///
+/// Both compute it from the same side, and the one it is not seen from turns the result around. So what acts on the two is
+/// opposite to the last bit, however a driver fuses and reorders sums.
+fn grain_contact(i: u32, here: Body, j: u32, old: Vec) -> Contact {
+    let there = place[j];
+    let d = between(here.place.x, there.x, residue_of(j) - here.residue);
+    let back = backward(d.x);
+    let way = Point(select(d.x, -d.x, back), select(d.residue, -d.residue, back));
+    let radius = select(here.place.radius, there.radius, back);
+    let radius_to = select(there.radius, here.place.radius, back);
+    let touch = touch_grain(i, j, way, radius, radius_to);
+    var contact = Contact();
+    contact.gap = touch.gap;
+    if (touch.gap < 0) {
+        // Erratum E7: one shared point, mid-overlap.
+        let arm = (radius + 0.5 * touch.gap) * touch.n;
+        let arm_to = -(radius_to + 0.5 * touch.gap) * touch.n;
+        let other = motion[j];
+        let spin = spin_of(j);
+        let v = select(here.motion.v - other.v, other.v - here.motion.v, back);
+        let surface = surface_velocity(select(here.spin, spin, back), arm);
+        let v_rel = v + (surface - surface_velocity(select(spin, here.spin, back), arm_to));
+        let n_before = unit_or((way.x + way.residue) + params.since * v, touch.n);
+        let inverse_mass = here.motion.inverse_mass + other.inverse_mass;
+        let p = push(pair_of(i, j), touch.gap, touch.n, n_before, v_rel, inverse_mass, select(old, -old, back));
+        contact.force = select(p.force, -p.force, back);
+        contact.spring = select(p.spring, -p.spring, back);
+        contact.arm = select(arm, arm_to, back);
+        contact.dissipation = p.dissipation;
     }
-    return within(here, place[j], 0);
+    return contact;
+}
+
+/// The contact of grain i with wall w.
+fn wall_contact(i: u32, here: Body, w: u32, old: Vec) -> Contact {
+    let touch = touch_wall(w, here.place.x, here.residue, here.place.radius);
+    var contact = Contact();
+    contact.gap = touch.gap;
+    if (touch.gap < 0) {
+        contact.arm = (here.place.radius + 0.5 * touch.gap) * touch.n;
+        let v = here.motion.v - wall_velocity(w, here.place.x + contact.arm);
+        let v_rel = v + surface_velocity(here.spin, contact.arm);
+        let n_before = wall_normal_before(w, here.place.x - params.since * here.motion.v);
+        let pair = pair_of(i, params.bodies + w);
+        let p = push(pair, touch.gap, touch.n, n_before, v_rel, here.motion.inverse_mass, old);
+        contact.force = p.force;
+        contact.spring = p.spring;
+        contact.dissipation = p.dissipation;
+    }
+    return contact;
 }
 
 /// The contact of grain i with entry `entry` of its list.
-///
-/// Two grains compute their contact from the same side, `from` one of them `to` the other, and the one it is not seen from
-/// turns the result around. So what acts on the two is opposite to the last bit, however a driver fuses and reorders sums.
 fn contact_of(i: u32, here: Body, slot: u32, entry: u32) -> Contact {
     let j = entry & INDEX;
-    var contact = Contact();
-    var touch: Touch;
-    var radius = here.place.radius;
-    var radius_to = radius;
-    var back = false;
+    let old = spring_of(slot, entry);
     if (j < params.bodies) {
-        let there = place[j];
-        var way = between(here.place.x, there.x, residue_of(j) - here.residue);
-        back = backward(way.x);
-        if (back) {
-            way = Point(-way.x, -way.residue);
-            radius = there.radius;
-        } else {
-            radius_to = there.radius;
-        }
-        touch = touch_grain(i, j, way, radius, radius_to);
-    } else {
-        touch = touch_wall(j - params.bodies, here.place.x, here.residue, radius);
+        return grain_contact(i, here, j, old);
     }
-    contact.gap = touch.gap;
-    if (touch.gap < 0) {
-        let n = touch.n;
-        // Erratum E7: one shared point, mid-overlap.
-        let arm = (radius + 0.5 * touch.gap) * n;
-        let arm_to = -(radius_to + 0.5 * touch.gap) * n;
-        var v_rel: Vec;
-        var n_before: Vec;
-        var inverse_mass = here.motion.inverse_mass;
-        if (j < params.bodies) {
-            let other = motion[j];
-            let spin = spin_of(j);
-            let v = select(here.motion.v - other.v, other.v - here.motion.v, back);
-            let surface = surface_velocity(select(here.spin, spin, back), arm);
-            v_rel = v + (surface - surface_velocity(select(spin, here.spin, back), arm_to));
-            n_before = unit_or((radius + radius_to + touch.gap) * n + params.since * v, n);
-            inverse_mass += other.inverse_mass;
-        } else {
-            let w = j - params.bodies;
-            v_rel = (here.motion.v - wall_velocity(w, here.place.x + arm)) + surface_velocity(here.spin, arm);
-            n_before = wall_normal_before(w, here.place.x - params.since * here.motion.v);
-        }
-        let pair = pair_of(i, j);
-        let approach = dot(v_rel, n);
-        let damping = dashpot_force(pair, approach, inverse_mass);
-        let pressing = normal_force(pair, touch.gap) + damping;
-        let old = spring_of(slot, entry);
-        let stretched = stretched_spring(select(old, -old, back), pair, n, n_before, v_rel);
-        let spring = slid_spring(stretched, pair, pressing);
-        let force = spring - pressing * n;
-        contact.spring = select(spring, -spring, back);
-        contact.force = select(force, -force, back);
-        contact.arm = select(arm, arm_to, back);
-        contact.dissipation = damping * approach + sliding_power(stretched, spring, pair);
-    }
-    return contact;
+    return wall_contact(i, here, j - params.bodies, old);
 }
 
 /// Force and moment of all contacts of a grain.

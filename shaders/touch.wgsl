@@ -9,7 +9,7 @@ fn touch_grain(i: u32, j: u32, way: Point, a: Real, b: Real) -> Touch {
     if (distance == 0) {
         return Touch(-(a + b), select(-first_axis(), first_axis(), number[i] < number[j]));
     }
-    return Touch(gap_between(way.x, way.residue, distance, a, b), d / distance);
+    return Touch(gap_between(way.x, way.residue, distance, a, b), d * (1 / distance));
 }
 
 /// Unit vector along d; the other one where d has no length.
@@ -18,7 +18,7 @@ fn unit_or(d: Vec, other: Vec) -> Vec {
     if (length_squared == 0) {
         return other;
     }
-    return d / sqrt(length_squared);
+    return d * (1 / sqrt(length_squared));
 }
 
 /// Whether the surfaces are closer than this, m, judged without residues: true where these could decide.

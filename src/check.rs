@@ -199,7 +199,9 @@ impl Checker<'_> {
     fn tolerance(&self, stage: &Stage, array: &str, overlap: f64) -> f64 {
         let epsilon = epsilon(self.precision);
         match (stage.name, array) {
-            ("advance" | "forces" | "synchronise" | "measure", _) if overlap > 0.0 && self.precision == Precision::Double => {
+            ("advance" | "forces" | "synchronise" | "measure", _)
+                if overlap > 0.0 && self.precision == Precision::Double =>
+            {
                 16.0 * epsilon * (1.0 / overlap).max(1.0)
             }
             _ => 64.0 * epsilon,
@@ -299,9 +301,10 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
     }
     let width = a.len() / twin.column(array).len().max(1);
     let masked = |k: usize| match (stage.name, array) {
-        ("advance" | "forces" | "synchronise", "force" | "torque" | "motion_next" | "spin_next" | "place_next" | "travel") => {
-            undecided[k / width]
-        }
+        (
+            "advance" | "forces" | "synchronise",
+            "force" | "torque" | "motion_next" | "spin_next" | "place_next" | "travel",
+        ) => undecided[k / width],
         ("count", "slot_start") => undecided.get(k).is_some_and(|u| *u),
         ("advance" | "neighbours", "spring" | "neighbour") => undecided[owner(twin, k / width)],
         ("measure", _) => (k / width..undecided.len()).step_by(crate::state::PARTS).any(|i| undecided[i]),

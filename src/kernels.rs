@@ -77,7 +77,11 @@ pub static SCAN_HISTORY: [Stage; 3] = [
     Stage {
         kernel: "scan_reduce",
         bind: &[("values", "history_start")],
-        ..Stage::new("scan_reduce history_start", |s| scan::scan_reduce(&s.history_start, &mut s.tile), |s| s.bodies / TILE + 1)
+        ..Stage::new(
+            "scan_reduce history_start",
+            |s| scan::scan_reduce(&s.history_start, &mut s.tile),
+            |s| s.bodies / TILE + 1,
+        )
     },
     Stage {
         kernel: "scan_top",
@@ -88,7 +92,11 @@ pub static SCAN_HISTORY: [Stage; 3] = [
     Stage {
         kernel: "scan_down",
         bind: &[("values", "history_start")],
-        ..Stage::new("scan_down history_start", |s| scan::scan_down(&mut s.history_start, &s.tile), |s| s.bodies / TILE + 1)
+        ..Stage::new(
+            "scan_down history_start",
+            |s| scan::scan_down(&mut s.history_start, &s.tile),
+            |s| s.bodies / TILE + 1,
+        )
     },
 ];
 /// History 2: the springs.
@@ -100,7 +108,11 @@ pub static SCAN_CELLS: [Stage; 3] = [
     Stage {
         kernel: "scan_reduce",
         bind: &[("values", "cell_start")],
-        ..Stage::new("scan_reduce cell_start", |s| scan::scan_reduce(&s.cell_start, &mut s.tile), |s| s.cells / TILE + 1)
+        ..Stage::new(
+            "scan_reduce cell_start",
+            |s| scan::scan_reduce(&s.cell_start, &mut s.tile),
+            |s| s.cells / TILE + 1,
+        )
     },
     Stage {
         kernel: "scan_top",
@@ -127,7 +139,11 @@ pub static SCAN_SLOTS: [Stage; 3] = [
     Stage {
         kernel: "scan_reduce",
         bind: &[("values", "slot_start")],
-        ..Stage::new("scan_reduce slot_start", |s| scan::scan_reduce(&s.slot_start, &mut s.tile), |s| s.bodies / TILE + 1)
+        ..Stage::new(
+            "scan_reduce slot_start",
+            |s| scan::scan_reduce(&s.slot_start, &mut s.tile),
+            |s| s.bodies / TILE + 1,
+        )
     },
     Stage {
         kernel: "scan_top",

@@ -5,13 +5,14 @@ use crate::{model::Boundary, state::State};
 use glam::DVec3;
 
 /// From a to (the nearest image of) b + residue: the part that is exact, and the rest.
+#[inline(always)]
 pub fn between(s: &State, a: DVec3, b: DVec3, residue: DVec3) -> Point {
     let d = b - a;
     match s.model.boundary {
         Boundary::Open => Point { x: d, residue },
         Boundary::Periodic => {
-            let k = (d * s.params.inverse_period + DVec3::splat(0.5)).floor();
-            Point { x: d - s.params.period * k, residue: residue - s.params.period_rest * k }
+            let k = d * s.params.inverse_period + DVec3::splat(0.5);
+            unwound(s, Point { x: d, residue }, k)
         }
     }
 }
@@ -20,9 +21,16 @@ pub fn between(s: &State, a: DVec3, b: DVec3, residue: DVec3) -> Point {
 pub fn wrapped(s: &State, p: Point) -> Point {
     match s.model.boundary {
         Boundary::Open => p,
-        Boundary::Periodic => {
-            let k = ((p.x - s.params.cell_origin) * s.params.inverse_period).floor();
-            Point { x: p.x - s.params.period * k, residue: p.residue - s.params.period_rest * k }
-        }
+        Boundary::Periodic => unwound(s, p, (p.x - s.params.cell_origin) * s.params.inverse_period),
     }
+}
+
+/// p less the whole periods in `k`. Mostly there are none, and then nothing is computed.
+#[inline(always)]
+fn unwound(s: &State, p: Point, k: DVec3) -> Point {
+    if k.cmpge(DVec3::ZERO).all() && k.cmplt(DVec3::ONE).all() {
+        return p;
+    }
+    let k = k.floor();
+    Point { x: p.x - s.params.period * k, residue: p.residue - s.params.period_rest * k }
 }

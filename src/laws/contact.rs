@@ -4,10 +4,10 @@ use super::{
     boundary::between,
     dashpot::dashpot_force,
     dimension::moment,
-    friction::{sliding_power, slid_spring, spring_of, stretched_spring},
+    friction::{slid_spring, sliding_power, spring_of, stretched_spring},
     materials::pair_of,
     normal::normal_force,
-    precision::residue_of,
+    precision::{Point, residue_of},
     rotation::{spin_of, surface_velocity},
     touch::{touch_grain, unit_or, within},
     walls::{touch_wall, wall_normal_before, wall_velocity},
@@ -26,6 +26,7 @@ pub struct Body {
 }
 
 /// Grain i.
+#[inline(always)]
 pub fn body(s: &State, i: usize) -> Body {
     Body { place: s.place[i], residue: residue_of(s, i), motion: s.motion[i], spin: spin_of(s, i) }
 }
@@ -46,19 +47,21 @@ pub struct Contact {
 }
 
 /// Whether the neighbour may touch: an answer without residues, for the price of one place.
+#[inline(always)]
 pub fn near(s: &State, here: &Place, j: usize) -> bool {
     s.place.get(j).is_none_or(|there| within(s, here, there, 0.0))
 }
 
 /// The contact of grain i with neighbour j, whose spring was `old`. (On a device both grains compute it from the same
 /// side, so that the results are opposite to the last bit; here they are anyway, because f64 in Rust is not reordered.)
-#[inline]
+#[inline(always)]
 pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, old: DVec3) -> Contact {
     let bodies = s.sizes.bodies;
     let mut contact = Contact::default();
+    let mut way = Point::default();
     let touch = if j < bodies {
         let there = &s.place[j];
-        let way = between(s, here.place.x, there.x, residue_of(s, j) - here.residue);
+        way = between(s, here.place.x, there.x, residue_of(s, j) - here.residue);
         touch_grain(s, i, j, way, here.place.radius, there.radius)
     } else {
         touch_wall(&s.wall[j - bodies], here.place.x, here.residue, here.place.radius)
@@ -75,7 +78,7 @@ pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, old: DVec3) -> Con
             inverse_mass += other.inverse_mass;
             (
                 v + (surface_velocity(here.spin, arm) - surface_velocity(spin_of(s, j), arm_there)),
-                unit_or((here.place.radius + there.radius + touch.gap) * n + s.params.since * v, n),
+                unit_or((way.x + way.residue) + s.params.since * v, n),
             )
         } else {
             let wall = &s.wall[j - bodies];

@@ -3,6 +3,7 @@
 use crate::{model::Dashpot, state::Pair};
 
 /// Additional pressing force, N; `approach` = v_rel · n, `inverse_mass` = 1/m_i + 1/m_j.
+#[inline(always)]
 pub fn dashpot_force(law: Dashpot, pair: &Pair, approach: f64, inverse_mass: f64) -> f64 {
     match law {
         Dashpot::None => 0.0,

@@ -4,11 +4,13 @@ use crate::model::Dimension;
 use glam::{DVec2, DVec3, IVec3};
 
 /// ω × R, the second term of (2.6), m/s.
+#[inline(always)]
 pub fn spin_velocity(spin: DVec3, arm: DVec3) -> DVec3 {
     spin.cross(arm)
 }
 
 /// R × f, (2.3) and (2.16), N m.
+#[inline(always)]
 pub fn moment(arm: DVec3, force: DVec3) -> DVec3 {
     arm.cross(force)
 }

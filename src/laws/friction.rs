@@ -7,6 +7,7 @@ use crate::{
 use glam::DVec3;
 
 /// The spring of a slot, N.
+#[inline(always)]
 pub fn spring_of(entry: u32, spring: Option<&Packed>) -> DVec3 {
     match spring {
         Some(spring) if entry & SPRUNG != 0 => spring.0,
@@ -15,6 +16,7 @@ pub fn spring_of(entry: u32, spring: Option<&Packed>) -> DVec3 {
 }
 
 /// The contact in this slot is closed and has this spring now.
+#[inline(always)]
 pub fn keep_spring(entry: &mut u32, spring: Option<&mut Packed>, f: DVec3) {
     if let Some(spring) = spring {
         spring.0 = f;
@@ -23,12 +25,14 @@ pub fn keep_spring(entry: &mut u32, spring: Option<&mut Packed>, f: DVec3) {
 }
 
 /// The contact in this slot is open.
+#[inline(always)]
 pub fn forget_spring(entry: &mut u32) {
     *entry &= INDEX;
 }
 
 /// The old spring turned into the new contact plane by the smallest rotation Z from `n_before` to `n` (2.11) and
 /// stretched by the slip of this step (2.8), (2.9), N.
+#[inline(always)]
 pub fn stretched_spring(s: &State, old: DVec3, pair: &Pair, n: DVec3, n_before: DVec3, v_rel: DVec3) -> DVec3 {
     if s.model.friction == Friction::None {
         return DVec3::ZERO;
@@ -39,6 +43,7 @@ pub fn stretched_spring(s: &State, old: DVec3, pair: &Pair, n: DVec3, n_before: 
 }
 
 /// Capped by sliding (2.13), N.
+#[inline(always)]
 pub fn slid_spring(stretched: DVec3, pair: &Pair, pressing: f64) -> DVec3 {
     let limit = pair.friction * pressing.max(-pressing);
     let length_squared = stretched.length_squared();
@@ -46,6 +51,7 @@ pub fn slid_spring(stretched: DVec3, pair: &Pair, pressing: f64) -> DVec3 {
 }
 
 /// Work done by sliding per time, W: the force times what the spring was shortened by.
+#[inline(always)]
 pub fn sliding_power(s: &State, stretched: DVec3, slid: DVec3, pair: &Pair) -> f64 {
     if pair.tangential_stiffness == 0.0 || s.params.since == 0.0 {
         return 0.0;

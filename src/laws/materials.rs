@@ -6,6 +6,7 @@ use crate::{
 };
 
 /// Contact parameters of i and j; wall w is number `bodies + w`.
+#[inline(always)]
 pub fn pair_of(s: &State, i: usize, j: usize) -> Pair {
     match s.model.materials {
         Materials::One => s.params.pair,

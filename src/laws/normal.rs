@@ -3,6 +3,7 @@
 use crate::state::Pair;
 
 /// Pressing force of the linear spring (2.1), N, for a gap < 0.
+#[inline(always)]
 pub fn normal_force(pair: &Pair, gap: f64) -> f64 {
     -pair.stiffness * gap
 }

@@ -14,6 +14,7 @@ pub struct Point {
 }
 
 /// What the position of grain i has beyond `place.x`, m; zero in double precision.
+#[inline(always)]
 pub fn residue_of(s: &State, i: usize) -> DVec3 {
     s.residue.get(i).copied().unwrap_or_default()
 }
@@ -36,6 +37,7 @@ pub fn moved(s: &State, x: DVec3, residue: DVec3, step: DVec3) -> Point {
 }
 
 /// Distance less the radii, m. (In single precision the device takes pains for the digits that are lost in this.)
+#[inline(always)]
 pub fn gap_between(distance: f64, a: f64, b: f64) -> f64 {
     distance - (a + b)
 }

@@ -16,6 +16,7 @@ pub fn inverse_inertia(s: &State, place: &Place, inverse_mass: f64) -> f64 {
 }
 
 /// rad/s; zero where nothing turns.
+#[inline(always)]
 pub fn spin_of(s: &State, i: usize) -> DVec3 {
     match s.model.rotation {
         Rotation::None => DVec3::ZERO,
@@ -24,6 +25,7 @@ pub fn spin_of(s: &State, i: usize) -> DVec3 {
 }
 
 /// Velocity of the surface point at the end of arm, relative to the centre, m/s.
+#[inline(always)]
 pub fn surface_velocity(spin: DVec3, arm: DVec3) -> DVec3 {
     spin_velocity(spin, arm)
 }
