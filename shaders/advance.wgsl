@@ -60,14 +60,15 @@ fn advance(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
         }
     }
     let v = advanced(here.motion, sum.force);
-    let point = wrapped(moved(here.place.x, here.residue, params.dt * v));
+    let point = wrapped(moved(here.place.x, here.residue.x, params.dt * v));
     place_next[i] = Place(point.x, here.place.radius);
-    keep_residue(i, point.residue);
+    keep_residue(i, Residue(point.residue, here.residue.radius));
     motion_next[i] = Motion(v, here.motion.inverse_mass);
     keep_spin(i, advanced_spin(here, sum.torque));
-    let way = travel[i] + params.dt * sqrt(dot(v, v));
+    let stride = params.dt * sqrt(dot(v, v));
+    let way = travel[i] + stride;
     travel[i] = way;
-    lost |= outside(point.x, params.lower, params.upper);
+    lost |= outside(point.x, params.lower, params.upper) || !(stride <= params.step_limit);
     if (lost) {
         atomicMax(&counters.bad_body, params.bodies - number[i]);
     }

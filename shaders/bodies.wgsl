@@ -8,7 +8,7 @@ var<storage, read> number: array<u32>;    // N: the grain's number in the scene
 /// All there is to know of a grain.
 struct Body {
     place: Place,
-    residue: Vec,
+    residue: Residue,
     motion: Motion,
     spin: Spin,
 }

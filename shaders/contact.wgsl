@@ -31,12 +31,13 @@ fn push(pair: Pair, gap: Real, n: Vec, n_before: Vec, v_rel: Vec, inverse_mass: 
 /// opposite to the last bit, however a driver fuses and reorders sums.
 fn grain_contact(i: u32, here: Body, j: u32, old: Vec) -> Contact {
     let there = place[j];
-    let d = between(here.place.x, there.x, residue_of(j) - here.residue);
+    let residue = residue_of(j);
+    let d = between(here.place.x, there.x, residue.x - here.residue.x);
     let back = backward(d.x);
     let way = Point(select(d.x, -d.x, back), select(d.residue, -d.residue, back));
     let radius = select(here.place.radius, there.radius, back);
     let radius_to = select(there.radius, here.place.radius, back);
-    let touch = touch_grain(i, j, way, radius, radius_to);
+    let touch = touch_grain(i, j, way, radius, radius_to, here.residue.radius + residue.radius);
     var contact = Contact();
     contact.gap = touch.gap;
     if (touch.gap < 0) {
@@ -61,7 +62,7 @@ fn grain_contact(i: u32, here: Body, j: u32, old: Vec) -> Contact {
 
 /// The contact of grain i with wall w.
 fn wall_contact(i: u32, here: Body, w: u32, old: Vec) -> Contact {
-    let touch = touch_wall(w, here.place.x, here.residue, here.place.radius);
+    let touch = touch_wall(w, here.place, here.residue);
     var contact = Contact();
     contact.gap = touch.gap;
     if (touch.gap < 0) {

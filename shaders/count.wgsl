@@ -30,7 +30,7 @@ fn count(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
         }
     }
     for (var w = 0u; w < params.walls && !fixed; w++) {
-        let gap = touch_wall(w, here.x, residue_of(i), here.radius).gap;
+        let gap = touch_wall(w, here, residue_of(i)).gap;
         // Rounding grows with the distance from the wall's point; twice the margin leaves room for it.
         if (gap < 2 * params.margin) {
             slots++;

@@ -8,7 +8,8 @@ fn advanced(motion: Motion, force: Vec) -> Vec {
     }
     let half = 0.5 * params.dt * params.damping;
     let acceleration = motion.inverse_mass * force + params.gravity;
-    return ((1 - half) * motion.v + params.dt * acceleration) / (1 + half);
+    // Not ((1 - half) v + dt a) / (1 + half): that rounds a slow change of v as coarsely as v, and always the same way.
+    return motion.v + (params.dt * acceleration - 2 * half * motion.v) / (1 + half);
 }
 
 /// Velocity from 0 to -1/2, m/s: without it the leapfrog loses an order of accuracy.

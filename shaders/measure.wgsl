@@ -62,7 +62,7 @@ fn measure(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
         let kinetic = 0.5 * dot(v, v) / inverse_mass + spin_energy(here, spin_at_step(here, torque));
         let total = force + params.gravity / inverse_mass;
         sum.kinetic += kinetic;
-        sum.potential -= dot(params.gravity, here.place.x + here.residue) / inverse_mass;
+        sum.potential -= dot(params.gravity, here.place.x + here.residue.x) / inverse_mass;
         sum.net_force += sqrt(dot(total, total));
         sum.dissipation += 2 * params.damping * kinetic;
     }

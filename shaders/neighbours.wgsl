@@ -46,7 +46,7 @@ fn neighbours(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgro
         }
     }
     for (var w = 0u; w < params.walls && !fixed; w++) {
-        if (touch_wall(w, here.x, residue_of(i), here.radius).gap < params.margin) {
+        if (touch_wall(w, here, residue_of(i)).gap < params.margin) {
             if (slot == end) {
                 missed++;
                 continue;

@@ -6,6 +6,12 @@ struct Place {
     radius: Real, // m
 }
 
+/// What single precision leaves out of a Place.
+struct Residue {
+    x: Vec,       // m
+    radius: Real, // m
+}
+
 /// A position: in single precision a multiple of params.quantum and a residue.
 struct Point {
     x: Vec,       // m
@@ -41,8 +47,9 @@ struct Params {
     quantum: Real,          // m, a power of two: single precision keeps positions as multiples of it and a residue
     inverse_quantum: Real,  // 1/m
     blur: Real,             // m, what a distance may be off if residues are left out
-    split: Real,            // m, a power of two: lengths up to the largest contact distance are 14 bits of it and a rest
+    split: Real,            // m, a power of two: lengths up to the largest contact distance are 15 bits of it and a rest
     inverse_split: Real,    // 1/m
+    step_limit: Real,       // m, no grain may go further in a step
     drift_limit: Real,      // m, lists are good while no grain has moved further than this
     @align(16) pair: Pair,  // the pair parameters of a scene with one material
     cells: vec3<u32>,       // cells per axis; the grid wraps around on every axis
@@ -59,7 +66,7 @@ struct Counters {
     slots_needed: atomic<u32>, // neighbour slots that the lists ask for
     done: atomic<u32>,         // steps done since the lists were made
     drift: atomic<u32>,        // bits of an f32: longest way of a grain since the lists were made, over drift_limit
-    bad_body: atomic<u32>,     // bodies - id of a grain that is no number, left the domain or crossed a wall; 0: none
+    bad_body: atomic<u32>,     // bodies - id of a grain that is no number, left the domain, crossed a wall or is too fast; 0: none
     springs: atomic<u32>,      // contacts with a spring at the end of the chunk, each counted once
     inherited: atomic<u32>,    // springs of the history that the new lists took over
     missed: atomic<u32>,       // neighbours that found no slot: 0, or a defect

@@ -3,13 +3,13 @@
 
 /// Gap and normal of grains i and j, between which lies `way`. Coincident centres get an arbitrary axis, opposite for the
 /// two grains.
-fn touch_grain(i: u32, j: u32, way: Point, a: Real, b: Real) -> Touch {
+fn touch_grain(i: u32, j: u32, way: Point, a: Real, b: Real, radii_rest: Real) -> Touch {
     let d = way.x + way.residue;
     let distance = sqrt(dot(d, d));
     if (distance == 0) {
         return Touch(-(a + b), select(-first_axis(), first_axis(), number[i] < number[j]));
     }
-    return Touch(gap_between(way.x, way.residue, distance, a, b), d * (1 / distance));
+    return Touch(gap_between(way.x, way.residue, distance, a, b, radii_rest), d * (1 / distance));
 }
 
 /// Unit vector along d; the other one where d has no length.

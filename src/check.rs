@@ -239,10 +239,14 @@ fn entries(s: &State, i: usize) -> impl Iterator<Item = Entry> {
     entries.map(|entry| (entry & INDEX) as usize).filter(move |j| *j < bodies + s.sizes.walls).map(move |j| {
         let (gap, size) = if j < bodies {
             let there = &s.place[j];
-            let way = between(s, here.x, there.x, residue_of(s, j) - residue_of(s, i));
-            (touch_grain(s, i, j, way, here.radius, there.radius).gap, here.radius + there.radius)
+            let way = between(s, here.x, there.x, residue_of(s, j).x - residue_of(s, i).x);
+            (
+                touch_grain(s, i, j, way, here.radius, there.radius, residue_of(s, i).radius + residue_of(s, j).radius)
+                    .gap,
+                here.radius + there.radius,
+            )
         } else {
-            (touch_wall(&s.wall[j - bodies], here.x, residue_of(s, i), here.radius).gap, here.radius)
+            (touch_wall(&s.wall[j - bodies], here, residue_of(s, i)).gap, here.radius)
         };
         Entry { overlap: -gap / size, force: normal_force(&pair_of(s, i, j), gap.min(0.0)) }
     })
@@ -267,7 +271,7 @@ fn at_the_reach(s: &State, precision: Precision) -> Vec<bool> {
     };
     let wall = |i: usize, wall: &crate::state::Wall| {
         let here = &s.place[i];
-        let gap = touch_wall(wall, here.x, residue_of(s, i), here.radius).gap;
+        let gap = touch_wall(wall, here, residue_of(s, i)).gap;
         let scale = (here.x - wall.point).length() + here.radius;
         [1.0, 2.0].iter().any(|reach| (gap - reach * margin).abs() < rounding * scale)
     };
@@ -384,7 +388,7 @@ fn positions(twin: &State, device: &State, undecided: &[bool]) -> (f64, f64) {
     let largest = twin.motion_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * twin.params.dt;
     let (mut worst, mut squares) = (0.0_f64, 0.0);
     for i in (0..twin.sizes.bodies).filter(|i| !undecided.get(*i).is_some_and(|u| *u)) {
-        let rest = twin.residue_next[i] - device.residue_next[i];
+        let rest = twin.residue_next[i].x - device.residue_next[i].x;
         let difference = ((twin.place_next[i].x - device.place_next[i].x) + rest).abs().max_element();
         worst = if difference.is_nan() { f64::INFINITY } else { worst.max(difference) };
         squares += difference * difference;

@@ -15,7 +15,7 @@ use crate::{
     model::{Model, Precision, Rotation},
     plan::{Plan, plan},
     scene::{Assembly, Dashpot, Grain, Surface},
-    state::{Array, Counters, Motion, PARTS, Pair, Params, Place, Sizes, Spin, State, Wall},
+    state::{Array, Counters, Motion, PARTS, Pair, Params, Place, Residue, Sizes, Spin, State, Wall},
     time_step,
 };
 use glam::{DVec3, UVec3};
@@ -150,6 +150,7 @@ const UNBOUNDED: f64 = 3e38;
 fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
     let grains = &assembly.grains;
     let mean_radius = grains.iter().map(|g| g.radius).sum::<f64>() / grains.len() as f64;
+    let smallest = grains.iter().map(|g| g.radius).fold(f64::INFINITY, f64::min);
     let largest = grains.iter().map(|g| g.radius).fold(0.0, f64::max);
     let margin = assembly.solver.margin * mean_radius;
     let unit = split(2.0 * (largest + margin));
@@ -164,6 +165,7 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
         damping: assembly.solver.damping,
         margin,
         drift_limit: 0.5 * margin,
+        step_limit: 0.5 * margin.min(smallest),
         pair: pair(&assembly.pairs[0]),
         cells: UVec3::ONE,
         bodies: grains.len() as u32,
@@ -172,8 +174,8 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
         parts: PARTS as u32,
         ..Params::default()
     };
-    let corners = domain_corners(assembly);
-    p.quantum = quantum(corners.map(|x| x.abs().max_element()).fold(0.0, f64::max));
+    let reach = landmarks(assembly).map(|x| x.abs().max_element()).fold(0.0, f64::max);
+    p.quantum = quantum(reach + largest);
     p.inverse_quantum = 1.0 / p.quantum;
     let single = model.precision == Precision::Single;
     // Residues are at most half a quantum and half a quantum of the period; the rest is for rounding.
@@ -228,11 +230,29 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
     p
 }
 
-/// Positions of grains and finite corners of the domain: how far coordinates go.
-fn domain_corners(assembly: &Assembly) -> impl Iterator<Item = DVec3> {
+/// Positions of grains, finite corners of the domain and points of walls: how far coordinates go.
+fn landmarks(assembly: &Assembly) -> impl Iterator<Item = DVec3> {
     let finite = |x: DVec3| DVec3::select(x.is_finite_mask(), x, DVec3::ZERO);
     let corners = [assembly.domain.lower, assembly.domain.upper].map(finite);
-    assembly.grains.iter().map(|g| g.position).chain(corners)
+    let middle = middle(assembly);
+    let walls = assembly.walls.iter().map(move |wall| anchor(&wall.surface, middle));
+    assembly.grains.iter().map(|g| g.position).chain(corners).chain(walls)
+}
+
+/// The middle of the box around the grains.
+fn middle(assembly: &Assembly) -> DVec3 {
+    let bounds = |(low, high): (DVec3, DVec3), g: &Grain| (low.min(g.position), high.max(g.position));
+    let (low, high) = assembly.grains.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), bounds);
+    0.5 * (low + high)
+}
+
+/// A point of a plane, or of the axis of a cylinder, close to the grains: coordinates that go farther than they must cost
+/// digits in single precision.
+fn anchor(surface: &Surface, middle: DVec3) -> DVec3 {
+    match *surface {
+        Surface::Plane { point, normal } => middle - (middle - point).dot(normal) * normal,
+        Surface::Cylinder { center, .. } => center,
+    }
 }
 
 fn fill(state: &mut State, assembly: &Assembly) {
@@ -242,8 +262,9 @@ fn fill(state: &mut State, assembly: &Assembly) {
         let mass = time_step::mass(dimension, density, grain.radius);
         state.place[i] = Place { x: grain.position, radius: grain.radius };
         if let Some(residue) = state.residue.get_mut(i) {
-            let whole = quantised(&state.params, grain.position);
-            (state.place[i].x, *residue) = (whole, grain.position - whole);
+            let whole = Place { x: quantised(&state.params, grain.position), radius: f64::from(grain.radius as f32) };
+            *residue = Residue { x: grain.position - whole.x, radius: grain.radius - whole.radius };
+            state.place[i] = whole;
         }
         state.number[i] = i as u32;
         state.motion[i] = Motion { v: grain.velocity, inverse_mass: if grain.fixed { 0.0 } else { 1.0 / mass } };
@@ -252,10 +273,12 @@ fn fill(state: &mut State, assembly: &Assembly) {
         state.spin = assembly.grains.iter().map(|g| Spin(g.spin)).collect();
     }
     let single = state.model.precision == Precision::Single;
+    let middle = middle(assembly);
     for (wall, given) in state.wall.iter_mut().zip(&assembly.walls) {
-        let (point, normal, radius) = match given.surface {
-            Surface::Plane { point, normal } => (point, normal, 0.0),
-            Surface::Cylinder { center, radius } => (center, DVec3::ZERO, radius),
+        let point = anchor(&given.surface, middle);
+        let (normal, radius) = match given.surface {
+            Surface::Plane { normal, .. } => (normal, 0.0),
+            Surface::Cylinder { radius, .. } => (DVec3::ZERO, radius),
         };
         let whole = if single { quantised(&state.params, point) } else { point };
         let residue = point - whole;
@@ -336,11 +359,11 @@ fn wall_pace(assembly: &Assembly, p: &Params) -> Result<f64> {
     let speed = |w: &crate::scene::Wall| w.velocity.length();
     let Some(wall) = assembly.walls.iter().max_by(|a, b| speed(a).total_cmp(&speed(b))) else { return Ok(0.0) };
     let pace = speed(wall) * p.dt;
-    if pace > p.drift_limit {
+    if pace > p.step_limit {
         return Err(Error::Scene(format!(
             "wall {} moves {pace:e} m in a step of {:e} s; at most {:e} m can be followed: use a smaller solver.dt or a larger \
              solver.margin",
-            wall.name, p.dt, p.drift_limit
+            wall.name, p.dt, p.step_limit
         )));
     }
     Ok(pace)
@@ -497,9 +520,6 @@ impl Simulation {
             return Err(reason);
         }
         self.step += u64::from(counters.done);
-        if self.age == 1 && self.spent && self.state.params.margin >= self.widest_margin {
-            return Err(self.too_fast()?);
-        }
         Ok(u64::from(counters.done))
     }
 
@@ -518,34 +538,27 @@ impl Simulation {
 
     /// Why the run cannot go on, from the device's mark of the grain.
     fn gone(&mut self, mark: u32, step: u64) -> Result<Error> {
-        self.engine.read(&["place", "number"], &mut self.state)?;
+        self.engine.read(&["place", "motion", "number"], &mut self.state)?;
         let p = &self.state.params;
         let id = p.bodies - mark;
         let at = self.state.number.iter().position(|number| *number == id).unwrap_or(0);
         let x = self.state.place[at].x;
+        let stride = self.state.motion[at].v.length() * p.dt;
         let reason = if !x.is_finite() {
             format!("grain {id} has no position any more (not a number)")
+        } else if stride > p.step_limit {
+            format!(
+                "grain {id} moves {stride:e} m in one step, {:.2} of its radius; at most {:e} m can be followed safely (half of \
+                 solver.margin, or of the smallest radius)",
+                stride / self.state.place[at].radius,
+                p.step_limit
+            )
         } else if crate::laws::dimension::outside(x, p.lower, p.upper) {
             format!("grain {id} has left the domain at {x} m")
         } else {
             format!("the centre of grain {id} is beyond a wall at {x} m")
         };
         Ok(self.stopped(step, format!("{reason}; is the time step ({:e} s) too large?", p.dt)))
-    }
-
-    fn too_fast(&mut self) -> Result<Error> {
-        self.engine.read(&["place", "travel", "number"], &mut self.state)?;
-        let s = &self.state;
-        let fastest = (0..s.sizes.bodies).max_by(|a, b| s.travel[*a].total_cmp(&s.travel[*b])).unwrap_or(0);
-        let reason = format!(
-            "grain {} moves {:e} m in one step, {:.2} of its radius; at most {:e} m can be followed safely: use a smaller \
-             time step, or a larger solver.margin",
-            s.number[fastest],
-            s.travel[fastest],
-            s.travel[fastest] / s.place[fastest].radius,
-            s.params.drift_limit,
-        );
-        Ok(self.stopped(self.step, reason))
     }
 
     /// Sums over the grains now.
@@ -568,7 +581,7 @@ impl Simulation {
         let mut grains = self.assembly.grains.clone();
         for i in 0..s.sizes.bodies {
             let grain = &mut grains[s.number[i] as usize];
-            grain.position = s.place[i].x + residue_of(s, i);
+            grain.position = s.place[i].x + residue_of(s, i).x;
             grain.velocity = s.motion_next[i].v;
             grain.spin = s.spin_next.get(i).map_or(grain.spin, |spin| spin.0);
         }

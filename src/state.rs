@@ -124,6 +124,10 @@ record!(
     Place { x: DVec3, radius: f64 }
 );
 record!(
+    /// What single precision leaves out of a place.
+    Residue { x: DVec3, radius: f64 }
+);
+record!(
     /// How a grain moves.
     Motion { v: DVec3, inverse_mass: f64 }
 );
@@ -181,6 +185,7 @@ record!(
         blur: f64,
         split: f64,
         inverse_split: f64,
+        step_limit: f64,
         drift_limit: f64,
         pair: Pair,
         cells: UVec3,
@@ -390,8 +395,8 @@ fn walled(m: &Model) -> bool {
 state! {
     place: Place, Bodies, "m", always;
     place_next: Place, Bodies, "m", always;
-    residue: DVec3, Bodies, "m, beyond f32", single;
-    residue_next: DVec3, Bodies, "m, beyond f32", single;
+    residue: Residue, Bodies, "m, beyond f32", single;
+    residue_next: Residue, Bodies, "m, beyond f32", single;
     motion: Motion, Bodies, "m/s, 1/kg", always;
     motion_next: Motion, Bodies, "m/s, 1/kg", always;
     spin: Spin, Bodies, "rad/s", rotating;

@@ -87,8 +87,32 @@ fn every_shipped_scene_is_tested() {
             continue; // `hard` is for `tests/hard`
         }
         let stem = path.file_stem().unwrap().to_str().unwrap().to_owned();
+        if stem == "peer_bed" {
+            continue; // its grains are not in the repository: see below
+        }
         assert!(SCENES.iter().any(|(name, ..)| *name == stem), "{stem} has no row in SCENES");
     }
+}
+
+/// The bed that other codes are timed on, with a table of two grains instead of its own: one rests on the floor, one on it.
+#[test]
+fn peer_bed_takes_a_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("two.csv");
+    let rows = "# periodic\nx,y,z,radius,vx,vy,vz,wx,wy,wz\n0.01,0.01,0.001,0.001,0,0,0,0,0,0\n0.01,0.01,0.003,0.001,0,0,0,0,0,0\n";
+    std::fs::write(&table, rows).unwrap();
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/scenes/peer_bed.toml");
+    let assembly =
+        Scene::load(&scene, &[format!("population.0.file={}", table.display())]).unwrap().assemble().unwrap();
+    let options = Options { engine: EngineChoice::Cpu, ..Options::default() };
+    let mut simulation = Simulation::new(assembly, options).unwrap();
+    simulation.advance(3000).unwrap();
+    let sample = simulation.sample().unwrap();
+    assert_eq!(sample.contacts, 2);
+    let weight = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * 1e-9 * 9.81;
+    let expected = 2.0 * weight / 2000.0 / 1e-3;
+    let found = sample.max_overlap_over_radius;
+    assert!((found / expected - 1.0).abs() < 1e-3, "overlap {found:e}, expected {expected:e}");
 }
 
 /// Collects what differs, so that one run shows all of it.
@@ -132,9 +156,10 @@ fn scenes_run_and_engines_agree() {
         let Some((gpu, mut on_gpu)) = one(EngineChoice::Gpu, Precision::Single) else { continue };
         own(&mut bad, "gpu", &gpu, &on_gpu);
         println!("{name}: {:.1} s, {gpu:?}", started.elapsed().as_secs_f64());
-        // Trajectories of many grains are chaotic; heights, and so the potential energy, are not.
+        // Trajectories of many grains are chaotic; heights, and so the potential energy, hardly. (The 1,000 grains of
+        // `box_100k` on the CPU with gravity changed by 1e-7 to 1e-5 of it: potential energies up to 1.7e-3 apart.)
         let scale = cpu.potential_energy.abs().max(cpu.kinetic_energy);
-        bad.check(format!("{name}, potential energy"), gpu.potential_energy, cpu.potential_energy, scale, 2e-3);
+        bad.check(format!("{name}, potential energy"), gpu.potential_energy, cpu.potential_energy, scale, 5e-3);
         match read {
             Read::Energy => {}
             Read::Motion => {

@@ -5,11 +5,11 @@ alias Real = f64;
 alias Real2 = vec2<f64>;
 alias Real3 = vec3<f64>;
 
-fn residue_of(i: u32) -> Vec {
-    return Vec();
+fn residue_of(i: u32) -> Residue {
+    return Residue();
 }
 
-fn keep_residue(i: u32, value: Vec) {}
+fn keep_residue(i: u32, value: Residue) {}
 
 /// x + step.
 fn moved(x: Vec, residue: Vec, step: Vec) -> Point {
@@ -17,6 +17,6 @@ fn moved(x: Vec, residue: Vec, step: Vec) -> Point {
 }
 
 /// Distance less the radii.
-fn gap_between(d: Vec, rest: Vec, distance: Real, a: Real, b: Real) -> Real {
+fn gap_between(d: Vec, rest: Vec, distance: Real, a: Real, b: Real, radii_rest: Real) -> Real {
     return distance - (a + b);
 }

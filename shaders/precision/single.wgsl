@@ -7,14 +7,14 @@ alias Real = f32;
 alias Real2 = vec2<f32>;
 alias Real3 = vec3<f32>;
 
-var<storage, read> residue: array<Vec>;            // N, m: what a position has beyond place.x
-var<storage, read_write> residue_next: array<Vec>; // N, m
+var<storage, read> residue: array<Residue>;            // N
+var<storage, read_write> residue_next: array<Residue>; // N
 
-fn residue_of(i: u32) -> Vec {
+fn residue_of(i: u32) -> Residue {
     return residue[i];
 }
 
-fn keep_residue(i: u32, value: Vec) {
+fn keep_residue(i: u32, value: Residue) {
     residue_next[i] = value;
 }
 
@@ -25,15 +25,15 @@ fn moved(x: Vec, residue: Vec, step: Vec) -> Point {
     return Point(x + whole, y - whole);
 }
 
-/// |d + rest| - (a + b), with the digits that this subtraction would lose: it is (d² - s²) / (d + s), and the leading 14
-/// bits of the lengths are squared and cancelled as integers. d and the radii are exact, rest is small, distance is
-/// |d + rest|.
-fn gap_between(d: Vec, rest: Vec, distance: Real, a: Real, b: Real) -> Real {
+/// |d + rest| - (a + b + radii_rest), with the digits that this subtraction would lose: it is (d² - s²) / (d + s), and the leading 15
+/// bits of the lengths are squared and cancelled as integers. d, a and b are exact, rest and radii_rest are small, distance
+/// is |d + rest|.
+fn gap_between(d: Vec, rest: Vec, distance: Real, a: Real, b: Real, radii_rest: Real) -> Real {
     let d_whole = round(d * params.inverse_split); // not floor(x + 0.5): both grains must get the same
     let d_rest = (d - params.split * d_whole) + rest;
     let a_whole = round(a * params.inverse_split);
     let b_whole = round(b * params.inverse_split);
-    let s_rest = (a - params.split * a_whole) + (b - params.split * b_whole);
+    let s_rest = (a - params.split * a_whole) + (b - params.split * b_whole) + radii_rest;
     let s_whole = a_whole + b_whole;
     let squares = Real(dot(Whole(d_whole), Whole(d_whole)) - i32(s_whole) * i32(s_whole));
     let mixed = dot(d_whole, d_rest) - s_whole * s_rest;

@@ -36,7 +36,7 @@ fn advanced_spin(here: Body, torque: Spin) -> Spin {
     }
     let half = 0.5 * params.dt * params.damping;
     let j = inverse_inertia(here.place, here.motion.inverse_mass);
-    return ((1 - half) * here.spin + params.dt * j * torque) / (1 + half);
+    return here.spin + (params.dt * j * torque - 2 * half * here.spin) / (1 + half);
 }
 
 /// 0 to -1/2.

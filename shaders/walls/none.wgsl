@@ -1,6 +1,6 @@
 // twin: src/laws/walls.rs
 // Walls slot: no walls; the null object of walls/some.wgsl.
-fn touch_wall(w: u32, x: Vec, residue: Vec, radius: Real) -> Touch {
+fn touch_wall(w: u32, here: Place, residue: Residue) -> Touch {
     return Touch(Real(1), first_axis());
 }
 

@@ -14,24 +14,24 @@ struct Wall {
 var<storage, read_write> wall: array<Wall>; // walls
 
 /// Gap and normal from a grain to a wall.
-fn touch_wall(w: u32, x: Vec, residue: Vec, radius: Real) -> Touch {
+fn touch_wall(w: u32, here: Place, residue: Residue) -> Touch {
     let s = wall[w];
-    let d = x - s.point;
-    let rest = residue - s.residue;
+    let d = here.x - s.point;
+    let rest = residue.x - s.residue;
     if (s.radius == 0) {
-        return Touch((dot(d, s.normal) - radius) + dot(rest, s.normal), -s.normal);
+        return Touch((dot(d, s.normal) - here.radius) + (dot(rest, s.normal) - residue.radius), -s.normal);
     }
     let arm = horizontal(d + rest);
     let distance = sqrt(dot(arm, arm));
     if (distance == 0) {
-        return Touch(s.radius - radius, first_axis());
+        return Touch(s.radius - here.radius, first_axis());
     }
-    return Touch((s.radius - distance) - radius, from_horizontal(arm / distance));
+    return Touch(((s.radius - distance) - here.radius) - residue.radius, from_horizontal(arm / distance));
 }
 
 /// The contact normal when the grain was at x_before, a step ago, for the rotation Z of the spring.
 fn wall_normal_before(w: u32, x_before: Vec) -> Vec {
-    return touch_wall(w, x_before + params.since * wall[w].velocity, Vec(), 0).n;
+    return touch_wall(w, Place(x_before + params.since * wall[w].velocity, 0), Residue()).n;
 }
 
 /// Velocity of the wall's material at a point of its surface, m/s.

@@ -11,16 +11,15 @@ use crate::{
         precision::moved,
         rotation::advanced_spin,
     },
-    state::{INDEX, Motion, NONE, Packed, Place, Spin, State},
+    state::{INDEX, Motion, NONE, Packed, Place, Residue, Spin, State},
 };
-use glam::DVec3;
 use rayon::prelude::*;
 use std::mem::take;
 
 /// What a task writes: a run of grains, and their slots.
 struct Block<'a> {
     place: &'a mut [Place],
-    residue: &'a mut [DVec3],
+    residue: &'a mut [Residue],
     motion: &'a mut [Motion],
     spin: &'a mut [Spin],
     travel: &'a mut [f64],
@@ -73,17 +72,19 @@ fn advance_block(s: &State, first: usize, block: &mut Block) -> (u32, bool) {
         let springs = block.spring.get_mut(row.clone()).unwrap_or_default();
         let (sum, crossed) = pushed(s, i, &here, &mut block.neighbour[row], springs);
         let v = advanced(s, &here.motion, sum.force);
-        let point = wrapped(s, moved(s, here.place.x, here.residue, s.params.dt * v));
+        let point = wrapped(s, moved(s, here.place.x, here.residue.x, s.params.dt * v));
         block.place[k] = Place { x: point.x, radius: here.place.radius };
         if let Some(residue) = block.residue.get_mut(k) {
-            *residue = point.residue;
+            residue.x = point.residue;
+            residue.radius = here.residue.radius;
         }
         block.motion[k] = Motion { v, inverse_mass: here.motion.inverse_mass };
         if let Some(spin) = block.spin.get_mut(k) {
             spin.0 = advanced_spin(s, &here, sum.torque);
         }
-        block.travel[k] += s.params.dt * v.length();
-        let lost = crossed || outside(point.x, s.params.lower, s.params.upper);
+        let stride = s.params.dt * v.length();
+        block.travel[k] += stride;
+        let lost = crossed || outside(point.x, s.params.lower, s.params.upper) || !(stride <= s.params.step_limit);
         if lost {
             bad = bad.max(s.params.bodies - s.number[i]);
         }

@@ -37,7 +37,7 @@ fn slots_of(s: &State, i: usize) -> (u32, bool) {
     let mut crossed = false;
     if !fixed {
         for wall in &s.wall[..s.sizes.walls] {
-            let gap = touch_wall(wall, here.x, residue_of(s, i), here.radius).gap;
+            let gap = touch_wall(wall, here, residue_of(s, i)).gap;
             slots += u32::from(gap < 2.0 * s.params.margin);
             crossed |= gap < -here.radius;
         }

@@ -50,7 +50,7 @@ fn add_body(s: &State, i: usize, sum: &mut Part) {
     let kinetic = 0.5 * v.length_squared() / inverse_mass + spin_energy(s, &here, w);
     let total = gathered.force + p.gravity / inverse_mass;
     sum.kinetic += kinetic;
-    sum.potential -= p.gravity.dot(here.place.x + here.residue) / inverse_mass;
+    sum.potential -= p.gravity.dot(here.place.x + here.residue.x) / inverse_mass;
     sum.net_force += total.length();
     sum.dissipation += 2.0 * p.damping * kinetic;
 }

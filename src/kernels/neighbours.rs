@@ -62,7 +62,7 @@ fn fill(s: &State, i: usize, row: &mut [u32]) {
     }
     row[..filled].sort_unstable_by_key(|&j| s.number[j as usize]);
     for w in 0..if fixed { 0 } else { s.sizes.walls } {
-        if touch_wall(&s.wall[w], here.x, residue_of(s, i), here.radius).gap < s.params.margin {
+        if touch_wall(&s.wall[w], here, residue_of(s, i)).gap < s.params.margin {
             row[filled] = (s.sizes.bodies + w) as u32;
             filled += 1;
         }

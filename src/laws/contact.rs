@@ -12,14 +12,14 @@ use super::{
     touch::{touch_grain, unit_or, within},
     walls::{touch_wall, wall_normal_before, wall_velocity},
 };
-use crate::state::{INDEX, Motion, NONE, Place, State};
+use crate::state::{INDEX, Motion, NONE, Place, Residue, State};
 use glam::DVec3;
 
 /// All there is to know of a grain.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Body {
     pub place: Place,
-    pub residue: DVec3,
+    pub residue: Residue,
     pub motion: Motion,
     /// rad/s
     pub spin: DVec3,
@@ -61,10 +61,10 @@ pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, old: DVec3) -> Con
     let mut way = Point::default();
     let touch = if j < bodies {
         let there = &s.place[j];
-        way = between(s, here.place.x, there.x, residue_of(s, j) - here.residue);
-        touch_grain(s, i, j, way, here.place.radius, there.radius)
+        way = between(s, here.place.x, there.x, residue_of(s, j).x - here.residue.x);
+        touch_grain(s, i, j, way, here.place.radius, there.radius, here.residue.radius + residue_of(s, j).radius)
     } else {
-        touch_wall(&s.wall[j - bodies], here.place.x, here.residue, here.place.radius)
+        touch_wall(&s.wall[j - bodies], &here.place, here.residue)
     };
     contact.gap = touch.gap;
     if touch.gap < 0.0 {

@@ -11,7 +11,7 @@ pub fn advanced(s: &State, motion: &Motion, force: DVec3) -> DVec3 {
     }
     let half = 0.5 * s.params.dt * s.params.damping;
     let acceleration = motion.inverse_mass * force + s.params.gravity;
-    ((1.0 - half) * motion.v + s.params.dt * acceleration) / (1.0 + half)
+    motion.v + (s.params.dt * acceleration - 2.0 * half * motion.v) / (1.0 + half)
 }
 
 /// Velocity from 0 to -1/2, m/s: without it the leapfrog loses an order of accuracy.

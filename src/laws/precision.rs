@@ -2,7 +2,7 @@
 
 use crate::{
     model::Precision,
-    state::{Params, State},
+    state::{Params, Residue, State},
 };
 use glam::DVec3;
 
@@ -13,9 +13,9 @@ pub struct Point {
     pub residue: DVec3,
 }
 
-/// What the position of grain i has beyond `place.x`, m; zero in double precision.
+/// What grain i has beyond its place; nothing in double precision.
 #[inline(always)]
-pub fn residue_of(s: &State, i: usize) -> DVec3 {
+pub fn residue_of(s: &State, i: usize) -> Residue {
     s.residue.get(i).copied().unwrap_or_default()
 }
 
@@ -38,8 +38,8 @@ pub fn moved(s: &State, x: DVec3, residue: DVec3, step: DVec3) -> Point {
 
 /// Distance less the radii, m. (In single precision the device takes pains for the digits that are lost in this.)
 #[inline(always)]
-pub fn gap_between(distance: f64, a: f64, b: f64) -> f64 {
-    distance - (a + b)
+pub fn gap_between(distance: f64, a: f64, b: f64, radii_rest: f64) -> f64 {
+    distance - (a + b + radii_rest)
 }
 
 /// The quantum for coordinates up to `extent`: four units in the last place of f32, so that grains may go four times as
@@ -48,7 +48,7 @@ pub fn quantum(extent: f64) -> f64 {
     2.0_f64.powi(extent.max(1e-30).log2().ceil() as i32 - 22)
 }
 
-/// The unit of the leading 14 bits of lengths up to `reach`.
+/// The unit of the leading 15 bits of lengths up to `reach`.
 pub fn split(reach: f64) -> f64 {
-    2.0_f64.powi(reach.log2().ceil() as i32 - 14)
+    2.0_f64.powi(reach.log2().ceil() as i32 - 15)
 }

@@ -37,7 +37,7 @@ pub fn advanced_spin(s: &State, here: &Body, torque: DVec3) -> DVec3 {
     }
     let half = 0.5 * s.params.dt * s.params.damping;
     let j = inverse_inertia(s, &here.place, here.motion.inverse_mass);
-    ((1.0 - half) * here.spin + s.params.dt * j * torque) / (1.0 + half)
+    here.spin + (s.params.dt * j * torque - 2.0 * half * here.spin) / (1.0 + half)
 }
 
 /// Spin from 0 to -1/2.

@@ -12,14 +12,14 @@ use glam::DVec3;
 /// Gap and normal of grains i and j, between which lies `way`. Coincident centres get an arbitrary axis, opposite for the
 /// two grains.
 #[inline(always)]
-pub fn touch_grain(s: &State, i: usize, j: usize, way: Point, a: f64, b: f64) -> Touch {
+pub fn touch_grain(s: &State, i: usize, j: usize, way: Point, a: f64, b: f64, radii_rest: f64) -> Touch {
     let d = way.x + way.residue;
     let distance = d.length();
     if distance == 0.0 {
         let n = if s.number[i] < s.number[j] { first_axis() } else { -first_axis() };
         return Touch { gap: -(a + b), n };
     }
-    Touch { gap: gap_between(distance, a, b), n: d * (1.0 / distance) }
+    Touch { gap: gap_between(distance, a, b, radii_rest), n: d * (1.0 / distance) }
 }
 
 /// Unit vector along d; the other one where d has no length.
