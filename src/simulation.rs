@@ -465,7 +465,7 @@ impl Simulation {
             self.engine.execute(&params, &[begin, list, step, survey])?;
             counters = self.engine.counters()?;
         }
-        self.engine.execute(&params, &[(&plan.turn, steps - counters.done)])?;
+        self.engine.execute(&params, &[(&plan.turn, steps.saturating_sub(counters.done))])?;
         if anew {
             let needed = counters.slots_needed as usize;
             let shorter = with_room(counters.slots_needed).max(self.least_slots);
@@ -518,6 +518,10 @@ impl Simulation {
                 (self.spent, self.life) = (true, 0);
             }
             return Err(reason);
+        }
+        if counters.done == 0 {
+            // A defect, which must not turn into a loop without end.
+            return Err(Error::Device(format!("{} did none of {steps} steps and gave no reason", self.engine.name())));
         }
         self.step += u64::from(counters.done);
         Ok(u64::from(counters.done))
