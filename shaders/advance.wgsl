@@ -35,28 +35,33 @@ fn advance(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
             break;
         }
         let contact = grain_contact(i, here, j, spring_of(slot, entry));
-        if (contact.gap < 0) {
-            keep_spring(slot, entry, contact.spring);
+        let closed = contact.gap < 0;
+        if (closed) {
+            keep_spring(slot, contact.spring);
             sum.force += contact.force;
             sum.torque += moment(contact.arm, contact.force);
-        } else {
-            forget_spring(slot, entry);
         }
+        flag(slot, entry, closed);
     }
-    // Walls come last. In a loop of their own they cost the grains that have none nothing.
-    for (; slot < end; slot++) {
-        let entry = neighbour[slot];
-        if (entry == NONE) {
-            break;
-        }
-        let contact = wall_contact(i, here, (entry & INDEX) - params.bodies, spring_of(slot, entry));
-        if (contact.gap < 0) {
-            keep_spring(slot, entry, contact.spring);
-            sum.force += contact.force;
-            sum.torque += moment(contact.arm, contact.force);
-            lost |= contact.gap < -here.place.radius;
+    // Walls come last.
+    loop {
+        if (slot < end && neighbour[slot] != NONE) {
+            let entry = neighbour[slot];
+            let contact = wall_contact(i, here, (entry & INDEX) - params.bodies, spring_of(slot, entry));
+            let closed = contact.gap < 0;
+            if (closed) {
+                keep_spring(slot, contact.spring);
+                sum.force += contact.force;
+                sum.torque += moment(contact.arm, contact.force);
+                lost |= contact.gap < -here.place.radius;
+            }
+            flag(slot, entry, closed);
+            slot++;
         } else {
-            forget_spring(slot, entry);
+            slot = end;
+        }
+        continuing {
+            break if slot >= end;
         }
     }
     let v = advanced(here.motion, sum.force);

@@ -13,7 +13,7 @@ fn neighbours(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgro
     if (i == 0u) {
         atomicMax(&counters.slots_needed, slot_start[params.bodies]);
     }
-    if (slot_start[params.bodies] > arrayLength(&neighbour)) {
+    if (slot_start[params.bodies] > params.slots) {
         atomicStore(&halt, 1u); // the host will grow the lists and come back
         return;
     }

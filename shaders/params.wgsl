@@ -57,6 +57,8 @@ struct Params {
     walls: u32,
     materials: u32,
     parts: u32,             // rows of the measurement
+    slots: u32,             // length of the lists; the engine fills these two in
+    history: u32,           // length of the history
 }
 
 var<uniform> params: Params;

@@ -5,7 +5,7 @@
 fn remember(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(id, groups);
     // The host has made the history long enough; if it had not, springs would be lost, and counted as such.
-    if (i < params.bodies && history_start[i + 1u] <= arrayLength(&history_other)) {
+    if (i < params.bodies && history_start[i + 1u] <= params.history) {
         remember_springs(i);
     }
 }

@@ -6,7 +6,7 @@ var<storage, read> travel: array<Real>; // N, m
 @compute @workgroup_size(WG)
 fn survey(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(id, groups);
-    if (i >= params.bodies || slot_start[params.bodies] > arrayLength(&neighbour)) {
+    if (i >= params.bodies || slot_start[params.bodies] > params.slots) {
         return;
     }
     let bits = bitcast<u32>(f32(travel[i] / params.drift_limit)); // non-negative floats are ordered like their bits

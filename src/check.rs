@@ -66,8 +66,9 @@ fn epsilon(precision: Precision) -> f64 {
 ///
 /// # Errors
 /// As [`Simulation::new`] on the GPU engine, and whatever stops a run.
-pub fn check(assembly: &Assembly, precision: Precision, after: u64, steps: u64) -> Result<Report> {
-    let options = Options { engine: EngineChoice::Gpu, precision, ..Options::default() };
+pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64) -> Result<Report> {
+    let precision = options.precision;
+    let options = Options { engine: EngineChoice::Gpu, ..options };
     let mut simulation = Simulation::new(assembly.clone(), options)?;
     simulation.advance(after)?;
     let present: Vec<&'static str> = ARRAYS.iter().filter(|a| (a.needed)(simulation.model())).map(|a| a.name).collect();
@@ -84,7 +85,7 @@ pub fn check(assembly: &Assembly, precision: Precision, after: u64, steps: u64) 
     for array in ["force", "torque"].into_iter().filter(|a| present.contains(a)) {
         state.column_mut(array).resize(bodies);
     }
-    let mut gpu = Gpu::new(Device::open(precision == Precision::Double)?, &plan, &state)?;
+    let mut gpu = Gpu::new(Device::open(precision == Precision::Double, options.arrays)?, &plan, &state)?;
 
     let mut checker = Checker { gpu: &mut gpu, state: &mut state, precision, present, rows: Vec::new(), contacts: 0 };
     for step in 0..steps {

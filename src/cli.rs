@@ -16,9 +16,10 @@ use clap::{
 };
 use packstone::{
     Error,
+    gpu::Arrays,
     model::Precision,
     scene::{Assembly, Scene},
-    simulation::EngineChoice,
+    simulation::{EngineChoice, Options},
 };
 use std::{
     fmt::Display,
@@ -83,9 +84,17 @@ struct SceneArgs {
     /// Arithmetic of the GPU; the CPU always computes in double
     #[arg(long, default_value = "single", value_parser = precisions())]
     precision: Precision,
+    /// What arrays are on the device; images are faster on software drivers
+    #[arg(long, value_enum, default_value_t)]
+    arrays: Arrays,
 }
 
 impl SceneArgs {
+    /// How to run it, as far as the command line says so here.
+    fn options(&self) -> Options {
+        Options { precision: self.precision, arrays: self.arrays, ..Options::default() }
+    }
+
     /// The scene with `--set` and `more` of the kind applied, and what it comes down to.
     fn load(&self, more: &[String]) -> anyhow::Result<(Scene, Assembly)> {
         let scene = Scene::load(&self.scene, &[&self.set, more].concat())?;

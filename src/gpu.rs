@@ -3,6 +3,7 @@
 
 pub mod compose;
 pub mod device;
+pub mod images;
 
 pub use compose::{Binding, Layout, Program, compose};
-pub use device::{AdapterSummary, Device, adapters};
+pub use device::{AdapterSummary, Arrays, Device, adapters};

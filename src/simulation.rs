@@ -4,7 +4,7 @@
 use crate::{
     engine::{Cpu, Engine, Gpu, gpu},
     error::{Error, Result},
-    gpu::Device,
+    gpu::{Arrays, Device},
     laws::{
         dashpot::damping_ratio,
         precision::{quantised, quantum, residue_of, split},
@@ -39,11 +39,19 @@ pub struct Options {
     pub slots: Option<usize>,
     /// Most steps that neighbour lists may serve.
     pub longest_chunk: u32,
+    /// What arrays are on a device.
+    pub arrays: Arrays,
 }
 
 impl Default for Options {
     fn default() -> Options {
-        Options { engine: EngineChoice::Auto, precision: Precision::Single, slots: None, longest_chunk: 200 }
+        Options {
+            engine: EngineChoice::Auto,
+            precision: Precision::Single,
+            slots: None,
+            longest_chunk: 200,
+            arrays: Arrays::Auto,
+        }
     }
 }
 
@@ -320,7 +328,7 @@ fn build(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engin
         Ok((setup, Box::new(engine), notice))
     };
     let on_gpu = || -> Result<(Setup, Box<dyn Engine>, String)> {
-        let device = Device::open(double)?;
+        let device = Device::open(double, options.arrays)?;
         let setup = Setup::new(assembly, options)?;
         let gpu = Gpu::new(device, &setup.plan, &setup.state)?;
         let real = if double { "f64" } else { "f32" };

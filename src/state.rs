@@ -193,6 +193,8 @@ record!(
         walls: u32,
         materials: u32,
         parts: u32,
+        slots: u32,
+        history: u32,
     }
 );
 

@@ -6,9 +6,11 @@ use packstone::{
     Result,
     check::{Report, check},
     engine::gpu::layouts,
+    gpu::Arrays,
     model::{Boundary, Dashpot as DashpotSlot, Dimension, Friction, Materials, Model, Precision, Rotation, Walls},
     plan::plan,
     scene::*,
+    simulation::Options,
 };
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use std::collections::HashSet;
@@ -132,11 +134,11 @@ fn without_gpu(error: &packstone::Error) -> bool {
     allowed
 }
 
-fn twins_agree(precision: Precision) {
+fn twins_agree(precision: Precision, arrays: Arrays) {
     for (k, model) in covering(precision).into_iter().enumerate() {
         let scene = random_scene(&model, k as u64);
         assert_eq!(Model::of(&scene, precision), model, "the scene must ask for the model it is made for");
-        let report: Result<Report> = check(&scene, precision, 3, 3);
+        let report: Result<Report> = check(&scene, Options { precision, arrays, ..Options::default() }, 3, 3);
         match report {
             Err(e) if packstone::gpu::adapters().is_empty() && without_gpu(&e) => return,
             Err(e) => panic!("{model:?}: {e}"),
@@ -151,12 +153,17 @@ fn twins_agree(precision: Precision) {
 
 #[test]
 fn single_precision_kernels_agree_with_their_twins() {
-    twins_agree(Precision::Single);
+    twins_agree(Precision::Single, Arrays::Buffers);
+}
+
+#[test]
+fn kernels_agree_with_their_twins_if_arrays_are_images() {
+    twins_agree(Precision::Single, Arrays::Auto);
 }
 
 #[test]
 fn double_precision_kernels_agree_with_their_twins() {
-    twins_agree(Precision::Double);
+    twins_agree(Precision::Double, Arrays::Buffers);
 }
 
 #[test]

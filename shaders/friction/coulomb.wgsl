@@ -16,18 +16,29 @@ fn spring_of(slot: u32, entry: u32) -> Vec {
     return unpacked(spring[slot]);
 }
 
-/// The contact in this slot is closed and has this spring now.
-fn keep_spring(slot: u32, entry: u32, f: Vec) {
+/// The contact in this slot has this spring now.
+fn keep_spring(slot: u32, f: Vec) {
     spring[slot] = packed(f);
-    if ((entry & SPRUNG) == 0u) {
-        neighbour[slot] = entry | SPRUNG;
+}
+
+/// Whether the contact in this slot is closed, so that the spring counts.
+fn flag(slot: u32, entry: u32, closed: bool) {
+    if (closed != ((entry & SPRUNG) != 0u)) {
+        neighbour[slot] = entry ^ SPRUNG;
     }
 }
 
-/// The contact in this slot is open.
-fn forget_spring(slot: u32, entry: u32) {
-    if ((entry & SPRUNG) != 0u) {
-        neighbour[slot] = entry & INDEX;
+/// The same for the slots from `first` on whose bits are set: those in which contacts were made or lost.
+fn flip_flags(first: u32, changed: u32) {
+    var left = changed;
+    loop {
+        if (left != 0u) {
+            neighbour[first + firstTrailingBit(left)] ^= SPRUNG;
+            left &= left - 1u;
+        }
+        continuing {
+            break if left == 0u;
+        }
     }
 }
 
@@ -102,7 +113,8 @@ fn inherit_spring(slot: u32, i: u32, j: u32) -> u32 {
     for (var at = history_start[owner]; at < history_start[owner + 1u]; at++) {
         if (history_other[at] == other) {
             let f = unpacked(history_spring[at]);
-            keep_spring(slot, j, select(-f, f, owner == mine));
+            keep_spring(slot, select(-f, f, owner == mine));
+            flag(slot, j, true);
             inherited = select(0u, 1u, owner == mine);
         }
     }

@@ -5,9 +5,11 @@ fn spring_of(slot: u32, entry: u32) -> Vec {
     return Vec();
 }
 
-fn keep_spring(slot: u32, entry: u32, f: Vec) {}
+fn keep_spring(slot: u32, f: Vec) {}
 
-fn forget_spring(slot: u32, entry: u32) {}
+fn flag(slot: u32, entry: u32, closed: bool) {}
+
+fn flip_flags(first: u32, changed: u32) {}
 
 fn stretched_spring(old: Vec, pair: Pair, n: Vec, n_before: Vec, v_rel: Vec) -> Vec {
     return Vec();

@@ -1,7 +1,7 @@
 //! `packstone adapters`
 
 use super::{say, table::table};
-use packstone::gpu::{self, AdapterSummary, Device};
+use packstone::gpu::{self, AdapterSummary, Arrays, Device};
 use std::process::ExitCode;
 
 /// List the GPU adapters of this machine, best first
@@ -13,7 +13,7 @@ pub fn adapters() -> anyhow::Result<ExitCode> {
     let adapters = gpu::adapters();
     if adapters.is_empty() {
         // Opening says how to get one.
-        Device::open(false)?;
+        Device::open(false, Arrays::Auto)?;
     }
     let header = ["name", "kind", "backend", "driver", "f64", "timestamps", "subgroup", "bytes/array", "arrays/kernel"];
     say(table(&header, &adapters.iter().map(row).collect::<Vec<_>>()));

@@ -23,7 +23,7 @@ pub struct CheckArgs {
 
 pub fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     let (_, assembly) = args.scene.load(&[])?;
-    let report = check::check(&assembly, args.scene.precision, args.after, args.steps)?;
+    let report = check::check(&assembly, args.scene.options(), args.after, args.steps)?;
     if args.json {
         say(serde_json::to_string_pretty(&report)?);
     } else {

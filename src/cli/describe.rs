@@ -4,7 +4,7 @@ use super::{SceneArgs, say, table::table};
 use packstone::{
     engine::gpu::{bytes, layouts},
     scene::{Assembly, Scene},
-    simulation::{Options, Setup},
+    simulation::Setup,
 };
 use std::process::ExitCode;
 
@@ -18,7 +18,7 @@ pub struct DescribeArgs {
 
 pub fn describe(args: &DescribeArgs) -> anyhow::Result<ExitCode> {
     let (scene, assembly) = args.scene.load(&[])?;
-    let options = Options { precision: args.scene.precision, ..Options::default() };
+    let options = args.scene.options();
     let setup = Setup::new(&assembly, &options)?;
     say(contents(&scene, &assembly, &setup));
     say(format!("\nModel\n{}", indent(&model(&setup))));

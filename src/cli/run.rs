@@ -52,7 +52,7 @@ impl RunArgs {
 pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let (scene, assembly) = args.scene.load(&args.stop())?;
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(stem(&args.scene.scene)));
-    let options = Options { engine: args.engine, precision: args.scene.precision, ..Options::default() };
+    let options = Options { engine: args.engine, ..args.scene.options() };
     let simulation = Simulation::new(assembly, options)?;
     say(simulation.notice());
     listen()?;

@@ -3,7 +3,7 @@
 use super::Engine;
 use crate::{
     error::{Error, Result},
-    gpu::{Device, Layout, Program, compose},
+    gpu::{Device, Layout, Program, compose, images},
     kernels::{Dispatch, Stage},
     memory,
     model::Model,
@@ -11,7 +11,7 @@ use crate::{
     shaders,
     state::{ARRAYS, Array, Column, Counters, Element, Params, Sizes, State},
 };
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Invocations per workgroup: `WG` of `params.wgsl`.
 const WORKGROUP: usize = 64;
@@ -25,6 +25,8 @@ pub struct Gpu {
     sizes: Sizes,
     kernels: HashMap<&'static str, Kernel>,
     layouts: HashMap<&'static str, Layout>,
+    /// Arrays that are images.
+    images: HashSet<&'static str>,
     buffers: HashMap<&'static str, Buffer>,
     params: wgpu::Buffer,
     params_layout: Layout,
@@ -44,17 +46,40 @@ struct Kernel {
 }
 
 struct Buffer {
-    buffer: wgpu::Buffer,
+    memory: Memory,
     /// No other buffer ever has this number.
     serial: u64,
     len: usize,
 }
 
+enum Memory {
+    Buffer(wgpu::Buffer),
+    Image(wgpu::Texture, wgpu::TextureView),
+}
+
 /// The kernel of a stage, composed for a model.
 pub fn program(model: &Model, stage: &Stage) -> Result<Program> {
+    program_with_images(model, stage, &HashSet::new())
+}
+
+/// The same with images in place of these arrays.
+fn program_with_images(model: &Model, stage: &Stage, images: &HashSet<&'static str>) -> Result<Program> {
     let own = format!("{}.wgsl", stage.kernel);
     let files: Vec<_> = model.files().into_iter().chain([own.as_str()]).map(shaders::file).collect();
-    compose(&files, stage.kernel)
+    compose(&files, stage.kernel, |binding| images.contains(stage.array(&binding.name)))
+}
+
+/// Arrays with which all kernels, and the plan, do only what can be done with images. Buffers and images cannot be
+/// exchanged, so what is now and what comes next go together.
+fn imageable(plan: &Plan, programs: &[(&'static Stage, Program)]) -> HashSet<&'static str> {
+    let bindings = || programs.iter().flat_map(|(stage, p)| p.bindings.iter().map(|b| (stage.array(&b.name), b)));
+    let cleared =
+        |name: &str| plan.parts().iter().any(|(_, ops)| ops.iter().any(|op| matches!(op, Op::Clear(a) if *a == name)));
+    let of =
+        |a: &'static Array| bindings().filter(|(name, _)| name.strip_suffix("_next").unwrap_or(name) == a.original());
+    let possible =
+        |a: &&'static Array| !cleared(a.name) && of(a).count() > 0 && of(a).all(|(_, b)| images::possible(b));
+    ARRAYS.iter().filter(possible).map(|a| a.name).collect()
 }
 
 /// Layout of every array that the stages of a plan touch, and of `params`, read from the composed kernels.
@@ -112,12 +137,19 @@ impl Gpu {
     /// [`Error::Device`] if the arrays do not fit, [`Error::Shader`] if a kernel does not compile.
     pub fn new(device: Device, plan: &Plan, state: &State) -> Result<Gpu> {
         let model = &state.model;
-        let programs: Vec<_> =
-            plan.stages().into_iter().map(|stage| Ok((stage, program(model, stage)?))).collect::<Result<_>>()?;
-        let layouts = collect_layouts(model.dims(), &programs)?;
-        check_memory(&device, model, &layouts, &state.sizes)?;
+        let programs = |images: &HashSet<_>| -> Result<Vec<_>> {
+            let stages = plan.stages().into_iter();
+            stages.map(|stage| Ok((stage, program_with_images(model, stage, images)?))).collect()
+        };
+        let mut composed = programs(&HashSet::new())?;
+        let layouts = collect_layouts(model.dims(), &composed)?;
+        let images = if device.images { imageable(plan, &composed) } else { HashSet::new() };
+        if device.images {
+            composed = programs(&images)?;
+        }
+        check_memory(&device, bytes(model, &layouts, &state.sizes), &images)?;
         let mut kernels = HashMap::new();
-        for (stage, program) in programs {
+        for (stage, program) in composed {
             kernels.insert(stage.name, Kernel::new(&device, stage, program)?);
         }
         let params_layout = layouts["params"].clone();
@@ -129,6 +161,7 @@ impl Gpu {
             sizes: state.sizes,
             kernels,
             layouts,
+            images,
             buffers: HashMap::new(),
             params,
             params_layout,
@@ -159,7 +192,10 @@ impl Gpu {
         }
         let resource = |name: &&str| match *name {
             "params" => self.params.as_entire_binding(),
-            array => self.buffers[array].buffer.as_entire_binding(),
+            array => match &self.buffers[array].memory {
+                Memory::Buffer(buffer) => buffer.as_entire_binding(),
+                Memory::Image(_, view) => wgpu::BindingResource::TextureView(view),
+            },
         };
         let entries = kernel.arrays.iter().enumerate();
         let entries = entries.map(|(k, name)| wgpu::BindGroupEntry { binding: k as u32, resource: resource(name) });
@@ -171,6 +207,15 @@ impl Gpu {
         let serials = serials().collect();
         kernel.groups.push((serials, group));
         kernel.groups.len() - 1
+    }
+
+    /// The content of an array.
+    fn fetch(&self, array: &Buffer, layout: &Layout) -> Result<Vec<u8>> {
+        let bytes = (array.len * layout.stride) as u64;
+        match &array.memory {
+            Memory::Buffer(buffer) => self.device.read(buffer, bytes),
+            Memory::Image(image, _) => self.device.read_image(image, bytes),
+        }
     }
 
     /// Bind groups that name a buffer keep it alive.
@@ -196,7 +241,9 @@ impl Gpu {
                 }
                 Op::Clear(array) => {
                     pass = None;
-                    encoder.clear_buffer(&self.buffers[array].buffer, 0, None);
+                    if let Memory::Buffer(buffer) = &self.buffers[array].memory {
+                        encoder.clear_buffer(buffer, 0, None);
+                    }
                 }
                 Op::Swap(a, b) => {
                     let first = self.buffers.remove(a).expect("an array of the model");
@@ -210,7 +257,7 @@ impl Gpu {
 
 impl Kernel {
     fn new(device: &Device, stage: &'static Stage, program: Program) -> Result<Kernel> {
-        let storage = program.bindings.iter().filter(|b| !b.uniform).count() as u32;
+        let storage = program.bindings.iter().filter(|b| !b.uniform && !b.image).count() as u32;
         if storage > device.summary.max_arrays {
             return Err(Error::Device(format!(
                 "kernel `{}` uses {storage} arrays, but {} allows {}",
@@ -257,17 +304,22 @@ pub fn bytes<'a>(
     model: &'a Model,
     layouts: &'a HashMap<&'static str, Layout>,
     sizes: &'a Sizes,
-) -> impl Iterator<Item = (&'static Array, u64)> + 'a {
+) -> impl Iterator<Item = (&'static Array, u64)> + Clone + 'a {
     ARRAYS.iter().filter(|a| (a.needed)(model)).map(|array| {
         let stride = layouts.get(array.name).map_or(4, |l| l.stride);
         (array, (sizes.of(array.length) * stride) as u64)
     })
 }
 
-fn check_memory(device: &Device, model: &Model, layouts: &HashMap<&'static str, Layout>, sizes: &Sizes) -> Result<()> {
+fn check_memory<'a>(
+    device: &Device,
+    bytes: impl Iterator<Item = (&'a Array, u64)> + Clone,
+    images: &HashSet<&'static str>,
+) -> Result<()> {
     let limit = device.summary.max_array_bytes;
-    let total: u64 = bytes(model, layouts, sizes).map(|(_, b)| b).sum();
-    if let Some((array, need)) = bytes(model, layouts, sizes).find(|(_, b)| *b > limit) {
+    let total: u64 = bytes.clone().map(|(_, b)| b).sum();
+    let mut buffers = bytes.filter(|(array, _)| !images.contains(array.name));
+    if let Some((array, need)) = buffers.find(|(_, b)| *b > limit) {
         return Err(Error::Device(format!(
             "scene too large: array `{}` needs {need} bytes of {total} in all, but {} allows {limit} bytes per array; use \
              fewer grains or --engine cpu",
@@ -291,6 +343,8 @@ impl Engine for Gpu {
 
     fn execute(&mut self, params: &Params, sequences: &[(&[Op], u32)]) -> Result<()> {
         self.dirty = true;
+        let len = |array: &str| self.buffers.get(array).map_or(0, |b| b.len as u32);
+        let params = Params { slots: len("neighbour"), history: len("history_other"), ..*params };
         let bytes = self.params_layout.encode(1, |sink| params.put(self.dims, &mut |x| sink(x)));
         self.device.queue.write_buffer(&self.params, 0, &bytes);
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
@@ -304,16 +358,24 @@ impl Engine for Gpu {
     fn counters(&mut self) -> Result<Counters> {
         self.device.check()?;
         let layout = &self.layouts["counters"];
-        let bytes = self.device.read(&self.buffers["counters"].buffer, layout.stride as u64)?;
+        let bytes = self.fetch(&self.buffers["counters"], layout)?;
         Ok(Counters::take(self.dims, &mut layout.decode(&bytes)))
     }
 
     fn resize(&mut self, array: &'static str, len: usize) -> Result<()> {
-        let stride = self.layouts.get(array).map_or(4, |l| l.stride);
-        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
-        let buffer = self.device.buffer(array, (len * stride) as u64, usage)?;
+        let layout = self.layouts.get(array);
+        let format = layout.filter(|_| self.images.contains(array)).and_then(images::format);
+        let memory = if let (Some(layout), Some(format)) = (layout, format) {
+            let image = self.device.image(array, len * images::texels(layout), format)?;
+            let view = image.create_view(&Default::default());
+            Memory::Image(image, view)
+        } else {
+            let stride = layout.map_or(4, |l| l.stride);
+            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+            Memory::Buffer(self.device.buffer(array, (len * stride) as u64, usage)?)
+        };
         self.serial += 1;
-        let old = self.buffers.insert(array, Buffer { buffer, serial: self.serial, len });
+        let old = self.buffers.insert(array, Buffer { memory, serial: self.serial, len });
         if let Some(old) = old {
             self.forget_groups(old.serial);
         }
@@ -333,7 +395,10 @@ impl Engine for Gpu {
                 continue; // new buffers are zero
             }
             let bytes = layout.encode(column.len(), |sink| column.lanes(self.dims, sink));
-            self.device.queue.write_buffer(&self.buffers[array].buffer, 0, &bytes);
+            match &self.buffers[array].memory {
+                Memory::Buffer(buffer) => self.device.queue.write_buffer(buffer, 0, &bytes),
+                Memory::Image(image, _) => self.device.write_image(image, bytes),
+            }
         }
         Ok(())
     }
@@ -341,7 +406,7 @@ impl Engine for Gpu {
     fn read(&mut self, arrays: &[&'static str], state: &mut State) -> Result<()> {
         for array in arrays {
             let (Some(layout), Some(buffer)) = (self.layouts.get(array), self.buffers.get(array)) else { continue };
-            let bytes = self.device.read(&buffer.buffer, (buffer.len * layout.stride) as u64)?;
+            let bytes = self.fetch(buffer, layout)?;
             let column: &mut dyn Column = state.column_mut(array);
             column.resize(buffer.len);
             column.fill(self.dims, &mut layout.decode(&bytes));

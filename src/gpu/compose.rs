@@ -2,6 +2,7 @@
 //! variables that the entry point uses get binding numbers. Bindings are matched to arrays by name, and the layout of
 //! every array is read from the module, so that no struct is described twice.
 
+use super::images;
 use crate::error::{Error, Result};
 use naga::{
     AddressSpace, Handle, Module, ResourceBinding, ScalarKind, Type, TypeInner,
@@ -25,13 +26,17 @@ pub struct Binding {
     pub name: String,
     /// Uniform or storage.
     pub uniform: bool,
-    /// Whether the kernel writes it.
+    /// A storage image that holds the array of this name.
+    pub image: bool,
+    pub read: bool,
     pub written: bool,
+    /// Nothing is done to it but loading and storing elements.
+    pub elementwise: bool,
     pub layout: Layout,
 }
 
 /// How elements lie in memory.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layout {
     /// Bytes from one element to the next, or the size of a single value.
     pub stride: usize,
@@ -56,26 +61,54 @@ pub enum LaneKind {
     U32,
 }
 
-/// Compose `files` (name, text) into the kernel `entry`.
+/// Compose `files` (name, text) into the kernel `entry`, with images in place of the arrays for which `image` holds.
 ///
 /// # Errors
 /// [`Error::Shader`] with file and line if the text does not parse or validate.
-pub fn compose(files: &[(&str, &str)], entry: &str) -> Result<Program> {
-    let text: String = files.iter().flat_map(|(_, text)| [*text, "\n"]).collect();
-    let mut module = naga::front::wgsl::parse_str(&text).map_err(|e| {
+pub fn compose(files: &[(&str, &str)], entry: &str, image: impl Fn(&Binding) -> bool) -> Result<Program> {
+    let mut module = parse(files)?;
+    let info = validated(&module, files)?;
+    let bindings = number(&mut module, &info, entry)?;
+    let images: Vec<_> = bindings.iter().filter(|b| image(b)).collect();
+    if images.is_empty() {
+        return Ok(Program { module, entry: entry.to_owned(), bindings });
+    }
+    let variable = |name: &str| module.global_variables.iter().find(|(_, v)| v.name.as_deref() == Some(name));
+    let declared = images.iter().filter_map(|b| Some(images::declaration(&module, variable(&b.name)?.0, b)));
+    let declared: String = declared.collect();
+    let files: Vec<_> = [("images", declared.as_str())].into_iter().chain(files.iter().copied()).collect();
+    let mut module = parse(&files)?;
+    images::redirect(&mut module, &images.iter().map(|b| b.name.as_str()).collect::<Vec<_>>());
+    let info = validated(&module, &files)?;
+    let with_images = number(&mut module, &info, entry)?.into_iter().map(|binding| {
+        let array = binding.name.strip_suffix("_image").and_then(|name| images.iter().find(|b| b.name == name));
+        array.map_or(binding.clone(), |array| Binding { image: true, ..(*array).clone() })
+    });
+    let bindings = with_images.collect();
+    Ok(Program { module, entry: entry.to_owned(), bindings })
+}
+
+fn joined(files: &[(&str, &str)]) -> String {
+    files.iter().flat_map(|(_, text)| [*text, "\n"]).collect()
+}
+
+fn parse(files: &[(&str, &str)]) -> Result<Module> {
+    let text = joined(files);
+    naga::front::wgsl::parse_str(&text).map_err(|e| {
         let line = e.location(&text).map_or(1, |l| l.line_number as usize);
         locate(files, line, e.message().to_owned())
-    })?;
-    // Validated without bindings, which are known only after this pass has found what the entry point uses; the device
-    // validates the numbered module again.
-    let info = Validator::new(ValidationFlags::all() - ValidationFlags::BINDINGS, Capabilities::all())
-        .validate(&module)
-        .map_err(|e| {
-            let line = e.location(&text).map_or(1, |l| l.line_number as usize);
-            locate(files, line, e.emit_to_string(&text))
-        })?;
-    let bindings = number(&mut module, &info, entry)?;
-    Ok(Program { module, entry: entry.to_owned(), bindings })
+    })
+}
+
+/// Validated without bindings, which are known only after this pass has found what the entry point uses; the device
+/// validates the numbered module again.
+fn validated(module: &Module, files: &[(&str, &str)]) -> Result<ModuleInfo> {
+    let flags = ValidationFlags::all() - ValidationFlags::BINDINGS;
+    Validator::new(flags, Capabilities::all()).validate(module).map_err(|e| {
+        let text = joined(files);
+        let line = e.location(&text).map_or(1, |l| l.line_number as usize);
+        locate(files, line, e.emit_to_string(&text))
+    })
 }
 
 /// Give the variables that the entry point uses the numbers 0, 1, 2, …
@@ -89,15 +122,22 @@ fn number(module: &mut Module, info: &ModuleInfo, entry: &str) -> Result<Vec<Bin
         message: e.to_string(),
     })?;
     let variables = module.global_variables.iter();
-    let bound = variables.filter(|(_, v)| matches!(v.space, AddressSpace::Uniform | AddressSpace::Storage { .. }));
+    let bound = variables.filter(|(_, v)| {
+        matches!(v.space, AddressSpace::Uniform | AddressSpace::Storage { .. } | AddressSpace::Handle)
+    });
     let (used, unused): (Vec<_>, Vec<_>) =
         bound.map(|(handle, _)| handle).partition(|h| !info.get_entry_point(index)[*h].is_empty());
     let bindings = used.iter().map(|&handle| {
         let variable = &module.global_variables[handle];
+        let uses = info.get_entry_point(index)[handle];
         Binding {
             name: variable.name.clone().unwrap_or_default(),
             uniform: variable.space == AddressSpace::Uniform,
-            written: info.get_entry_point(index)[handle].intersects(GlobalUse::WRITE | GlobalUse::ATOMIC),
+            image: variable.space == AddressSpace::Handle,
+            read: uses.contains(GlobalUse::READ),
+            written: uses.intersects(GlobalUse::WRITE | GlobalUse::ATOMIC),
+            elementwise: matches!(module.types[variable.ty].inner, TypeInner::Array { .. })
+                && !uses.intersects(GlobalUse::ATOMIC | GlobalUse::QUERY),
             layout: layout_of(module, &layouter, variable.ty),
         }
     });
@@ -115,6 +155,9 @@ fn layout_of(module: &Module, layouter: &Layouter, ty: Handle<Type>) -> Layout {
         TypeInner::Array { base, stride, .. } => (base, stride as usize),
         _ => (ty, layouter[ty].size as usize),
     };
+    if matches!(module.types[element].inner, TypeInner::Image { .. }) {
+        return Layout::default(); // that of the array it stands for is filled in by `compose`
+    }
     let names = match &module.types[element].inner {
         TypeInner::Struct { members, .. } => members.iter().map(|m| m.name.clone().unwrap_or_default()).collect(),
         _ => Vec::new(),

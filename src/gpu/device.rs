@@ -1,8 +1,10 @@
 //! Adapters and devices.
 
+use super::images::ROW;
 use crate::error::{Error, Result};
+use clap::ValueEnum;
 use std::sync::{Arc, Mutex};
-use wgpu::{DeviceType, Features, Limits};
+use wgpu::{DeviceType, Features, Limits, TextureUsages};
 
 /// What is worth knowing of an adapter before choosing it.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -23,6 +25,18 @@ pub struct AdapterSummary {
     pub max_arrays: u32,
 }
 
+/// What arrays are on a device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Arrays {
+    /// Images on software drivers, otherwise buffers.
+    #[default]
+    Auto,
+    /// Storage buffers.
+    Buffers,
+    /// Storage images where the kernels allow it: see [`super::images`].
+    Images,
+}
+
 /// An open device.
 pub struct Device {
     pub device: wgpu::Device,
@@ -30,6 +44,8 @@ pub struct Device {
     pub summary: AdapterSummary,
     /// Runs on the host's processor and memory.
     pub software: bool,
+    /// Whether arrays are images where they can be.
+    pub images: bool,
     /// The first error nobody was waiting for.
     failure: Arc<Mutex<Option<String>>>,
 }
@@ -86,7 +102,7 @@ impl Device {
     ///
     /// # Errors
     /// [`Error::Device`] if there is none, or it cannot be opened.
-    pub fn open(double: bool) -> Result<Device> {
+    pub fn open(double: bool, arrays: Arrays) -> Result<Device> {
         let all = candidates();
         if all.is_empty() {
             return Err(Error::Device(
@@ -105,15 +121,27 @@ impl Device {
             ))
         })?;
         let summary = summary(&adapter);
+        let software = adapter.get_info().device_type == DeviceType::Cpu;
+        let wide = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
+        let images = match arrays {
+            Arrays::Auto => software && adapter.features().contains(wide),
+            Arrays::Buffers => false,
+            Arrays::Images if adapter.features().contains(wide) => true,
+            Arrays::Images => {
+                return Err(Error::Device(format!("{} has no images for arrays; use buffers", summary.name)));
+            }
+        };
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("packstone"),
-            required_features: if double { wanted } else { Features::empty() },
+            required_features: [(double, wanted), (images, wide)]
+                .into_iter()
+                .filter(|(needed, _)| *needed)
+                .fold(Features::empty(), |all, (_, feature)| all | feature),
             required_limits: Limits { ..adapter.limits() },
             ..Default::default()
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|e| Error::Device(format!("{} cannot be opened: {e}", summary.name)))?;
-        let software = adapter.get_info().device_type == DeviceType::Cpu;
         let failure = Arc::new(Mutex::new(None));
         let first = Arc::clone(&failure);
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
@@ -121,7 +149,7 @@ impl Device {
                 slot.get_or_insert_with(|| e.to_string());
             }
         }));
-        Ok(Device { device, queue, summary, software, failure })
+        Ok(Device { device, queue, summary, software, images, failure })
     }
 
     /// Create a buffer of zeros.
@@ -150,6 +178,35 @@ impl Device {
         }
     }
 
+    /// Create an image of zeros, in rows of [`ROW`] texels.
+    ///
+    /// # Errors
+    /// As for [`Device::buffer`].
+    pub fn image(&self, label: &str, texels: usize, format: wgpu::TextureFormat) -> Result<wgpu::Texture> {
+        let (rows, most) = (texels.div_ceil(ROW).max(1) as u32, self.device.limits().max_texture_dimension_2d);
+        if rows > most {
+            return Err(Error::Device(format!(
+                "array `{label}` needs {rows} rows of {ROW} texels, but {} allows {most}; use fewer grains or --engine cpu",
+                self.summary.name
+            )));
+        }
+        let scope = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let image = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: wgpu::Extent3d { width: ROW as u32, height: rows, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC | TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        match pollster::block_on(scope.pop()) {
+            None => Ok(image),
+            Some(e) => Err(Error::Device(format!("{}: no memory for `{label}`: {e}", self.summary.name))),
+        }
+    }
+
     /// Whether everything so far went well.
     ///
     /// # Errors
@@ -171,10 +228,41 @@ impl Device {
 
     /// Copy the first `bytes` of a buffer to the host.
     pub fn read(&self, buffer: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>> {
+        self.fetch(bytes, bytes, |encoder, staging| {
+            encoder.copy_buffer_to_buffer(buffer, 0, staging, 0, bytes.next_multiple_of(4));
+        })
+    }
+
+    /// Copy the first `bytes` of an image to the host.
+    pub fn read_image(&self, image: &wgpu::Texture, bytes: u64) -> Result<Vec<u8>> {
+        let layout = image_layout(image);
+        let size = u64::from(layout.bytes_per_row.unwrap_or_default()) * u64::from(image.height());
+        self.fetch(size, bytes, |encoder, staging| {
+            let to = wgpu::TexelCopyBufferInfo { buffer: staging, layout };
+            encoder.copy_texture_to_buffer(image.as_image_copy(), to, image.size());
+        })
+    }
+
+    /// Overwrite an image from its first texel on; what is left of the last row becomes zero.
+    pub fn write_image(&self, image: &wgpu::Texture, mut bytes: Vec<u8>) {
+        let layout = image_layout(image);
+        let row = layout.bytes_per_row.unwrap_or_default() as usize;
+        bytes.resize(bytes.len().next_multiple_of(row), 0);
+        let size = wgpu::Extent3d { height: (bytes.len() / row) as u32, ..image.size() };
+        self.queue.write_texture(image.as_image_copy(), &bytes, layout, size);
+    }
+
+    /// The first `bytes` of the `size` bytes that are copied to the staging buffer.
+    fn fetch(
+        &self,
+        size: u64,
+        bytes: u64,
+        copy: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::Buffer),
+    ) -> Result<Vec<u8>> {
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-        let staging = self.buffer("staging", bytes, usage)?;
+        let staging = self.buffer("staging", size, usage)?;
         let mut encoder = self.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes.next_multiple_of(4));
+        copy(&mut encoder, &staging);
         self.queue.submit([encoder.finish()]);
         let lost = |e: String| Error::Device(format!("{}: reading back failed: {e}", self.summary.name));
         let (sender, receiver) = std::sync::mpsc::channel();
@@ -186,4 +274,10 @@ impl Device {
         let view = staging.slice(..).get_mapped_range().map_err(|e| lost(e.to_string()))?;
         Ok(view[..bytes as usize].to_vec())
     }
+}
+
+/// How the rows of an image follow each other in a buffer.
+fn image_layout(image: &wgpu::Texture) -> wgpu::TexelCopyBufferLayout {
+    let texel = image.format().block_copy_size(None).expect("images of arrays have a plain format");
+    wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(ROW as u32 * texel), rows_per_image: None }
 }
