@@ -214,6 +214,8 @@ pub trait Column {
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
+    /// Bytes of an element.
+    fn stride(&self) -> usize;
     /// Change the length; new elements are zero.
     fn resize(&mut self, len: usize);
     /// Member names of a record, empty for plain values.
@@ -233,6 +235,9 @@ pub trait Column {
 impl<T: Element> Column for Vec<T> {
     fn len(&self) -> usize {
         self.len()
+    }
+    fn stride(&self) -> usize {
+        size_of::<T>()
     }
     fn resize(&mut self, len: usize) {
         self.resize(len, T::default());

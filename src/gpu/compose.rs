@@ -25,6 +25,8 @@ pub struct Binding {
     pub name: String,
     /// Uniform or storage.
     pub uniform: bool,
+    /// Whether the kernel reads it.
+    pub read: bool,
     /// Whether the kernel writes it.
     pub written: bool,
     pub layout: Layout,
@@ -97,6 +99,7 @@ fn number(module: &mut Module, info: &ModuleInfo, entry: &str) -> Result<Vec<Bin
         Binding {
             name: variable.name.clone().unwrap_or_default(),
             uniform: variable.space == AddressSpace::Uniform,
+            read: info.get_entry_point(index)[handle].intersects(GlobalUse::READ | GlobalUse::ATOMIC),
             written: info.get_entry_point(index)[handle].intersects(GlobalUse::WRITE | GlobalUse::ATOMIC),
             layout: layout_of(module, &layouter, variable.ty),
         }

@@ -107,7 +107,8 @@ impl Device {
         let summary = summary(&adapter);
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("packstone"),
-            required_features: if double { wanted } else { Features::empty() },
+            required_features: (if double { wanted } else { Features::empty() })
+                | (adapter.features() & Features::TIMESTAMP_QUERY),
             required_limits: Limits { ..adapter.limits() },
             ..Default::default()
         };
