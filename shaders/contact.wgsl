@@ -22,7 +22,7 @@ fn push(pair: Pair, gap: Real, n: Vec, n_before: Vec, v_rel: Vec, inverse_mass: 
     let pressing = normal_force(pair, gap) + damping;
     let stretched = stretched_spring(old, pair, n, n_before, v_rel);
     let spring = slid_spring(stretched, pair, pressing);
-    return Push(spring - pressing * n, spring, damping * approach + sliding_power(stretched, spring, pair));
+    return Push(spring - pressing * n, spring, damping * approach + sliding_power(old, stretched, spring, pair));
 }
 
 /// The contact of grain i with grain j.

@@ -95,7 +95,7 @@ pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, old: DVec3) -> Con
         contact.spring = slid_spring(stretched, &pair, pressing);
         contact.force = contact.spring - pressing * n;
         contact.arm = arm;
-        contact.dissipation = damping * approach + sliding_power(s, stretched, contact.spring, &pair);
+        contact.dissipation = damping * approach + sliding_power(s, old, stretched, contact.spring, &pair);
     }
     contact
 }
