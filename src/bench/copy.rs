@@ -101,10 +101,8 @@ impl Kernel {
         let group = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("copy"),
             layout: &pipeline.get_bind_group_layout(0),
-            entries: &[(0, from), (1, to)].map(|(binding, buffer)| wgpu::BindGroupEntry {
-                binding,
-                resource: buffer.as_entire_binding(),
-            }),
+            entries: &[(0, from), (1, to)]
+                .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() }),
         });
         let all = (from.size() / 16).div_ceil(64) as u32;
         let rows = all.div_ceil(65_535);

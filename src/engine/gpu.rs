@@ -196,8 +196,7 @@ impl Gpu {
             match *op {
                 Op::Run(stage) => {
                     let group = self.group(stage);
-                    let pass =
-                        pass.get_or_insert_with(|| encoder.begin_compute_pass(&descriptor).forget_lifetime());
+                    let pass = pass.get_or_insert_with(|| encoder.begin_compute_pass(&descriptor).forget_lifetime());
                     let kernel = &self.kernels[stage.name];
                     let (x, y) = groups(&stage.dispatch, &self.sizes);
                     pass.set_pipeline(&kernel.pipeline);
@@ -218,12 +217,7 @@ impl Gpu {
     }
 
     /// Run operations with a pass for every stage, by the device's clock.
-    fn time<'a>(
-        &mut self,
-        watch: &Stopwatch,
-        ops: &mut dyn Iterator<Item = &'a Op>,
-        times: &mut Times,
-    ) -> Result<()> {
+    fn time<'a>(&mut self, watch: &Stopwatch, ops: &mut dyn Iterator<Item = &'a Op>, times: &mut Times) -> Result<()> {
         let mut ops = ops.peekable();
         while ops.peek().is_some() {
             let mut encoder = self.device.device.create_command_encoder(&Default::default());
