@@ -35,11 +35,11 @@ pub enum Suite {
     Local,
     /// Closed forms, and a collapse against a fine reference.
     Trajectory,
-    /// Energy and momenta of elastic gases.
+    /// Energy and momenta of elastic gases, and the energy balance of rough grains.
     Invariants,
     /// Settled beds, averaged over seeds.
     Ensembles,
-    /// Particle-steps per second against the number of grains.
+    /// Particle-steps per second against the number of grains, and where the time goes.
     Speed,
 }
 

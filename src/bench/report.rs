@@ -114,7 +114,8 @@ fn about(suite: Suite) -> &'static str {
              sixteenth of the automatic step."
         }
         Suite::Invariants => {
-            "What elastic gases keep: energy (largest deviation, and slope), linear or angular momentum, per 10^5 steps."
+            "What elastic gases keep: energy (largest deviation, and slope), linear or angular momentum, per 10^5 steps. Of \
+             rough grains that lose energy: how far it is from what friction and damping take, over what they take."
         }
         Suite::Ensembles => {
             "Settled beds, mean ± standard deviation over seeds. The error is the distance from the mean of the f64 CPU \

@@ -38,7 +38,7 @@ fn add_body(s: &State, i: usize, sum: &mut Part) {
         let pair = pair_of(s, i, j);
         let normal = normal_force(&pair, contact.gap);
         gathered.add(&contact);
-        drag += contact.force - contact.spring + normal / (here.place.radius + 0.5 * contact.gap) * contact.arm;
+        drag -= contact.damping / (here.place.radius + 0.5 * contact.gap) * contact.arm;
         sum.elastic += share * (normal_energy(&pair, contact.gap) + spring_energy(contact.spring, &pair));
         sum.contact_force += share * (normal * normal + contact.spring.length_squared()).sqrt();
         sum.dissipation += share * contact.dissipation;

@@ -9,6 +9,9 @@ const GROWTH: f64 = 1.5;
 /// Packings from which on growth counts: smaller ones sit in caches.
 const LARGE: usize = 5000;
 
+/// Stages that take less of the time are left to the table on disk.
+const SMALL: f64 = 1e-3;
+
 /// All that follows the table.
 pub fn write(text: &mut String, points: &[&Point], stages: &[StageRow]) {
     let largest = largest(points);
@@ -100,7 +103,7 @@ fn table(text: &mut String, point: &Point, stages: &[StageRow]) {
     let header = "stage | calls | ms/call | share of time | bytes/grain | GB/s | of copy";
     let _ = writeln!(text, "| {header} |\n|{}", " --- |".repeat(header.split('|').count()));
     rows.sort_by(|a, b| b.share.total_cmp(&a.share));
-    for row in rows {
+    for row in rows.iter().filter(|row| row.share >= SMALL) {
         let number = |x: Option<f64>| x.map_or(String::new(), short);
         let cells = [
             row.stage.to_owned(),
