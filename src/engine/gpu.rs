@@ -217,7 +217,7 @@ impl Gpu {
     }
 
     /// Run operations with a pass for every stage, by the device's clock.
-    fn time<'a>(&mut self, watch: &Stopwatch, ops: &mut dyn Iterator<Item = &'a Op>, times: &mut Times) -> Result<()> {
+    fn time(&mut self, watch: &Stopwatch, ops: &mut dyn Iterator<Item = &Op>, times: &mut Times) -> Result<()> {
         let mut ops = ops.peekable();
         while ops.peek().is_some() {
             let mut encoder = self.device.device.create_command_encoder(&Default::default());
@@ -234,7 +234,7 @@ impl Gpu {
     }
 
     /// The same by the host's clock, from submitting to having waited.
-    fn time_from_host<'a>(&mut self, ops: &mut dyn Iterator<Item = &'a Op>, times: &mut Times) -> Result<()> {
+    fn time_from_host(&mut self, ops: &mut dyn Iterator<Item = &Op>, times: &mut Times) -> Result<()> {
         self.device.wait()?;
         for op in ops {
             let start = Instant::now();
