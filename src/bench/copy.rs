@@ -1,6 +1,6 @@
 //! How fast this machine copies: what the bytes that stages move are measured by.
 
-use crate::{error::Result, gpu::Device};
+use crate::{error::Result, gpu::Device, memory};
 use rayon::prelude::*;
 use std::{borrow::Cow, time::Instant};
 use wgpu::BufferUsages;
@@ -13,8 +13,12 @@ const REPEATS: usize = 5;
 const STRETCH: f64 = 0.05;
 
 /// Of the processor and its memory with all threads, bytes read and written per second.
-pub fn of_host() -> f64 {
+///
+/// # Errors
+/// [`crate::Error::Device`] if there is no memory for the copy.
+pub fn of_host() -> Result<f64> {
     const BLOCK: usize = 1 << 15;
+    memory::check_host(2 * BYTES)?;
     let from = vec![1_u64; BYTES as usize / 8];
     let mut to = vec![0_u64; from.len()];
     let copies = |count| {
@@ -23,7 +27,7 @@ pub fn of_host() -> f64 {
         }
         Ok(())
     };
-    2.0 * BYTES as f64 / median_seconds(copies).unwrap_or(f64::NAN)
+    Ok(2.0 * BYTES as f64 / median_seconds(copies)?)
 }
 
 /// Of the adapter that the gpu engine takes, bytes read and written per second: the faster one of its own copy and of a
@@ -34,6 +38,9 @@ pub fn of_host() -> f64 {
 pub fn of_device() -> Result<f64> {
     let device = Device::open(false)?;
     let bytes = BYTES.min(device.summary.max_array_bytes / 256 * 256);
+    if device.software {
+        memory::check_host(2 * bytes)?;
+    }
     let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
     let (from, to) = (device.buffer("copied", bytes, usage)?, device.buffer("copy", bytes, usage)?);
     let kernel = Kernel::new(&device, &from, &to);
