@@ -6,6 +6,7 @@ struct Contact {
     force: Vec,       // N, on the grain of interest
     arm: Vec,         // m, from its centre to the contact point
     spring: Vec,      // N, the tangential part of the force
+    damping: Real,    // N, what the dashpot presses, part of the force
     dissipation: Real // W, of dashpot and sliding
 }
 
@@ -13,6 +14,7 @@ struct Contact {
 struct Push {
     force: Vec,
     spring: Vec,
+    damping: Real,
     dissipation: Real,
 }
 
@@ -22,7 +24,7 @@ fn push(pair: Pair, gap: Real, n: Vec, n_before: Vec, v_rel: Vec, inverse_mass: 
     let pressing = normal_force(pair, gap) + damping;
     let stretched = stretched_spring(old, pair, n, n_before, v_rel);
     let spring = slid_spring(stretched, pair, pressing);
-    return Push(spring - pressing * n, spring, damping * approach + sliding_power(stretched, spring, pair));
+    return Push(spring - pressing * n, spring, damping, damping * approach + sliding_power(old, stretched, spring, pair));
 }
 
 /// The contact of grain i with grain j.
@@ -55,6 +57,7 @@ fn grain_contact(i: u32, here: Body, j: u32, old: Vec) -> Contact {
         contact.force = select(p.force, -p.force, back);
         contact.spring = select(p.spring, -p.spring, back);
         contact.arm = select(arm, arm_to, back);
+        contact.damping = p.damping;
         contact.dissipation = p.dissipation;
     }
     return contact;
@@ -74,6 +77,7 @@ fn wall_contact(i: u32, here: Body, w: u32, old: Vec) -> Contact {
         let p = push(pair, touch.gap, touch.n, n_before, v_rel, here.motion.inverse_mass, old);
         contact.force = p.force;
         contact.spring = p.spring;
+        contact.damping = p.damping;
         contact.dissipation = p.dissipation;
     }
     return contact;

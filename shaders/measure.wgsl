@@ -8,7 +8,7 @@ struct Part {
     elastic: Real,       // J, normal and tangential springs
     net_force: Real,     // N, sum of |total force| over free grains
     contact_force: Real, // N, sum of |spring force| over contacts
-    dissipation: Real,   // W, of dashpots, sliding and global damping
+    dissipation: Real,   // W, of dashpots, sliding, contacts that open and global damping
     overlap: Real,       // largest overlap over the smaller radius
     sides: u32,          // contacts of free grains; one between two free grains is seen twice
     single_sides: u32,   // those of them with a wall or a fixed grain
@@ -29,6 +29,7 @@ fn measure(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
         }
         var force = Vec();
         var torque = Spin();
+        var drag = Vec(); // N, of all dashpots
         let end = slot_start[i + 1u];
         for (var slot = slot_start[i]; slot < end; slot++) {
             let entry = neighbour[slot];
@@ -36,9 +37,6 @@ fn measure(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
                 break;
             }
             let contact = contact_of(i, here, slot, entry);
-            if (!(contact.gap < 0)) {
-                continue;
-            }
             let j = entry & INDEX;
             var smaller = here.place.radius;
             var single = true;
@@ -48,9 +46,15 @@ fn measure(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
             }
             let share = select(Real(0.5), Real(1), single);
             let pair = pair_of(i, j);
+            if (!(contact.gap < 0)) {
+                // Opened since the last step, if it has a spring, whose energy the next step forgets.
+                sum.dissipation += share * spring_energy(spring_of(slot, entry), pair) / params.dt;
+                continue;
+            }
             let normal = normal_force(pair, contact.gap);
             force += contact.force;
             torque += moment(contact.arm, contact.force);
+            drag -= contact.damping / (here.place.radius + 0.5 * contact.gap) * contact.arm;
             sum.elastic += share * (normal_energy(pair, contact.gap) + spring_energy(contact.spring, pair));
             sum.contact_force += share * sqrt(normal * normal + dot(contact.spring, contact.spring));
             sum.dissipation += share * contact.dissipation;
@@ -64,7 +68,8 @@ fn measure(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
         sum.kinetic += kinetic;
         sum.potential -= dot(params.gravity, here.place.x + here.residue.x) / inverse_mass;
         sum.net_force += sqrt(dot(total, total));
-        sum.dissipation += 2 * params.damping * kinetic;
+        // Dashpots know the velocities of half a step ago, but it is those of now that they work against.
+        sum.dissipation += 2 * params.damping * kinetic - dot(drag, v - here.motion.v);
     }
     part[p] = sum;
 }

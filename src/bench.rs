@@ -4,6 +4,7 @@
 //! A suite is a file here and an entry of [`Suite`]; its scenes are the TOML files in `scenes/`. It hands every setting of
 //! every case to a [`Log`], which turns what came out, or what went wrong, into [`Point`]s.
 
+mod copy;
 mod ensembles;
 mod front;
 mod invariants;
@@ -17,7 +18,10 @@ mod trajectory;
 pub mod trial;
 pub mod tune;
 
-use crate::error::{Error, Result};
+use crate::{
+    error::{Error, Result},
+    simulation::profile::{Profile, StageCost},
+};
 use machine::Machine;
 use serde::Serialize;
 use std::{ops::ControlFlow, str::FromStr};
@@ -31,11 +35,11 @@ pub enum Suite {
     Local,
     /// Closed forms, and a collapse against a fine reference.
     Trajectory,
-    /// Energy and momenta of elastic gases.
+    /// Energy and momenta of elastic gases, and the energy balance of rough grains.
     Invariants,
     /// Settled beds, averaged over seeds.
     Ensembles,
-    /// Particle-steps per second against the number of grains.
+    /// Particle-steps per second against the number of grains, and where the time goes.
     Speed,
 }
 
@@ -118,6 +122,10 @@ pub struct Point {
     pub particle_steps_per_second: Option<f64>,
     pub ms_per_step: Option<f64>,
     pub bytes_per_particle: Option<f64>,
+    /// Speed: bytes that a particle-step has to move.
+    pub bytes_per_step: Option<f64>,
+    /// Speed: what that makes per second, over what a copy moves per second.
+    pub copy_fraction: Option<f64>,
     /// No other setting of the same case has a smaller error in no more wall time.
     pub pareto: bool,
     /// `ok`, `reference` (what errors are taken against), or `failed: ` and why.
@@ -134,6 +142,28 @@ impl Point {
     pub fn group(&self) -> (Suite, &str, &'static str) {
         (self.suite, &self.case, self.quantity)
     }
+}
+
+/// Where the time of a run goes: a row of the table of stages.
+#[derive(Clone, Debug, Serialize)]
+pub struct StageRow {
+    pub case: String,
+    pub engine: &'static str,
+    pub precision: &'static str,
+    /// `rest` is what is left of the wall time: the host, and waiting for the device. It has none of the other numbers.
+    pub stage: &'static str,
+    pub calls: Option<u64>,
+    pub ms_per_call: Option<f64>,
+    /// Of the wall time.
+    pub share: f64,
+    /// Bytes that a call has to move, over the number of grains.
+    pub bytes_per_particle: Option<f64>,
+    /// 1e9 of these bytes per second.
+    pub gigabytes_per_second: Option<f64>,
+    /// The same over what a copy moves per second.
+    pub copy_fraction: Option<f64>,
+    /// What told the time.
+    pub clock: &'static str,
 }
 
 /// One number that a run gives.
@@ -170,6 +200,8 @@ pub struct Bench {
     /// s
     pub wall_seconds: f64,
     pub points: Vec<Point>,
+    /// Of the suite `speed`.
+    pub stages: Vec<StageRow>,
 }
 
 /// Where suites put their points.
@@ -178,6 +210,7 @@ pub struct Log<'a> {
     machine: &'a Machine,
     suite: Suite,
     points: Vec<Point>,
+    stages: Vec<StageRow>,
     watch: &'a mut dyn FnMut(&Point) -> ControlFlow<()>,
     interrupted: bool,
 }
@@ -211,6 +244,30 @@ impl Log<'_> {
         }
     }
 
+    /// Put down where the time of a run went.
+    pub fn stages(&mut self, case: &str, setting: Setting, profile: &Profile) {
+        let Setting { backend, .. } = setting;
+        let row = |stage, seconds: f64, cost: Option<&StageCost>| {
+            let rate = cost.map(|c| c.calls as f64 * c.bytes as f64 / c.seconds);
+            StageRow {
+                case: case.to_owned(),
+                engine: backend.engine(),
+                precision: backend.precision().label(),
+                stage,
+                calls: cost.map(|c| c.calls),
+                ms_per_call: cost.map(|c| 1e3 * c.seconds / c.calls as f64),
+                share: seconds / profile.wall_seconds,
+                bytes_per_particle: cost.map(|c| c.bytes as f64 / profile.grains as f64),
+                gigabytes_per_second: rate.map(|r| 1e-9 * r),
+                copy_fraction: rate.zip(self.machine.copy_bandwidth(backend)).map(|(r, copy)| r / copy),
+                clock: profile.clock,
+            }
+        };
+        let timed: f64 = profile.stages.iter().map(|s| s.seconds).sum();
+        let rest = row("rest", profile.wall_seconds - timed, None);
+        self.stages.extend(profile.stages.iter().map(|s| row(s.name, s.seconds, Some(s))).chain([rest]));
+    }
+
     fn point(
         &self,
         case: &str,
@@ -219,6 +276,9 @@ impl Log<'_> {
         measure: &Measure,
         failure: Option<String>,
     ) -> Point {
+        let bytes_per_step = cost.and_then(|c| c.bytes_per_step);
+        let copy = self.machine.copy_bandwidth(setting.backend);
+        let moved = cost.zip(bytes_per_step).map(|(cost, bytes)| cost.rate() * bytes);
         let settled = if measure.error.is_some() { "ok" } else { "reference" };
         Point {
             suite: self.suite,
@@ -240,6 +300,8 @@ impl Log<'_> {
             particle_steps_per_second: cost.map(Cost::rate),
             ms_per_step: cost.map(Cost::ms_per_step),
             bytes_per_particle: cost.map(|c| c.bytes_per_particle),
+            bytes_per_step,
+            copy_fraction: moved.zip(copy).map(|(moved, copy)| moved / copy),
             pareto: false,
             status: failure.unwrap_or_else(|| settled.to_owned()),
         }
@@ -249,15 +311,19 @@ impl Log<'_> {
 /// Run these suites. `watch` sees every point as it comes, and may end the benchmark there.
 pub fn run(suites: &[Suite], effort: Effort, watch: &mut dyn FnMut(&Point) -> ControlFlow<()>) -> Bench {
     let start = std::time::Instant::now();
-    let machine = Machine::here();
-    let mut log = Log { effort, machine: &machine, suite: Suite::Local, points: Vec::new(), watch, interrupted: false };
+    let mut machine = Machine::here();
+    if suites.contains(&Suite::Speed) {
+        machine.measure_copies();
+    }
+    let (points, stages) = (Vec::new(), Vec::new());
+    let mut log = Log { effort, machine: &machine, suite: Suite::Local, points, stages, watch, interrupted: false };
     for suite in suites {
         log.suite = *suite;
         suite.run(&mut log);
     }
-    let Log { mut points, interrupted, .. } = log;
+    let Log { mut points, stages, interrupted, .. } = log;
     front::mark(&mut points);
-    Bench { machine, effort, interrupted, wall_seconds: start.elapsed().as_secs_f64(), points }
+    Bench { machine, effort, interrupted, wall_seconds: start.elapsed().as_secs_f64(), points, stages }
 }
 
 /// An error once more, for every point that it spoils; errors are no `Clone`.

@@ -2,9 +2,12 @@
 
 pub mod cpu;
 pub mod gpu;
+pub mod times;
+pub mod traffic;
 
 pub use cpu::Cpu;
 pub use gpu::Gpu;
+pub use times::Times;
 
 use crate::{
     error::Result,
@@ -28,4 +31,10 @@ pub trait Engine {
     fn write(&mut self, arrays: &[&'static str], state: &State) -> Result<()>;
     /// Overwrite arrays of the state from the engine.
     fn read(&mut self, arrays: &[&'static str], state: &mut State) -> Result<()>;
+    /// Where the times of stages are gathered; None: nowhere, and nothing is timed. Timing costs some speed.
+    fn times(&mut self) -> &mut Option<Times>;
+    /// What tells the times of stages.
+    fn clock(&self) -> &'static str;
+    /// Bytes from one element of an array to the next.
+    fn stride(&self, array: &str) -> usize;
 }

@@ -21,6 +21,8 @@ pub struct Sample {
     pub potential_energy: f64,
     /// Normal and tangential springs, J.
     pub elastic_energy: f64,
+    /// Power of dashpots, sliding, contacts that open and global damping, W.
+    pub dissipation: f64,
     /// Mean |total force| on free grains over mean |contact force|; infinite without contacts.
     pub unbalanced_force_ratio: f64,
     pub max_overlap_over_radius: f64,
@@ -45,6 +47,7 @@ impl Sample {
             kinetic_energy: sum(|p| p.kinetic),
             potential_energy: sum(|p| p.potential),
             elastic_energy: sum(|p| p.elastic),
+            dissipation: sum(|p| p.dissipation),
             unbalanced_force_ratio: if contacts == 0 { f64::INFINITY } else { mean_net / mean_contact },
             max_overlap_over_radius: parts.iter().map(|p| p.overlap).fold(0.0, f64::max),
             contacts,

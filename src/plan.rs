@@ -17,6 +17,13 @@ pub enum Op {
     Swap(&'static str, &'static str),
 }
 
+impl Op {
+    /// The stage it runs, if it runs one.
+    pub fn stage(&self) -> Option<&'static Stage> {
+        if let Op::Run(stage) = self { Some(*stage) } else { None }
+    }
+}
+
 /// Sequences of operations. The state between steps is consistent at step n: positions at n, velocities at n - 1/2,
 /// springs at n - 1. A chunk is `begin`, `sort` and `list` if the lists have served their time, `step` many times, then
 /// `survey`. Nothing in it can go wrong without trace or return: lists that do not fit are not walked and `list` is done
@@ -123,7 +130,7 @@ impl Plan {
     pub fn stages(&self) -> Vec<&'static Stage> {
         let mut stages: Vec<&'static Stage> = Vec::new();
         for op in self.parts().into_iter().flat_map(|(_, ops)| ops) {
-            if let Op::Run(stage) = op
+            if let Some(stage) = op.stage()
                 && !stages.iter().any(|s| s.name == stage.name)
             {
                 stages.push(stage);

@@ -1,6 +1,8 @@
 //! Simulation = scene + plan + engine + state: advances in chunks, replays a chunk that did not fit, and hands out
 //! samples and states.
 
+pub mod profile;
+
 use crate::{
     engine::{Cpu, Engine, Gpu, gpu},
     error::{Error, Result},

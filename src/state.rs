@@ -216,6 +216,8 @@ pub trait Column {
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
+    /// Bytes of an element.
+    fn stride(&self) -> usize;
     /// Change the length; new elements are zero.
     fn resize(&mut self, len: usize);
     /// Member names of a record, empty for plain values.
@@ -235,6 +237,9 @@ pub trait Column {
 impl<T: Element> Column for Vec<T> {
     fn len(&self) -> usize {
         self.len()
+    }
+    fn stride(&self) -> usize {
+        size_of::<T>()
     }
     fn resize(&mut self, len: usize) {
         self.resize(len, T::default());

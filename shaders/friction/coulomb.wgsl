@@ -61,12 +61,12 @@ fn slid_spring(stretched: Vec, pair: Pair, pressing: Real) -> Vec {
     return stretched;
 }
 
-/// Work done by sliding per time, W: the force times what the spring was shortened by.
-fn sliding_power(stretched: Vec, slid: Vec, pair: Pair) -> Real {
+/// Work done by sliding per time, W: the mean force of the step times what the spring was shortened by.
+fn sliding_power(old: Vec, stretched: Vec, slid: Vec, pair: Pair) -> Real {
     if (pair.tangential_stiffness == 0 || params.since == 0) {
         return 0;
     }
-    return dot(slid, stretched - slid) / (pair.tangential_stiffness * params.since);
+    return dot(0.5 * (old + slid), stretched - slid) / (pair.tangential_stiffness * params.since);
 }
 
 /// Energy stored in a spring, J.

@@ -19,7 +19,7 @@ fn slid_spring(stretched: Vec, pair: Pair, pressing: Real) -> Vec {
     return Vec();
 }
 
-fn sliding_power(stretched: Vec, slid: Vec, pair: Pair) -> Real {
+fn sliding_power(old: Vec, stretched: Vec, slid: Vec, pair: Pair) -> Real {
     return 0;
 }
 

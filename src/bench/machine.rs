@@ -1,6 +1,6 @@
 //! Where a benchmark ran, and with what.
 
-use super::trial::Backend;
+use super::{copy, trial::Backend};
 use crate::gpu::{AdapterSummary, adapters};
 use serde::Serialize;
 use std::process::Command;
@@ -16,6 +16,10 @@ pub struct Machine {
     pub adapter: Option<AdapterSummary>,
     /// The one it takes in double precision, if any can.
     pub double_adapter: Option<String>,
+    /// Bytes that a copy reads and writes per second on all threads; None: not measured, here and below.
+    pub cpu_copy_bandwidth: Option<f64>,
+    /// The same on the adapter.
+    pub gpu_copy_bandwidth: Option<f64>,
     pub version: &'static str,
     /// Commit of the sources when they were compiled, `+` if they were changed since; `unknown` outside a git checkout.
     pub commit: &'static str,
@@ -30,9 +34,22 @@ impl Machine {
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
             double_adapter: adapters.iter().find(|a| a.double).map(|a| a.name.clone()),
             adapter: adapters.into_iter().next(),
+            cpu_copy_bandwidth: None,
+            gpu_copy_bandwidth: None,
             version: env!("CARGO_PKG_VERSION"),
             commit: env!("PACKSTONE_COMMIT"),
         }
+    }
+
+    /// Find out how fast memory is copied; takes some seconds.
+    pub fn measure_copies(&mut self) {
+        self.cpu_copy_bandwidth = copy::of_host().ok();
+        self.gpu_copy_bandwidth = self.adapter.as_ref().and_then(|_| copy::of_device().ok());
+    }
+
+    /// Bytes that a copy reads and writes per second on the engine's memory.
+    pub fn copy_bandwidth(&self, backend: Backend) -> Option<f64> {
+        if backend == Backend::Cpu { self.cpu_copy_bandwidth } else { self.gpu_copy_bandwidth }
     }
 
     /// What can be run here.

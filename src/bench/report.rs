@@ -1,13 +1,17 @@
-//! A benchmark on disk: `bench.csv`, `bench.json`, `report.md` and the plots.
+//! A benchmark on disk: `bench.csv`, `stages.csv`, `bench.json`, `report.md` and the plots.
+
+mod speed;
 
 use super::{Bench, Effort, Point, Suite, machine::Machine, plot};
 use crate::{
     error::Result,
     io::{at, replace},
 };
+use serde::Serialize;
 use std::{fmt::Write, fs, path::Path};
 
 pub const TABLE: &str = "bench.csv";
+pub const STAGES: &str = "stages.csv";
 pub const JSON: &str = "bench.json";
 pub const REPORT: &str = "report.md";
 
@@ -17,12 +21,8 @@ pub const REPORT: &str = "report.md";
 /// [`crate::Error::Io`] if a file cannot be written.
 pub fn write(folder: &Path, bench: &Bench) -> Result<()> {
     fs::create_dir_all(folder).map_err(at(folder))?;
-    let mut table = csv::Writer::from_writer(Vec::new());
-    for point in &bench.points {
-        table.serialize(point).map_err(|e| at(&folder.join(TABLE))(std::io::Error::other(e)))?;
-    }
-    let table = table.into_inner().map_err(|e| at(&folder.join(TABLE))(e.into_error()))?;
-    save(&folder.join(TABLE), &table)?;
+    rows(&folder.join(TABLE), &bench.points)?;
+    rows(&folder.join(STAGES), &bench.stages)?;
     save(&folder.join(JSON), json(bench).as_bytes())?;
     for suite in suites(bench) {
         plot::write(folder, suite, &bench.points)?;
@@ -35,6 +35,12 @@ pub fn json(bench: &Bench) -> String {
     let mut text = serde_json::to_string_pretty(bench).expect("plain data is always JSON");
     text.push('\n');
     text
+}
+
+fn rows(path: &Path, rows: &[impl Serialize]) -> Result<()> {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    rows.iter().try_for_each(|row| table.serialize(row)).map_err(|e| at(path)(std::io::Error::other(e)))?;
+    save(path, &table.into_inner().map_err(|e| at(path)(e.into_error()))?)
 }
 
 fn save(path: &Path, bytes: &[u8]) -> Result<()> {
@@ -65,6 +71,9 @@ pub fn markdown(bench: &Bench) -> String {
     for suite in suites(bench) {
         let points: Vec<&Point> = bench.points.iter().filter(|p| p.suite == suite).collect();
         section(&mut text, suite, &points);
+        if suite == Suite::Speed {
+            speed::write(&mut text, &points, &bench.stages);
+        }
     }
     text
 }
@@ -80,12 +89,18 @@ fn machine(text: &mut String, machine: &Machine) {
         ("adapter", of_adapter(|a| format!("{} ({}, {})", a.name, a.kind, a.backend))),
         ("driver", of_adapter(|a| a.driver.clone())),
         ("f64 in shaders", double),
+        ("copy, processor", copied(machine.cpu_copy_bandwidth)),
+        ("copy, adapter", copied(machine.gpu_copy_bandwidth)),
         ("packstone", format!("{}, commit {}", machine.version, machine.commit)),
     ];
     text.push_str("| | |\n| --- | --- |\n");
     for (name, value) in rows {
         let _ = writeln!(text, "| {name} | {value} |");
     }
+}
+
+fn copied(bandwidth: Option<f64>) -> String {
+    bandwidth.map_or("not measured".to_owned(), |b| format!("{} GB/s, read and written", short(1e-9 * b)))
 }
 
 fn about(suite: Suite) -> &'static str {
@@ -99,7 +114,8 @@ fn about(suite: Suite) -> &'static str {
              sixteenth of the automatic step."
         }
         Suite::Invariants => {
-            "What elastic gases keep: energy (largest deviation, and slope), linear or angular momentum, per 10^5 steps."
+            "What elastic gases keep: energy (largest deviation, and slope), linear or angular momentum, per 10^5 steps. Of \
+             rough grains that lose energy: how far it is from what friction and damping take, over what they take."
         }
         Suite::Ensembles => {
             "Settled beds, mean ± standard deviation over seeds. The error is the distance from the mean of the f64 CPU \
@@ -107,7 +123,8 @@ fn about(suite: Suite) -> &'static str {
         }
         Suite::Speed => {
             "Dense packings of rough spheres (3D, friction) and smooth disks (2D). The error is the RMS distance from the \
-             f64 CPU engine at the same step, after 20 steps."
+             f64 CPU engine at the same step, after 20 steps. Bytes per particle-step are those that the stages have to \
+             move, counted; beside them the part of the machine's copy bandwidth that this makes."
         }
     }
 }
@@ -126,7 +143,6 @@ fn section(text: &mut String, suite: Suite, points: &[&Point]) {
     }
     if suite == Suite::Speed {
         table(text, points);
-        growth(text, points);
         return;
     }
     for group in groups {
@@ -149,6 +165,7 @@ fn table(text: &mut String, points: &[&Point]) {
     }
     header.extend(["wall s per s", "particle-steps/s", "ms/step", "bytes/grain", "front"]);
     if speed {
+        header.extend(["bytes/particle-step", "of copy"]);
         header.insert(0, "case");
     }
     let _ = writeln!(text, "| {} |\n|{}", header.join(" | "), " --- |".repeat(header.len()));
@@ -165,10 +182,15 @@ fn table(text: &mut String, points: &[&Point]) {
         cells.push(p.bytes_per_particle.map_or(String::new(), |x| format!("{x:.0}")));
         cells.push(if p.pareto { "★" } else { "" }.to_owned());
         if speed {
+            cells.extend([number(p.bytes_per_step), p.copy_fraction.map_or(String::new(), percent)]);
             cells.insert(0, p.case.clone());
         }
         let _ = writeln!(text, "| {} |", cells.join(" | "));
     }
+}
+
+fn percent(x: f64) -> String {
+    format!("{:.1} %", 100.0 * x)
 }
 
 /// Three digits.
@@ -195,30 +217,5 @@ fn fastest(text: &mut String, points: &[&Point]) {
         .collect();
     if !words.is_empty() {
         let _ = writeln!(text, "\nFastest, from the largest error down: {}.", words.join("; "));
-    }
-}
-
-/// Time per particle-step of the largest packing over that of 10,000 grains, per scene and engine.
-fn growth(text: &mut String, points: &[&Point]) {
-    let of = |p: &Point| Some((p.case.split(' ').next()?.to_owned(), p.engine));
-    let mut seen = Vec::new();
-    for p in points.iter().filter(|p| p.particle_steps_per_second.is_some()) {
-        let Some(key) = of(p) else { continue };
-        let grains = |p: &&&Point| p.grains.unwrap_or(0);
-        let same = || points.iter().filter(|q| of(q).as_ref() == Some(&key) && q.particle_steps_per_second.is_some());
-        let (Some(base), Some(last)) = (same().find(|q| grains(q) > 5000), same().max_by_key(grains)) else { continue };
-        if seen.contains(&key) || grains(&last) <= grains(&base) {
-            continue;
-        }
-        let ratio = base.particle_steps_per_second.unwrap_or(0.0) / last.particle_steps_per_second.unwrap_or(1.0);
-        let _ = writeln!(
-            text,
-            "\n{} on the {}: time per particle-step grows {ratio:.2} × from {} to {} grains.",
-            key.0,
-            key.1,
-            grains(&base),
-            grains(&last)
-        );
-        seen.push(key);
     }
 }

@@ -61,6 +61,8 @@ pub struct Cost {
     /// s
     pub dt_bound: f64,
     pub bytes_per_particle: f64,
+    /// That a particle-step has to move, where that was counted.
+    pub bytes_per_step: Option<f64>,
 }
 
 impl Cost {
@@ -120,6 +122,7 @@ impl Trial {
             dt: self.simulation.dt(),
             dt_bound: self.simulation.dt_bound(),
             bytes_per_particle: self.simulation.bytes_per_particle()?,
+            bytes_per_step: None,
         })
     }
 }

@@ -142,7 +142,7 @@ fn error(start: &Assembly, setting: Setting, expected: &[Grain]) -> Result<f64> 
 
 /// What a step of the whole scene costs.
 fn of_whole(scene: &Assembly, backend: Backend) -> Result<Cost> {
-    Ok(timed(scene, Setting { backend, factor: 1.0 }, Budget { work: 1e6, repeats: 1 })?.1)
+    Ok(timed(scene, Setting { backend, factor: 1.0 }, Budget { work: 1e6, least: 10, repeats: 1 })?.2)
 }
 
 /// A scene of at most [`MOST`] free grains, and in words how it was made: the grains whose centres lie in a window about

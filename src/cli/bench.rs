@@ -13,9 +13,9 @@ use std::{ops::ControlFlow, path::PathBuf, process::ExitCode};
 #[command(after_help = "Suites:\n  \
     local       force and moment on the same state\n  \
     trajectory  closed forms, and a collapse against a fine reference\n  \
-    invariants  energy and momenta of elastic gases\n  \
+    invariants  energy and momenta of elastic gases, energy balance of rough grains\n  \
     ensembles   settled beds, averaged over seeds\n  \
-    speed       particle-steps/s against the number of grains\n\n\
+    speed       particle-steps/s against the number of grains, stage by stage\n\n\
     Examples:\n  packstone bench --quick\n  packstone bench trajectory speed --out out/here\n\n\
     Ctrl-C ends after the run that is under way, with a report of what was measured; a second one at once, without.")]
 pub struct BenchArgs {

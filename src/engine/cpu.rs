@@ -1,21 +1,31 @@
 //! The f64 engine: the twins, on all cores.
 
-use super::Engine;
+use super::{Engine, Times};
 use crate::{
     error::Result,
     plan::Op,
     state::{Counters, Params, State},
 };
+use std::time::Instant;
 
 /// Runs the twins in f64 on a state of its own.
 pub struct Cpu {
     state: State,
+    times: Option<Times>,
 }
 
 impl Cpu {
     /// An engine that starts from a copy of the state.
     pub fn new(state: State) -> Cpu {
-        Cpu { state }
+        Cpu { state, times: None }
+    }
+
+    fn run(&mut self, op: &Op) {
+        let start = self.times.as_ref().map(|_| Instant::now());
+        apply(op, &mut self.state);
+        if let (Op::Run(stage), Some(times), Some(start)) = (op, &mut self.times, start) {
+            times.add(stage, start.elapsed().as_secs_f64());
+        }
     }
 }
 
@@ -46,7 +56,7 @@ impl Engine for Cpu {
         self.state.params = *params;
         for (ops, times) in sequences {
             for _ in 0..*times {
-                ops.iter().for_each(|op| apply(op, &mut self.state));
+                ops.iter().for_each(|op| self.run(op));
             }
         }
         Ok(())
@@ -75,5 +85,17 @@ impl Engine for Cpu {
             state.column_mut(array).replace(content);
         }
         Ok(())
+    }
+
+    fn times(&mut self) -> &mut Option<Times> {
+        &mut self.times
+    }
+
+    fn clock(&self) -> &'static str {
+        "host"
+    }
+
+    fn stride(&self, array: &str) -> usize {
+        self.state.column(array).stride()
     }
 }

@@ -1,9 +1,9 @@
 //! The device engine: every stage of the plan as a compute pipeline, every array of the state as a buffer.
 
-use super::Engine;
+use super::{Engine, Times};
 use crate::{
     error::{Error, Result},
-    gpu::{Device, Layout, Program, compose, images},
+    gpu::{Device, Layout, Program, Stopwatch, compose, images},
     kernels::{Dispatch, Stage},
     memory,
     model::Model,
@@ -11,7 +11,12 @@ use crate::{
     shaders,
     state::{ARRAYS, Array, Column, Counters, Element, Params, Sizes, State},
 };
-use std::collections::{HashMap, HashSet};
+use std::{
+    collections::{HashMap, HashSet},
+    slice,
+    time::Instant,
+};
+use wgpu::ComputePassTimestampWrites;
 
 /// Invocations per workgroup: `WG` of `params.wgsl`.
 const WORKGROUP: usize = 64;
@@ -34,6 +39,7 @@ pub struct Gpu {
     dirty: bool,
     /// Buffers made so far.
     serial: u64,
+    times: Option<Times>,
 }
 
 struct Kernel {
@@ -167,6 +173,7 @@ impl Gpu {
             params_layout,
             dirty: false,
             serial: 0,
+            times: None,
         };
         let total: u64 = bytes(model, &gpu.layouts, &state.sizes).map(|(_, b)| b).sum();
         for array in ARRAYS.iter().filter(|a| (a.needed)(model)) {
@@ -225,14 +232,20 @@ impl Gpu {
         }
     }
 
-    fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, ops: &[Op], times: u32) {
+    fn encode(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        ops: &[Op],
+        times: u32,
+        timed: Option<ComputePassTimestampWrites<'_>>,
+    ) {
+        let descriptor = wgpu::ComputePassDescriptor { label: None, timestamp_writes: timed };
         let mut pass: Option<wgpu::ComputePass<'static>> = None;
         for op in (0..times).flat_map(|_| ops) {
             match *op {
                 Op::Run(stage) => {
                     let group = self.group(stage);
-                    let pass =
-                        pass.get_or_insert_with(|| encoder.begin_compute_pass(&Default::default()).forget_lifetime());
+                    let pass = pass.get_or_insert_with(|| encoder.begin_compute_pass(&descriptor).forget_lifetime());
                     let kernel = &self.kernels[stage.name];
                     let (x, y) = groups(&stage.dispatch, &self.sizes);
                     pass.set_pipeline(&kernel.pipeline);
@@ -252,6 +265,39 @@ impl Gpu {
                 }
             }
         }
+    }
+
+    /// Run operations with a pass for every stage, by the device's clock.
+    fn time(&mut self, watch: &Stopwatch, ops: &mut dyn Iterator<Item = &Op>, times: &mut Times) -> Result<()> {
+        let mut ops = ops.peekable();
+        while ops.peek().is_some() {
+            let mut encoder = self.device.device.create_command_encoder(&Default::default());
+            let mut stages = Vec::new();
+            for op in ops.by_ref().take(Stopwatch::PASSES) {
+                let timed = matches!(op, Op::Run(_)).then(|| watch.pass(stages.len()));
+                self.encode(&mut encoder, slice::from_ref(op), 1, timed);
+                stages.extend(op.stage());
+            }
+            let seconds = watch.read(&self.device, encoder, stages.len())?;
+            stages.into_iter().zip(seconds).for_each(|(stage, seconds)| times.add(stage, seconds));
+        }
+        Ok(())
+    }
+
+    /// The same by the host's clock, from submitting to having waited.
+    fn time_from_host(&mut self, ops: &mut dyn Iterator<Item = &Op>, times: &mut Times) -> Result<()> {
+        self.device.wait()?;
+        for op in ops {
+            let start = Instant::now();
+            let mut encoder = self.device.device.create_command_encoder(&Default::default());
+            self.encode(&mut encoder, slice::from_ref(op), 1, None);
+            self.device.queue.submit([encoder.finish()]);
+            self.device.wait()?;
+            if let Some(stage) = op.stage() {
+                times.add(stage, start.elapsed().as_secs_f64());
+            }
+        }
+        Ok(())
     }
 }
 
@@ -347,9 +393,18 @@ impl Engine for Gpu {
         let params = Params { slots: len("neighbour"), history: len("history_other"), ..*params };
         let bytes = self.params_layout.encode(1, |sink| params.put(self.dims, &mut |x| sink(x)));
         self.device.queue.write_buffer(&self.params, 0, &bytes);
+        if let Some(mut times) = self.times.take() {
+            let mut ops = sequences.iter().flat_map(|(ops, times)| (0..*times).flat_map(|_| *ops));
+            let done = match Stopwatch::new(&self.device)? {
+                Some(watch) => self.time(&watch, &mut ops, &mut times),
+                None => self.time_from_host(&mut ops, &mut times),
+            };
+            self.times = Some(times);
+            return done;
+        }
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
         for (ops, times) in sequences {
-            self.encode(&mut encoder, ops, *times);
+            self.encode(&mut encoder, ops, *times, None);
         }
         self.device.queue.submit([encoder.finish()]);
         Ok(())
@@ -412,5 +467,17 @@ impl Engine for Gpu {
             column.fill(self.dims, &mut layout.decode(&bytes));
         }
         Ok(())
+    }
+
+    fn times(&mut self) -> &mut Option<Times> {
+        &mut self.times
+    }
+
+    fn clock(&self) -> &'static str {
+        if self.device.summary.timestamps { "device" } else { "host, around submission and wait" }
+    }
+
+    fn stride(&self, array: &str) -> usize {
+        self.layouts.get(array).map_or(4, |l| l.stride)
     }
 }

@@ -28,7 +28,9 @@ pub struct Binding {
     pub uniform: bool,
     /// A storage image that holds the array of this name.
     pub image: bool,
+    /// Whether the kernel reads it.
     pub read: bool,
+    /// Whether the kernel writes it.
     pub written: bool,
     /// Nothing is done to it but loading and storing elements.
     pub elementwise: bool,
@@ -134,7 +136,7 @@ fn number(module: &mut Module, info: &ModuleInfo, entry: &str) -> Result<Vec<Bin
             name: variable.name.clone().unwrap_or_default(),
             uniform: variable.space == AddressSpace::Uniform,
             image: variable.space == AddressSpace::Handle,
-            read: uses.contains(GlobalUse::READ),
+            read: uses.intersects(GlobalUse::READ | GlobalUse::ATOMIC),
             written: uses.intersects(GlobalUse::WRITE | GlobalUse::ATOMIC),
             elementwise: matches!(module.types[variable.ty].inner, TypeInner::Array { .. })
                 && !uses.intersects(GlobalUse::ATOMIC | GlobalUse::QUERY),

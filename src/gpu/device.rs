@@ -133,7 +133,7 @@ impl Device {
         };
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("packstone"),
-            required_features: [(double, wanted), (images, wide)]
+            required_features: [(double, wanted), (images, wide), (summary.timestamps, Features::TIMESTAMP_QUERY)]
                 .into_iter()
                 .filter(|(needed, _)| *needed)
                 .fold(Features::empty(), |all, (_, feature)| all | feature),

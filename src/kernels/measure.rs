@@ -2,15 +2,16 @@
 
 use crate::{
     laws::{
-        contact::{Gathered, body, closed_contacts},
-        friction::spring_energy,
+        contact::{Body, Gathered, body, closed_contacts, contact_of},
+        friction::{spring_energy, spring_of},
         leapfrog::at_step,
         materials::pair_of,
         normal::{normal_energy, normal_force},
         rotation::{spin_at_step, spin_energy},
     },
-    state::{PARTS, Part, State},
+    state::{INDEX, NONE, PARTS, Part, SPRUNG, State},
 };
+use glam::DVec3;
 use rayon::prelude::*;
 
 pub fn measure(s: &mut State) {
@@ -29,15 +30,15 @@ fn add_body(s: &State, i: usize, sum: &mut Part) {
     if inverse_mass == 0.0 {
         return;
     }
-    let mut gathered = Gathered::default();
+    let (mut gathered, mut drag) = (Gathered::default(), DVec3::ZERO);
     for (j, contact) in closed_contacts(s, i, &here) {
-        let other = s.place.get(j).map(|there| (there.radius, s.motion[j].inverse_mass == 0.0));
-        let (radius, single) = other.unwrap_or((here.place.radius, true));
-        let smaller = here.place.radius.min(radius);
-        let share = if single { 1.0 } else { 0.5 };
+        let smaller = here.place.radius.min(s.place.get(j).map_or(f64::INFINITY, |there| there.radius));
+        let single = is_single(s, j);
+        let share = share(single);
         let pair = pair_of(s, i, j);
         let normal = normal_force(&pair, contact.gap);
         gathered.add(&contact);
+        drag -= contact.damping / (here.place.radius + 0.5 * contact.gap) * contact.arm;
         sum.elastic += share * (normal_energy(&pair, contact.gap) + spring_energy(contact.spring, &pair));
         sum.contact_force += share * (normal * normal + contact.spring.length_squared()).sqrt();
         sum.dissipation += share * contact.dissipation;
@@ -45,6 +46,7 @@ fn add_body(s: &State, i: usize, sum: &mut Part) {
         sum.sides += 1;
         sum.single_sides += u32::from(single);
     }
+    sum.dissipation += forgotten(s, i, &here) / p.dt;
     let v = at_step(s, &here.motion, gathered.force);
     let w = spin_at_step(s, &here, gathered.torque);
     let kinetic = 0.5 * v.length_squared() / inverse_mass + spin_energy(s, &here, w);
@@ -52,5 +54,29 @@ fn add_body(s: &State, i: usize, sum: &mut Part) {
     sum.kinetic += kinetic;
     sum.potential -= p.gravity.dot(here.place.x + here.residue.x) / inverse_mass;
     sum.net_force += total.length();
-    sum.dissipation += 2.0 * p.damping * kinetic;
+    // Dashpots know the velocities of half a step ago, but it is those of now that they work against.
+    sum.dissipation += 2.0 * p.damping * kinetic - drag.dot(v - here.motion.v);
+}
+
+/// Whether only one side of a contact with neighbour j is measured.
+fn is_single(s: &State, j: usize) -> bool {
+    s.motion.get(j).is_none_or(|there| there.inverse_mass == 0.0)
+}
+
+/// What one side counts for.
+fn share(single: bool) -> f64 {
+    if single { 1.0 } else { 0.5 }
+}
+
+/// Energy of the springs of contacts that have opened since the last step, which the next one forgets, J.
+fn forgotten(s: &State, i: usize, here: &Body) -> f64 {
+    let sprung = s.row(i).map(|slot| (slot, s.neighbour[slot])).take_while(|(_, entry)| *entry != NONE);
+    let sprung = sprung.filter(|(_, entry)| entry & SPRUNG != 0);
+    let energy = |(slot, entry): (usize, u32)| {
+        let j = (entry & INDEX) as usize;
+        let old = spring_of(entry, s.spring.get(slot));
+        let open = contact_of(s, i, here, j, old).gap >= 0.0;
+        if open { share(is_single(s, j)) * spring_energy(old, &pair_of(s, i, j)) } else { 0.0 }
+    };
+    sprung.map(energy).sum()
 }

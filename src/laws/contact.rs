@@ -42,6 +42,8 @@ pub struct Contact {
     pub arm: DVec3,
     /// N, the tangential part of the force.
     pub spring: DVec3,
+    /// N, what the dashpot presses, part of the force.
+    pub damping: f64,
     /// W, of dashpot and sliding.
     pub dissipation: f64,
 }
@@ -95,7 +97,8 @@ pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, old: DVec3) -> Con
         contact.spring = slid_spring(stretched, &pair, pressing);
         contact.force = contact.spring - pressing * n;
         contact.arm = arm;
-        contact.dissipation = damping * approach + sliding_power(s, stretched, contact.spring, &pair);
+        contact.damping = damping;
+        contact.dissipation = damping * approach + sliding_power(s, old, stretched, contact.spring, &pair);
     }
     contact
 }

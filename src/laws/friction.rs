@@ -50,13 +50,13 @@ pub fn slid_spring(stretched: DVec3, pair: &Pair, pressing: f64) -> DVec3 {
     if length_squared > limit * limit { stretched * (limit / length_squared.sqrt()) } else { stretched }
 }
 
-/// Work done by sliding per time, W: the force times what the spring was shortened by.
+/// Work done by sliding per time, W: the mean force of the step times what the spring was shortened by.
 #[inline(always)]
-pub fn sliding_power(s: &State, stretched: DVec3, slid: DVec3, pair: &Pair) -> f64 {
+pub fn sliding_power(s: &State, old: DVec3, stretched: DVec3, slid: DVec3, pair: &Pair) -> f64 {
     if pair.tangential_stiffness == 0.0 || s.params.since == 0.0 {
         return 0.0;
     }
-    slid.dot(stretched - slid) / (pair.tangential_stiffness * s.params.since)
+    (0.5 * (old + slid)).dot(stretched - slid) / (pair.tangential_stiffness * s.params.since)
 }
 
 /// Energy stored in a spring, J.

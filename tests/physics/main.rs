@@ -6,6 +6,7 @@ mod common;
 mod shared;
 
 mod chains;
+mod dissipation;
 mod flight;
 mod impact;
 mod moving_walls;

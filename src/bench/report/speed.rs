@@ -1,0 +1,119 @@
+//! What the report says of speed beyond its table: growth with size, two against three dimensions, and the stages.
+
+use super::{percent, short};
+use crate::bench::{Point, StageRow};
+use std::fmt::Write;
+
+/// What time per particle-step may grow by from 10,000 grains to the largest packing.
+const GROWTH: f64 = 1.5;
+/// Packings from which on growth counts: smaller ones sit in caches.
+const LARGE: usize = 5000;
+
+/// Stages that take less of the time are left to the table on disk.
+const SMALL: f64 = 1e-3;
+
+/// All that follows the table.
+pub fn write(text: &mut String, points: &[&Point], stages: &[StageRow]) {
+    let largest = largest(points);
+    for last in &largest {
+        growth(text, points, last);
+    }
+    for (disks, spheres) in pairs(&largest) {
+        frugality(text, disks, spheres);
+    }
+    for last in &largest {
+        table(text, last, stages);
+    }
+}
+
+fn scene(point: &Point) -> &str {
+    point.case.split(' ').next().unwrap_or_default()
+}
+
+fn rate(point: &Point) -> f64 {
+    point.particle_steps_per_second.unwrap_or(f64::NAN)
+}
+
+/// Whether two points are of the same engine and precision.
+fn alike(a: &Point, b: &Point) -> bool {
+    (a.engine, a.precision) == (b.engine, b.precision)
+}
+
+/// The largest packing that ran, per scene and engine.
+fn largest<'a>(points: &[&'a Point]) -> Vec<&'a Point> {
+    let mut found: Vec<&Point> = Vec::new();
+    for point in points.iter().filter(|p| p.passed()) {
+        match found.iter_mut().find(|p| scene(p) == scene(point) && alike(p, point)) {
+            Some(known) if known.grains < point.grains => *known = point,
+            Some(_) => {}
+            None => found.push(point),
+        }
+    }
+    found
+}
+
+/// Disks and spheres on the same engine.
+fn pairs<'a>(points: &[&'a Point]) -> impl Iterator<Item = (&'a Point, &'a Point)> {
+    let of = |name: &'static str| points.iter().copied().filter(move |p| scene(p) == name);
+    let spheres: Vec<&Point> = of("spheres").collect();
+    let disks: Vec<&Point> = of("disks").collect();
+    disks.into_iter().filter_map(move |d| Some((d, spheres.iter().copied().find(|s| alike(d, s))?)))
+}
+
+fn met(yes: bool) -> &'static str {
+    if yes { "met" } else { "missed" }
+}
+
+fn growth(text: &mut String, points: &[&Point], last: &Point) {
+    let large = |p: &&&Point| p.passed() && p.grains.is_some_and(|n| n > LARGE) && scene(p) == scene(last);
+    let Some(base) = points.iter().filter(large).filter(|p| alike(p, last)).min_by_key(|p| p.grains) else { return };
+    if last.grains <= base.grains {
+        return;
+    }
+    let grown = rate(base) / rate(last);
+    let [from, to] = [base, &last].map(|p| p.grains.unwrap_or(0));
+    let _ = writeln!(
+        text,
+        "\n{} on the {}: time per particle-step grows {grown:.2} × from {from} to {to} grains (at most {GROWTH}: {}).",
+        scene(last),
+        last.engine,
+        met(grown <= GROWTH)
+    );
+}
+
+fn frugality(text: &mut String, disks: &Point, spheres: &Point) {
+    let (Some(few), Some(many)) = (disks.bytes_per_step, spheres.bytes_per_step) else { return };
+    let faster = rate(disks) / rate(spheres);
+    let _ = writeln!(
+        text,
+        "\nSmooth disks on the {}: {faster:.2} × as fast as rough spheres, which move {:.2} × the bytes (at least as much: \
+         {}).",
+        disks.engine,
+        many / few,
+        met(faster >= many / few)
+    );
+}
+
+/// The stages of a run, the most expensive one first.
+fn table(text: &mut String, point: &Point, stages: &[StageRow]) {
+    let own = |s: &&StageRow| s.case == point.case && (s.engine, s.precision) == (point.engine, point.precision);
+    let mut rows: Vec<&StageRow> = stages.iter().filter(own).collect();
+    let Some(first) = rows.first() else { return };
+    let _ = writeln!(text, "\n### {}: stages on the {} (clock: {})\n", point.case, point.engine, first.clock);
+    let header = "stage | calls | ms/call | share of time | bytes/grain | GB/s | of copy";
+    let _ = writeln!(text, "| {header} |\n|{}", " --- |".repeat(header.split('|').count()));
+    rows.sort_by(|a, b| b.share.total_cmp(&a.share));
+    for row in rows.iter().filter(|row| row.share >= SMALL) {
+        let number = |x: Option<f64>| x.map_or(String::new(), short);
+        let cells = [
+            row.stage.to_owned(),
+            row.calls.map_or(String::new(), |n| n.to_string()),
+            number(row.ms_per_call),
+            percent(row.share),
+            number(row.bytes_per_particle),
+            number(row.gigabytes_per_second),
+            row.copy_fraction.map_or(String::new(), percent),
+        ];
+        let _ = writeln!(text, "| {} |", cells.join(" | "));
+    }
+}

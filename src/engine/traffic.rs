@@ -1,0 +1,70 @@
+//! Bytes that a stage has to move, counted from what its kernel is seen to read and to write.
+
+use super::gpu::program;
+use crate::{
+    error::Result,
+    kernels::Stage,
+    model::Model,
+    state::{Array, Sizes},
+};
+
+/// Bytes of one run of a stage on arrays of these sizes: each array it reads once, and each that it writes once more.
+///
+/// # Errors
+/// [`crate::Error::Shader`] if the kernel does not compose.
+pub fn bytes(model: &Model, stage: &Stage, sizes: &Sizes, stride: impl Fn(&str) -> usize) -> Result<u64> {
+    let program = program(model, stage)?;
+    let arrays = program.bindings.iter().filter(|b| !b.uniform);
+    let of = |array: &Array| sizes.of(array.length) * stride(array.name);
+    let moved = arrays.map(|b| (usize::from(b.read) + usize::from(b.written)) * of(Array::named(stage.array(&b.name))));
+    Ok(moved.sum::<usize>() as u64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        engine::gpu::layouts,
+        kernels::ADVANCE,
+        model::Precision,
+        plan::plan,
+        scene::Scene,
+        state::{Params, State},
+    };
+    use std::path::Path;
+
+    fn model(friction: f64, dimension: usize, precision: Precision) -> Model {
+        let text = format!(
+            "dimension = {dimension}\ngravity = [0, 0{}]\n[material.glass]\ndensity = 1\nnormal_stiffness = 1\n\
+             friction = {friction}\n[[grain]]\nposition = [0, 0{}]\nradius = 1\nmaterial = \"glass\"\n[stop]\ntime = 1\n",
+            if dimension == 2 { "" } else { ", 0" },
+            if dimension == 2 { "" } else { ", 0" },
+        );
+        Model::of(&Scene::parse(&text, "two", Path::new("."), &[]).unwrap().assemble().unwrap(), precision)
+    }
+
+    /// Ten grains with 60 slots and the numbers that all share: slot_start has one more, `halt` is read and `halt_next`
+    /// written, the seven counters are read and written.
+    fn advance(per_grain: u64, per_slot: u64) -> u64 {
+        10 * per_grain + 60 * per_slot + 4 + (4 + 4) + 2 * 7 * 4
+    }
+
+    #[test]
+    fn advance_moves_what_is_counted_by_hand() {
+        let sizes = Sizes { bodies: 10, slots: 60, ..Sizes::default() };
+        let on_device = |model: &Model| {
+            let layouts = layouts(model, &plan(model)).unwrap();
+            bytes(model, &ADVANCE, &sizes, |array| layouts[array].stride).unwrap()
+        };
+        // Smooth disks, f32: place, residue and motion of 16 bytes read and written, travel too, number and slot_start
+        // read; neighbour read.
+        assert_eq!(on_device(&model(0.0, 2, Precision::Single)), advance(2 * (3 * 16 + 4) + 4 + 4, 4));
+        // Rough spheres, f32: a spin besides; neighbour and a spring of 12 bytes read and written.
+        assert_eq!(on_device(&model(0.5, 3, Precision::Single)), advance(2 * (4 * 16 + 4) + 4 + 4, 2 * (4 + 12)));
+        // Smooth disks on the host: place and motion of 32 bytes.
+        let model = model(0.0, 2, Precision::Double);
+        let state = State::new(model, sizes, Params::default());
+        let on_host = bytes(&model, &ADVANCE, &sizes, |array| state.column(array).stride()).unwrap();
+        assert_eq!(on_host, advance(2 * (2 * 32 + 8) + 4 + 4, 4));
+    }
+}
