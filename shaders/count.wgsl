@@ -1,5 +1,5 @@
 // twin: src/kernels/count.rs
-// Neighbour lists 1: how many slots each grain needs, and whether it is still on the right side of every wall.
+// Neighbour lists 1: how many slots each grain needs at most, and whether it is still on the right side of every wall.
 var<storage, read> cell_start: array<u32>;           // cells + 1
 var<storage, read_write> halt: atomic<u32>;
 
@@ -24,7 +24,7 @@ fn count(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
         let cells = span(home, k);
         let last = cell_start[cells.y];
         for (var j = cell_start[cells.x]; j < last; j++) {
-            if (within(here, place[j], reach) && j != i && !(fixed && motion[j].inverse_mass == 0)) {
+            if (within(here, place[j], reach) && j != i) {
                 slots++;
             }
         }

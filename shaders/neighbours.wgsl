@@ -4,6 +4,30 @@
 var<storage, read> cell_start: array<u32>;           // cells + 1
 var<storage, read_write> halt: atomic<u32>;
 
+/// Sort these slots, and leave out pairs of fixed grains; one past the last. Done after the search, because most of what
+/// is searched is no neighbour.
+fn sorted_by_number(begin: u32, end: u32, fixed: bool) -> u32 {
+    var filled = begin;
+    for (var slot = begin; slot < end; slot++) {
+        let j = neighbour[slot];
+        if (fixed && motion[j].inverse_mass == 0) {
+            continue;
+        }
+        let label = number[j];
+        var hole = filled;
+        for (; hole > begin; hole--) {
+            let before = neighbour[hole - 1u];
+            if (number[before] < label) {
+                break;
+            }
+            neighbour[hole] = before;
+        }
+        neighbour[hole] = j;
+        filled++;
+    }
+    return filled;
+}
+
 @compute @workgroup_size(WG)
 fn neighbours(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(id, groups);
@@ -29,22 +53,17 @@ fn neighbours(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgro
         let cells = span(home, k);
         let last = cell_start[cells.y];
         for (var j = cell_start[cells.x]; j < last; j++) {
-            if (within(here, place[j], params.margin) && j != i && !(fixed && motion[j].inverse_mass == 0)) {
+            if (within(here, place[j], params.margin) && j != i) {
                 if (slot == end) {
                     missed++;
                     continue;
                 }
-                let label = number[j];
-                var hole = slot;
-                while (hole > begin && number[neighbour[hole - 1u]] > label) {
-                    neighbour[hole] = neighbour[hole - 1u];
-                    hole--;
-                }
-                neighbour[hole] = j;
+                neighbour[slot] = j;
                 slot++;
             }
         }
     }
+    slot = sorted_by_number(begin, slot, fixed);
     for (var w = 0u; w < params.walls && !fixed; w++) {
         if (touch_wall(w, here, residue_of(i)).gap < params.margin) {
             if (slot == end) {

@@ -32,7 +32,7 @@ fn slots_of(s: &State, i: usize) -> (u32, bool) {
     let reach = s.params.margin + 1e-5 * here.radius;
     let mut slots = candidates(s, here.x)
         .map(|j| j as usize)
-        .filter(|&j| within(s, here, &s.place[j], reach) && j != i && !(fixed && s.motion[j].inverse_mass == 0.0))
+        .filter(|&j| within(s, here, &s.place[j], reach) && j != i)
         .count() as u32;
     let mut crossed = false;
     if !fixed {
