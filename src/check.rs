@@ -240,11 +240,9 @@ fn entries(s: &State, i: usize) -> impl Iterator<Item = Entry> {
         let (gap, size) = if j < bodies {
             let there = &s.place[j];
             let way = between(s, here.x, there.x, residue_of(s, j).x - residue_of(s, i).x);
-            (
-                touch_grain(s, i, j, way, here.radius, there.radius, residue_of(s, i).radius + residue_of(s, j).radius)
-                    .gap,
-                here.radius + there.radius,
-            )
+            let rest = residue_of(s, i).radius + residue_of(s, j).radius;
+            let touch = touch_grain(way.x + way.residue, here.radius, there.radius, rest);
+            (touch.gap, here.radius + there.radius)
         } else {
             (touch_wall(&s.wall[j - bodies], here, residue_of(s, i)).gap, here.radius)
         };

@@ -1,15 +1,17 @@
 //! Twin of `shaders/advance.wgsl`: contact forces at step n, then leapfrog: n - 1/2 to n + 1/2 (2.19), n to n + 1 (2.20).
 
-use super::{by_body, by_slot};
+use super::{BLOCK, by_body, by_slot};
 use crate::{
     laws::{
         boundary::wrapped,
-        contact::{Body, Gathered, body, contact_of, near},
+        batch::{Batch, LANES},
+        contact::{Body, Gathered, Law, body, meeting, wall_contact},
         dimension::outside,
         friction::{forget_spring, keep_spring, spring_of},
         leapfrog::advanced,
         precision::moved,
         rotation::advanced_spin,
+        touch::within,
     },
     state::{INDEX, Motion, NONE, Packed, Place, Residue, Spin, State},
 };
@@ -64,13 +66,11 @@ pub fn advance(s: &mut State) {
 /// A run of grains, the first of which is `first`: the mark of the first bad one, and whether the lists are spent.
 fn advance_block(s: &State, first: usize, block: &mut Block) -> (u32, bool) {
     let (mut bad, mut spent) = (0, false);
-    let first_slot = s.slot_start[first] as usize;
-    for k in 0..block.place.len() {
+    let sums = pushed_by_grains(s, first, block);
+    for (k, mut sum) in sums[..block.place.len()].iter().copied().enumerate() {
         let i = first + k;
         let here = body(s, i);
-        let row = s.slot_start[i] as usize - first_slot..s.slot_start[i + 1] as usize - first_slot;
-        let springs = block.spring.get_mut(row.clone()).unwrap_or_default();
-        let (sum, crossed) = pushed(s, i, &here, &mut block.neighbour[row], springs);
+        let crossed = pushed_by_walls(s, i, &here, first, block, &mut sum);
         let v = advanced(s, &here.motion, sum.force);
         let point = wrapped(s, moved(s, here.place.x, here.residue.x, s.params.dt * v));
         block.place[k] = Place { x: point.x, radius: here.place.radius };
@@ -93,26 +93,88 @@ fn advance_block(s: &State, first: usize, block: &mut Block) -> (u32, bool) {
     (bad, spent)
 }
 
-/// All contacts of grain i, whose springs are stretched by this, and whether its centre is beyond a wall.
-fn pushed(s: &State, i: usize, here: &Body, entries: &mut [u32], springs: &mut [Packed]) -> (Gathered, bool) {
-    let (mut sum, mut crossed) = (Gathered::default(), false);
-    for (k, entry) in entries.iter_mut().enumerate() {
-        if *entry == NONE {
-            break;
+/// A slot of a block that may hold a contact of two grains.
+#[derive(Clone, Copy, Default)]
+struct Side {
+    /// Grain, from the first of the block.
+    k: u32,
+    /// Slot, from the first of the block.
+    slot: u32,
+}
+
+/// What grains do to the grains of a block. Many contacts are computed at a time, and added in the order of the lists.
+fn pushed_by_grains(s: &State, first: usize, block: &mut Block) -> [Gathered; BLOCK] {
+    let mut sums = [Gathered::default(); BLOCK];
+    let mut batch = Batch::new();
+    let sides = near_sides(s, first, block);
+    for sides in sides.chunks(LANES) {
+        for (lane, side) in sides.iter().enumerate() {
+            let (i, slot) = (first + side.k as usize, side.slot as usize);
+            let entry = block.neighbour[slot];
+            let old = spring_of(entry, block.spring.get(slot));
+            batch.set(lane, &meeting(s, i, &body(s, i), (entry & INDEX) as usize, old));
         }
-        let j = (*entry & INDEX) as usize;
-        if !near(s, &here.place, j) {
-            forget_spring(entry);
-            continue;
+        batch.compute(Law::of(s));
+        harvest(&batch, sides, block, &mut sums);
+    }
+    sums
+}
+
+/// The slots with grains that may touch.
+fn near_sides(s: &State, first: usize, block: &mut Block) -> Vec<Side> {
+    let mut sides = vec![Side::default(); block.neighbour.len()];
+    let mut found = 0;
+    let first_slot = s.slot_start[first] as usize;
+    for k in 0..block.place.len() {
+        let row = s.row(first + k);
+        let here = &s.place[first + k];
+        for slot in row.start - first_slot..row.end - first_slot {
+            let entry = &mut block.neighbour[slot];
+            let Some(there) = s.place.get((*entry & INDEX) as usize) else { break };
+            let near = within(s, here, there, 0.0);
+            *entry = if near { *entry } else { *entry & INDEX };
+            // Whether grains are near is hard to guess, and a wrong guess costs more than a store.
+            sides[found] = Side { k: k as u32, slot: slot as u32 };
+            found += usize::from(near);
         }
-        let contact = contact_of(s, i, here, j, spring_of(*entry, springs.get(k)));
-        if contact.gap < 0.0 {
-            keep_spring(entry, springs.get_mut(k), contact.spring);
-            sum.add(&contact);
-            crossed |= j >= s.sizes.bodies && contact.gap < -here.place.radius;
+    }
+    sides.truncate(found);
+    sides
+}
+
+fn harvest(batch: &Batch, sides: &[Side], block: &mut Block, sums: &mut [Gathered; BLOCK]) {
+    for (lane, side) in sides.iter().enumerate() {
+        let (k, slot) = (side.k as usize, side.slot as usize);
+        let c = batch.get(lane);
+        let entry = &mut block.neighbour[slot];
+        if c.gap < 0.0 {
+            keep_spring(entry, block.spring.get_mut(slot), c.spring);
+            sums[k].force += c.sum.force;
+            sums[k].torque += c.sum.torque;
         } else {
             forget_spring(entry);
         }
     }
-    (sum, crossed)
+}
+
+/// What walls, the last in the list, add; and whether its centre is beyond one.
+fn pushed_by_walls(s: &State, i: usize, here: &Body, first: usize, block: &mut Block, sum: &mut Gathered) -> bool {
+    let mut crossed = false;
+    let first_slot = s.slot_start[first] as usize;
+    for slot in s.slot_start[i] as usize - first_slot..s.slot_start[i + 1] as usize - first_slot {
+        let entry = &mut block.neighbour[slot];
+        if *entry == NONE {
+            break;
+        }
+        let Some(w) = ((*entry & INDEX) as usize).checked_sub(s.sizes.bodies) else { continue };
+        let contact = wall_contact(s, i, here, w, spring_of(*entry, block.spring.get(slot)));
+        if contact.gap < 0.0 {
+            keep_spring(entry, block.spring.get_mut(slot), contact.spring);
+            sum.add(&contact);
+            crossed |= contact.gap < -here.place.radius;
+        } else {
+            forget_spring(entry);
+        }
+    }
+    crossed
 }
