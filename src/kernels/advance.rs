@@ -4,8 +4,8 @@ use super::{BLOCK, by_body, by_slot};
 use crate::{
     laws::{
         boundary::wrapped,
-        batch::{Batch, LANES},
-        contact::{Body, Gathered, Law, body, meeting, wall_contact},
+        batch::{Batch, LANES, Side},
+        contact::{Body, Gathered, body, wall_contact},
         dimension::outside,
         friction::{forget_spring, keep_spring, spring_of},
         leapfrog::advanced,
@@ -93,29 +93,27 @@ fn advance_block(s: &State, first: usize, block: &mut Block) -> (u32, bool) {
     (bad, spent)
 }
 
-/// A slot of a block that may hold a contact of two grains.
-#[derive(Clone, Copy, Default)]
-struct Side {
-    /// Grain, from the first of the block.
-    k: u32,
-    /// Slot, from the first of the block.
-    slot: u32,
-}
-
 /// What grains do to the grains of a block. Many contacts are computed at a time, and added in the order of the lists.
 fn pushed_by_grains(s: &State, first: usize, block: &mut Block) -> [Gathered; BLOCK] {
     let mut sums = [Gathered::default(); BLOCK];
-    let mut batch = Batch::new();
-    let sides = near_sides(s, first, block);
-    for sides in sides.chunks(LANES) {
+    let mut batch = Batch::new(s);
+    for sides in near_sides(s, first, block).chunks(LANES) {
+        batch.compute(s, sides, |side| {
+            let slot = side.slot as usize;
+            spring_of(block.neighbour[slot], block.spring.get(slot))
+        });
         for (lane, side) in sides.iter().enumerate() {
-            let (i, slot) = (first + side.k as usize, side.slot as usize);
-            let entry = block.neighbour[slot];
-            let old = spring_of(entry, block.spring.get(slot));
-            batch.set(lane, &meeting(s, i, &body(s, i), (entry & INDEX) as usize, old));
+            let (k, slot) = (side.i as usize - first, side.slot as usize);
+            let contact = batch.outcome(lane);
+            let entry = &mut block.neighbour[slot];
+            if contact.gap < 0.0 {
+                keep_spring(entry, block.spring.get_mut(slot), contact.spring);
+                sums[k].force += contact.sum.force;
+                sums[k].torque += contact.sum.torque;
+            } else {
+                forget_spring(entry);
+            }
         }
-        batch.compute(Law::of(s));
-        harvest(&batch, sides, block, &mut sums);
     }
     sums
 }
@@ -125,36 +123,22 @@ fn near_sides(s: &State, first: usize, block: &mut Block) -> Vec<Side> {
     let mut sides = vec![Side::default(); block.neighbour.len()];
     let mut found = 0;
     let first_slot = s.slot_start[first] as usize;
-    for k in 0..block.place.len() {
-        let row = s.row(first + k);
-        let here = &s.place[first + k];
+    for i in first..first + block.place.len() {
+        let row = s.row(i);
+        let here = &s.place[i];
         for slot in row.start - first_slot..row.end - first_slot {
             let entry = &mut block.neighbour[slot];
-            let Some(there) = s.place.get((*entry & INDEX) as usize) else { break };
+            let j = *entry & INDEX;
+            let Some(there) = s.place.get(j as usize) else { break };
             let near = within(s, here, there, 0.0);
-            *entry = if near { *entry } else { *entry & INDEX };
             // Whether grains are near is hard to guess, and a wrong guess costs more than a store.
-            sides[found] = Side { k: k as u32, slot: slot as u32 };
+            *entry = if near { *entry } else { j };
+            sides[found] = Side { i: i as u32, j, slot: slot as u32 };
             found += usize::from(near);
         }
     }
     sides.truncate(found);
     sides
-}
-
-fn harvest(batch: &Batch, sides: &[Side], block: &mut Block, sums: &mut [Gathered; BLOCK]) {
-    for (lane, side) in sides.iter().enumerate() {
-        let (k, slot) = (side.k as usize, side.slot as usize);
-        let c = batch.get(lane);
-        let entry = &mut block.neighbour[slot];
-        if c.gap < 0.0 {
-            keep_spring(entry, block.spring.get_mut(slot), c.spring);
-            sums[k].force += c.sum.force;
-            sums[k].torque += c.sum.torque;
-        } else {
-            forget_spring(entry);
-        }
-    }
 }
 
 /// What walls, the last in the list, add; and whether its centre is beyond one.

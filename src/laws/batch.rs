@@ -1,71 +1,195 @@
-//! The law of grain contacts for many at a time: the same function, on arrays that the compiler turns into vectors. On a
-//! device every lane of a vector is an invocation, and WGSL has nothing like this.
+//! The law of grain contacts, `shaders/contact.wgsl`, for many at a time: the same function, in a loop over arrays that the
+//! compiler turns into vectors. On a device every lane of a vector is an invocation, and WGSL needs nothing like this.
 
-use super::contact::{Contact, Gathered, Law, Meeting, grain_contact};
-use crate::{model::{Dashpot, Friction}, state::Pair};
+use super::{
+    contact::{Gathered, Law, Meeting, grain_contact, way_to},
+    materials::pair_of,
+    precision::residue_of,
+    rotation::spin_of,
+};
+use crate::{
+    model::{Dashpot, Friction, Materials, Precision, Rotation},
+    state::{Pair, State},
+};
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
 /// Contacts computed at a time.
 pub const LANES: usize = 64;
 
-/// Meetings of grains, number by number, and what comes of them.
-pub struct Batch {
-    meetings: [[f64; LANES]; 23],
-    contacts: [[f64; LANES]; 10],
+type Row = [f64; LANES];
+type Rows = [Row; 3];
+
+/// A list entry: grain i, its neighbour j, and where in the list that is.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Side {
+    pub i: u32,
+    pub j: u32,
+    pub slot: u32,
 }
 
-/// What a step keeps of a contact.
+/// Meetings, number by number. Rows of what the model does not have stay as they are.
+struct Meetings {
+    way: Rows,
+    v: Rows,
+    spin: Rows,
+    spin_to: Rows,
+    old: Rows,
+    radius: Row,
+    radius_to: Row,
+    radii_rest: Row,
+    inverse_mass: Row,
+    stiffness: Row,
+    tangential_stiffness: Row,
+    friction: Row,
+    dashpot: Row,
+}
+
+/// What comes of them.
+struct Contacts {
+    gap: Row,
+    spring: Rows,
+    force: Rows,
+    torque: Rows,
+}
+
+pub struct Batch {
+    meetings: Meetings,
+    contacts: Contacts,
+}
+
+/// What a step wants to know of a contact.
 pub struct Outcome {
+    /// m; >= 0: no contact, and nothing below means anything.
     pub gap: f64,
+    /// N
     pub spring: DVec3,
     pub sum: Gathered,
 }
 
+#[inline(always)]
+fn at(rows: &Rows, lane: usize) -> DVec3 {
+    DVec3::new(rows[0][lane], rows[1][lane], rows[2][lane])
+}
+
+#[inline(always)]
+fn set(rows: &mut Rows, lane: usize, v: DVec3) {
+    (rows[0][lane], rows[1][lane], rows[2][lane]) = (v.x, v.y, v.z);
+}
+
 impl Batch {
-    pub fn new() -> Batch {
-        Batch { meetings: [[1.0; LANES]; 23], contacts: [[0.0; LANES]; 10] }
+    /// For the contacts of a scene.
+    pub fn new(s: &State) -> Batch {
+        let (row, rows) = ([0.0; LANES], [[0.0; LANES]; 3]);
+        let Pair { stiffness, tangential_stiffness, friction, dashpot } = s.params.pair;
+        Batch {
+            meetings: Meetings {
+                way: rows,
+                v: rows,
+                spin: rows,
+                spin_to: rows,
+                old: rows,
+                radius: row,
+                radius_to: row,
+                radii_rest: row,
+                inverse_mass: row,
+                stiffness: [stiffness; LANES],
+                tangential_stiffness: [tangential_stiffness; LANES],
+                friction: [friction; LANES],
+                dashpot: [dashpot; LANES],
+            },
+            contacts: Contacts { gap: row, spring: rows, force: rows, torque: rows },
+        }
     }
 
-    /// Take a meeting into a lane.
+    /// Contacts of grains, at most as many as there are lanes.
+    pub fn compute(&mut self, s: &State, sides: &[Side], old: impl Fn(&Side) -> DVec3) {
+        self.meetings.fill(s, sides, old);
+        Arch::new().dispatch(Compute { law: Law::of(s), meetings: &self.meetings, contacts: &mut self.contacts });
+    }
+
     #[inline(always)]
-    pub fn set(&mut self, lane: usize, m: &Meeting) {
-        let [w, v, a, b, f, p] = [&m.way, &m.v, &m.spin, &m.spin_to, &m.old, &DVec3::ZERO];
-        let _ = p;
-        let numbers = [
-            w.x, w.y, w.z, v.x, v.y, v.z, a.x, a.y, a.z, b.x, b.y, b.z, f.x, f.y, f.z,
-            m.radius, m.radius_to, m.radii_rest, m.inverse_mass,
-            m.pair.stiffness, m.pair.tangential_stiffness, m.pair.friction, m.pair.dashpot,
-        ];
-        assert!(lane < LANES);
-        for (row, number) in self.meetings.iter_mut().zip(numbers) {
-            row[lane] = number;
+    pub fn outcome(&self, lane: usize) -> Outcome {
+        let c = &self.contacts;
+        let sum = Gathered { force: at(&c.force, lane), torque: at(&c.torque, lane) };
+        Outcome { gap: c.gap[lane], spring: at(&c.spring, lane), sum }
+    }
+}
+
+impl Meetings {
+    /// One loop for each array read: short loops without choices in them.
+    fn fill(&mut self, s: &State, sides: &[Side], old: impl Fn(&Side) -> DVec3) {
+        assert!(sides.len() <= LANES);
+        let sides = || sides.iter().enumerate().map(|(lane, side)| (lane, side.i as usize, side.j as usize, side));
+        for (lane, i, j, _) in sides() {
+            set(&mut self.way, lane, way_to(s, i, j));
+            (self.radius[lane], self.radius_to[lane]) = (s.place[i].radius, s.place[j].radius);
+        }
+        for (lane, i, j, _) in sides() {
+            let (here, there) = (&s.motion[i], &s.motion[j]);
+            set(&mut self.v, lane, here.v - there.v);
+            self.inverse_mass[lane] = here.inverse_mass + there.inverse_mass;
+        }
+        if s.model.rotation == Rotation::Sphere {
+            for (lane, i, j, _) in sides() {
+                set(&mut self.spin, lane, spin_of(s, i));
+                set(&mut self.spin_to, lane, spin_of(s, j));
+            }
+        }
+        if s.model.friction == Friction::Coulomb {
+            for (lane, _, _, side) in sides() {
+                set(&mut self.old, lane, old(side));
+            }
+        }
+        if s.model.precision == Precision::Single {
+            for (lane, i, j, _) in sides() {
+                self.radii_rest[lane] = residue_of(s, i).radius + residue_of(s, j).radius;
+            }
+        }
+        if s.model.materials == Materials::Many {
+            for (lane, i, j, _) in sides() {
+                let pair = pair_of(s, i, j);
+                self.stiffness[lane] = pair.stiffness;
+                self.tangential_stiffness[lane] = pair.tangential_stiffness;
+                self.friction[lane] = pair.friction;
+                self.dashpot[lane] = pair.dashpot;
+            }
         }
     }
 
     #[inline(always)]
-    pub fn get(&self, lane: usize) -> Outcome {
-        let c = |k: usize| self.contacts[k][lane];
-        let v = |k: usize| DVec3::new(c(k), c(k + 1), c(k + 2));
-        Outcome { gap: c(9), spring: v(0), sum: Gathered { force: v(3), torque: v(6) } }
-    }
-
-    /// All lanes.
-    pub fn compute(&mut self, law: Law) {
-        Arch::new().dispatch(Compute { law, meetings: &self.meetings, contacts: &mut self.contacts });
+    fn at(&self, lane: usize) -> Meeting {
+        Meeting {
+            way: at(&self.way, lane),
+            v: at(&self.v, lane),
+            spin: at(&self.spin, lane),
+            spin_to: at(&self.spin_to, lane),
+            old: at(&self.old, lane),
+            radius: self.radius[lane],
+            radius_to: self.radius_to[lane],
+            radii_rest: self.radii_rest[lane],
+            inverse_mass: self.inverse_mass[lane],
+            pair: Pair {
+                stiffness: self.stiffness[lane],
+                tangential_stiffness: self.tangential_stiffness[lane],
+                friction: self.friction[lane],
+                dashpot: self.dashpot[lane],
+            },
+        }
     }
 }
 
+/// The work of a batch, compiled for the vectors that a machine has.
 struct Compute<'a> {
     law: Law,
-    meetings: &'a [[f64; LANES]; 23],
-    contacts: &'a mut [[f64; LANES]; 10],
+    meetings: &'a Meetings,
+    contacts: &'a mut Contacts,
 }
 
 impl WithSimd for Compute<'_> {
     type Output = ();
 
-    /// The compiler is told the law, so that it leaves out what is not asked for.
+    /// The compiler is told the law, so that the loop has no choices in it.
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Compute { law, meetings, contacts } = self;
@@ -73,37 +197,31 @@ impl WithSimd for Compute<'_> {
         match (law.dashpot, law.friction) {
             (Dashpot::None, Friction::None) => compute(known(Dashpot::None, Friction::None), meetings, contacts),
             (Dashpot::None, Friction::Coulomb) => compute(known(Dashpot::None, Friction::Coulomb), meetings, contacts),
-            (Dashpot::Restitution, Friction::None) => compute(known(Dashpot::Restitution, Friction::None), meetings, contacts),
-            (Dashpot::Restitution, Friction::Coulomb) => compute(known(Dashpot::Restitution, Friction::Coulomb), meetings, contacts),
-            (Dashpot::MassScaled, Friction::None) => compute(known(Dashpot::MassScaled, Friction::None), meetings, contacts),
-            (Dashpot::MassScaled, Friction::Coulomb) => compute(known(Dashpot::MassScaled, Friction::Coulomb), meetings, contacts),
+            (Dashpot::Restitution, Friction::None) => {
+                compute(known(Dashpot::Restitution, Friction::None), meetings, contacts)
+            }
+            (Dashpot::Restitution, Friction::Coulomb) => {
+                compute(known(Dashpot::Restitution, Friction::Coulomb), meetings, contacts)
+            }
+            (Dashpot::MassScaled, Friction::None) => {
+                compute(known(Dashpot::MassScaled, Friction::None), meetings, contacts)
+            }
+            (Dashpot::MassScaled, Friction::Coulomb) => {
+                compute(known(Dashpot::MassScaled, Friction::Coulomb), meetings, contacts)
+            }
         }
     }
 }
 
 #[inline(always)]
-fn compute(law: Law, meetings: &[[f64; LANES]; 23], contacts: &mut [[f64; LANES]; 10]) {
-    for l in 0..LANES {
-        let c = |k: usize| meetings[k][l];
-        let v = |k: usize| DVec3::new(c(k), c(k + 1), c(k + 2));
-        let meeting = Meeting {
-            way: v(0),
-            v: v(3),
-            spin: v(6),
-            spin_to: v(9),
-            old: v(12),
-            radius: c(15),
-            radius_to: c(16),
-            radii_rest: c(17),
-            inverse_mass: c(18),
-            pair: Pair { stiffness: c(19), tangential_stiffness: c(20), friction: c(21), dashpot: c(22) },
-        };
-        let contact: Contact = grain_contact(law, &meeting);
+fn compute(law: Law, meetings: &Meetings, contacts: &mut Contacts) {
+    for lane in 0..LANES {
+        let contact = grain_contact(law, &meetings.at(lane));
         let mut sum = Gathered::default();
         sum.add(&contact);
-        let (f, t, o) = (sum.force, sum.torque, contact.spring);
-        for (row, number) in contacts.iter_mut().zip([o.x, o.y, o.z, f.x, f.y, f.z, t.x, t.y, t.z, contact.gap]) {
-            row[l] = number;
-        }
+        contacts.gap[lane] = contact.gap;
+        set(&mut contacts.spring, lane, contact.spring);
+        set(&mut contacts.force, lane, sum.force);
+        set(&mut contacts.torque, lane, sum.torque);
     }
 }

@@ -120,13 +120,19 @@ pub struct Meeting {
     pub pair: Pair,
 }
 
+/// The way from grain i to grain j, m.
+#[inline(always)]
+pub fn way_to(s: &State, i: usize, j: usize) -> DVec3 {
+    let way = between(s, s.place[i].x, s.place[j].x, residue_of(s, j).x - residue_of(s, i).x);
+    apart(s, i, j, way.x + way.residue)
+}
+
 /// Grain j seen from grain i.
 #[inline(always)]
 pub fn meeting(s: &State, i: usize, here: &Body, j: usize, old: DVec3) -> Meeting {
     let there = body(s, j);
-    let way = between(s, here.place.x, there.place.x, there.residue.x - here.residue.x);
     Meeting {
-        way: apart(s, i, j, way.x + way.residue),
+        way: way_to(s, i, j),
         v: here.motion.v - there.motion.v,
         spin: here.spin,
         spin_to: there.spin,
