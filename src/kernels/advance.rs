@@ -15,6 +15,7 @@ use crate::{
     },
     state::{INDEX, Motion, NONE, Packed, Place, Residue, Spin, State},
 };
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::mem::take;
 
@@ -55,7 +56,7 @@ pub fn advance(s: &mut State) {
             spring,
         })
         .enumerate()
-        .map(|(k, mut block)| advance_block(s, k * super::BLOCK, &mut block))
+        .map(|(k, block)| Arch::new().dispatch(Work { s, first: k * BLOCK, block }))
         .reduce(|| (0, false), |a, b| (a.0.max(b.0), a.1 | b.1));
     (s.place_next, s.residue_next, s.motion_next, s.spin_next) = (place, residue, motion, spin);
     (s.travel, s.neighbour, s.spring) = (travel, neighbour, spring);
@@ -63,7 +64,24 @@ pub fn advance(s: &mut State) {
     s.halt_next[0] = s.halt_next[0].max(u32::from(spent));
 }
 
+/// A task, compiled for the vectors that a machine has; what is inlined into it is, too.
+struct Work<'a> {
+    s: &'a State,
+    first: usize,
+    block: Block<'a>,
+}
+
+impl WithSimd for Work<'_> {
+    type Output = (u32, bool);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, _: S) -> (u32, bool) {
+        advance_block(self.s, self.first, &mut self.block)
+    }
+}
+
 /// A run of grains, the first of which is `first`: the mark of the first bad one, and whether the lists are spent.
+#[inline(always)]
 fn advance_block(s: &State, first: usize, block: &mut Block) -> (u32, bool) {
     let (mut bad, mut spent) = (0, false);
     let sums = pushed_by_grains(s, first, block);
@@ -94,6 +112,7 @@ fn advance_block(s: &State, first: usize, block: &mut Block) -> (u32, bool) {
 }
 
 /// What grains do to the grains of a block. Many contacts are computed at a time, and added in the order of the lists.
+#[inline(always)]
 fn pushed_by_grains(s: &State, first: usize, block: &mut Block) -> [Gathered; BLOCK] {
     let mut sums = [Gathered::default(); BLOCK];
     let mut batch = Batch::new(s);
@@ -119,6 +138,7 @@ fn pushed_by_grains(s: &State, first: usize, block: &mut Block) -> [Gathered; BL
 }
 
 /// The slots with grains that may touch.
+#[inline(always)]
 fn near_sides(s: &State, first: usize, block: &mut Block) -> Vec<Side> {
     let mut sides = vec![Side::default(); block.neighbour.len()];
     let mut found = 0;
@@ -142,6 +162,7 @@ fn near_sides(s: &State, first: usize, block: &mut Block) -> Vec<Side> {
 }
 
 /// What walls, the last in the list, add; and whether its centre is beyond one.
+#[inline(always)]
 fn pushed_by_walls(s: &State, i: usize, here: &Body, first: usize, block: &mut Block, sum: &mut Gathered) -> bool {
     let mut crossed = false;
     let first_slot = s.slot_start[first] as usize;

@@ -12,7 +12,6 @@ use crate::{
     state::{Pair, State},
 };
 use glam::DVec3;
-use pulp::{Arch, Simd, WithSimd};
 
 /// Contacts computed at a time.
 pub const LANES: usize = 64;
@@ -103,9 +102,27 @@ impl Batch {
     }
 
     /// Contacts of grains, at most as many as there are lanes.
+    #[inline(always)]
     pub fn compute(&mut self, s: &State, sides: &[Side], old: impl Fn(&Side) -> DVec3) {
         self.meetings.fill(s, sides, old);
-        Arch::new().dispatch(Compute { law: Law::of(s), meetings: &self.meetings, contacts: &mut self.contacts });
+        let (law, meetings, contacts) = (Law::of(s), &self.meetings, &mut self.contacts);
+        let known = |dashpot, friction| Law { dashpot, friction, ..law };
+        match (law.dashpot, law.friction) {
+            (Dashpot::None, Friction::None) => compute(known(Dashpot::None, Friction::None), meetings, contacts),
+            (Dashpot::None, Friction::Coulomb) => compute(known(Dashpot::None, Friction::Coulomb), meetings, contacts),
+            (Dashpot::Restitution, Friction::None) => {
+                compute(known(Dashpot::Restitution, Friction::None), meetings, contacts)
+            }
+            (Dashpot::Restitution, Friction::Coulomb) => {
+                compute(known(Dashpot::Restitution, Friction::Coulomb), meetings, contacts)
+            }
+            (Dashpot::MassScaled, Friction::None) => {
+                compute(known(Dashpot::MassScaled, Friction::None), meetings, contacts)
+            }
+            (Dashpot::MassScaled, Friction::Coulomb) => {
+                compute(known(Dashpot::MassScaled, Friction::Coulomb), meetings, contacts)
+            }
+        }
     }
 
     #[inline(always)]
@@ -118,14 +135,13 @@ impl Batch {
 
 impl Meetings {
     /// One loop for each array read: short loops without choices in them.
+    #[inline(always)]
     fn fill(&mut self, s: &State, sides: &[Side], old: impl Fn(&Side) -> DVec3) {
         assert!(sides.len() <= LANES);
         let sides = || sides.iter().enumerate().map(|(lane, side)| (lane, side.i as usize, side.j as usize, side));
         for (lane, i, j, _) in sides() {
             set(&mut self.way, lane, way_to(s, i, j));
             (self.radius[lane], self.radius_to[lane]) = (s.place[i].radius, s.place[j].radius);
-        }
-        for (lane, i, j, _) in sides() {
             let (here, there) = (&s.motion[i], &s.motion[j]);
             set(&mut self.v, lane, here.v - there.v);
             self.inverse_mass[lane] = here.inverse_mass + there.inverse_mass;
@@ -175,40 +191,6 @@ impl Meetings {
                 friction: self.friction[lane],
                 dashpot: self.dashpot[lane],
             },
-        }
-    }
-}
-
-/// The work of a batch, compiled for the vectors that a machine has.
-struct Compute<'a> {
-    law: Law,
-    meetings: &'a Meetings,
-    contacts: &'a mut Contacts,
-}
-
-impl WithSimd for Compute<'_> {
-    type Output = ();
-
-    /// The compiler is told the law, so that the loop has no choices in it.
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Compute { law, meetings, contacts } = self;
-        let known = |dashpot, friction| Law { dashpot, friction, ..law };
-        match (law.dashpot, law.friction) {
-            (Dashpot::None, Friction::None) => compute(known(Dashpot::None, Friction::None), meetings, contacts),
-            (Dashpot::None, Friction::Coulomb) => compute(known(Dashpot::None, Friction::Coulomb), meetings, contacts),
-            (Dashpot::Restitution, Friction::None) => {
-                compute(known(Dashpot::Restitution, Friction::None), meetings, contacts)
-            }
-            (Dashpot::Restitution, Friction::Coulomb) => {
-                compute(known(Dashpot::Restitution, Friction::Coulomb), meetings, contacts)
-            }
-            (Dashpot::MassScaled, Friction::None) => {
-                compute(known(Dashpot::MassScaled, Friction::None), meetings, contacts)
-            }
-            (Dashpot::MassScaled, Friction::Coulomb) => {
-                compute(known(Dashpot::MassScaled, Friction::Coulomb), meetings, contacts)
-            }
         }
     }
 }
