@@ -3,8 +3,8 @@
 use super::{BLOCK, by_body, by_slot};
 use crate::{
     laws::{
-        boundary::wrapped,
         batch::{Batch, LANES, Side},
+        boundary::wrapped,
         contact::{Body, Gathered, body, wall_contact},
         dimension::outside,
         friction::{forget_spring, keep_spring, spring_of},
@@ -56,6 +56,7 @@ pub fn advance(s: &mut State) {
             spring,
         })
         .enumerate()
+        .with_min_len(2)
         .map(|(k, block)| Arch::new().dispatch(Work { s, first: k * BLOCK, block }))
         .reduce(|| (0, false), |a, b| (a.0.max(b.0), a.1 | b.1));
     (s.place_next, s.residue_next, s.motion_next, s.spin_next) = (place, residue, motion, spin);
@@ -64,7 +65,7 @@ pub fn advance(s: &mut State) {
     s.halt_next[0] = s.halt_next[0].max(u32::from(spent));
 }
 
-/// A task, compiled for the vectors that a machine has; what is inlined into it is, too.
+/// A task. It is compiled for the vectors that machines have, with all that is inlined into it.
 struct Work<'a> {
     s: &'a State,
     first: usize,
@@ -161,7 +162,7 @@ fn near_sides(s: &State, first: usize, block: &mut Block) -> Vec<Side> {
     sides
 }
 
-/// What walls, the last in the list, add; and whether its centre is beyond one.
+/// What walls add to the sum of grain i, and whether its centre is beyond one. They are the last in its list.
 #[inline(always)]
 fn pushed_by_walls(s: &State, i: usize, here: &Body, first: usize, block: &mut Block, sum: &mut Gathered) -> bool {
     let mut crossed = false;

@@ -52,6 +52,7 @@ struct Contacts {
     torque: Rows,
 }
 
+/// Contacts of grains, side by side.
 pub struct Batch {
     meetings: Meetings,
     contacts: Contacts,
@@ -101,30 +102,42 @@ impl Batch {
         }
     }
 
-    /// Contacts of grains, at most as many as there are lanes.
+    /// Contacts of grains, at most as many as there are lanes; `old` is the spring of a side a step ago, N.
     #[inline(always)]
     pub fn compute(&mut self, s: &State, sides: &[Side], old: impl Fn(&Side) -> DVec3) {
         self.meetings.fill(s, sides, old);
-        let (law, meetings, contacts) = (Law::of(s), &self.meetings, &mut self.contacts);
-        let known = |dashpot, friction| Law { dashpot, friction, ..law };
-        match (law.dashpot, law.friction) {
-            (Dashpot::None, Friction::None) => compute(known(Dashpot::None, Friction::None), meetings, contacts),
-            (Dashpot::None, Friction::Coulomb) => compute(known(Dashpot::None, Friction::Coulomb), meetings, contacts),
-            (Dashpot::Restitution, Friction::None) => {
-                compute(known(Dashpot::Restitution, Friction::None), meetings, contacts)
-            }
-            (Dashpot::Restitution, Friction::Coulomb) => {
-                compute(known(Dashpot::Restitution, Friction::Coulomb), meetings, contacts)
-            }
-            (Dashpot::MassScaled, Friction::None) => {
-                compute(known(Dashpot::MassScaled, Friction::None), meetings, contacts)
-            }
-            (Dashpot::MassScaled, Friction::Coulomb) => {
-                compute(known(Dashpot::MassScaled, Friction::Coulomb), meetings, contacts)
-            }
+        let law = Law::of(s);
+        // The compiler is told the choices one by one, so that the loop over the lanes has none.
+        match law.friction {
+            Friction::None => self.compute_friction(Law { friction: Friction::None, ..law }),
+            Friction::Coulomb => self.compute_friction(Law { friction: Friction::Coulomb, ..law }),
         }
     }
 
+    #[inline(always)]
+    fn compute_friction(&mut self, law: Law) {
+        match law.dashpot {
+            Dashpot::None => self.compute_lanes(Law { dashpot: Dashpot::None, ..law }),
+            Dashpot::Restitution => self.compute_lanes(Law { dashpot: Dashpot::Restitution, ..law }),
+            Dashpot::MassScaled => self.compute_lanes(Law { dashpot: Dashpot::MassScaled, ..law }),
+        }
+    }
+
+    #[inline(always)]
+    fn compute_lanes(&mut self, law: Law) {
+        let Batch { meetings, contacts } = self;
+        for lane in 0..LANES {
+            let contact = grain_contact(law, &meetings.at(lane));
+            let mut sum = Gathered::default();
+            sum.add(&contact);
+            contacts.gap[lane] = contact.gap;
+            set(&mut contacts.spring, lane, contact.spring);
+            set(&mut contacts.force, lane, sum.force);
+            set(&mut contacts.torque, lane, sum.torque);
+        }
+    }
+
+    /// What came of a side.
     #[inline(always)]
     pub fn outcome(&self, lane: usize) -> Outcome {
         let c = &self.contacts;
@@ -134,7 +147,7 @@ impl Batch {
 }
 
 impl Meetings {
-    /// One loop for each array read: short loops without choices in them.
+    /// The same as [`super::contact::meeting`], an array at a time: short loops without choices in them.
     #[inline(always)]
     fn fill(&mut self, s: &State, sides: &[Side], old: impl Fn(&Side) -> DVec3) {
         assert!(sides.len() <= LANES);
@@ -192,18 +205,5 @@ impl Meetings {
                 dashpot: self.dashpot[lane],
             },
         }
-    }
-}
-
-#[inline(always)]
-fn compute(law: Law, meetings: &Meetings, contacts: &mut Contacts) {
-    for lane in 0..LANES {
-        let contact = grain_contact(law, &meetings.at(lane));
-        let mut sum = Gathered::default();
-        sum.add(&contact);
-        contacts.gap[lane] = contact.gap;
-        set(&mut contacts.spring, lane, contact.spring);
-        set(&mut contacts.force, lane, sum.force);
-        set(&mut contacts.torque, lane, sum.torque);
     }
 }

@@ -202,11 +202,10 @@ impl Gathered {
 /// The closed contacts of grain i with the other's index, in ascending order of its number. The springs stay as they are.
 pub fn closed_contacts<'a>(s: &'a State, i: usize, here: &'a Body) -> impl Iterator<Item = (usize, Contact)> + 'a {
     let slots = s.row(i).take_while(|&slot| s.neighbour[slot] != NONE);
-    let contacts = slots.map(move |slot| {
-        let entry = s.neighbour[slot];
-        let j = (entry & INDEX) as usize;
-        (j, contact_of(s, i, here, j, spring_of(entry, s.spring.get(slot))))
-    });
+    let entries = slots.map(|slot| (slot, s.neighbour[slot], (s.neighbour[slot] & INDEX) as usize));
+    let nearby = entries.filter(|&(_, _, j)| near(s, &here.place, j));
+    let contacts =
+        nearby.map(move |(slot, entry, j)| (j, contact_of(s, i, here, j, spring_of(entry, s.spring.get(slot)))));
     contacts.filter(|(_, contact)| contact.gap < 0.0)
 }
 

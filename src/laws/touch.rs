@@ -1,11 +1,6 @@
 //! Twin of `shaders/touch.wgsl`: geometry of two grains.
 
-use super::{
-    Touch,
-    boundary::between,
-    dimension::first_axis,
-    precision::gap_between,
-};
+use super::{Touch, boundary::between, dimension::first_axis, precision::gap_between};
 use crate::state::{Place, State};
 use glam::{BVec3, DVec3};
 
