@@ -13,11 +13,11 @@ use crate::{
         rotation::advanced_spin,
         touch::within,
     },
-    state::{INDEX, Motion, NONE, Packed, Place, Residue, Spin, State},
+    state::{INDEX, Motion, Packed, Place, Residue, Spin, State},
 };
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
-use std::mem::take;
+use std::{mem::take, ops::Range};
 
 /// What a task writes: a run of grains, and their slots.
 struct Block<'a> {
@@ -138,16 +138,21 @@ fn pushed_by_grains(s: &State, first: usize, block: &mut Block) -> [Gathered; BL
     sums
 }
 
+/// The slots of grain i, counted from the first of its block.
+#[inline(always)]
+fn row_in_block(s: &State, first: usize, i: usize) -> Range<usize> {
+    let begin = s.slot_start[first];
+    (s.slot_start[i] - begin) as usize..(s.slot_start[i + 1] - begin) as usize
+}
+
 /// The slots with grains that may touch.
 #[inline(always)]
 fn near_sides(s: &State, first: usize, block: &mut Block) -> Vec<Side> {
     let mut sides = vec![Side::default(); block.neighbour.len()];
     let mut found = 0;
-    let first_slot = s.slot_start[first] as usize;
     for i in first..first + block.place.len() {
-        let row = s.row(i);
         let here = &s.place[i];
-        for slot in row.start - first_slot..row.end - first_slot {
+        for slot in row_in_block(s, first, i) {
             let entry = &mut block.neighbour[slot];
             let j = *entry & INDEX;
             let Some(there) = s.place.get(j as usize) else { break };
@@ -166,14 +171,13 @@ fn near_sides(s: &State, first: usize, block: &mut Block) -> Vec<Side> {
 #[inline(always)]
 fn pushed_by_walls(s: &State, i: usize, here: &Body, first: usize, block: &mut Block, sum: &mut Gathered) -> bool {
     let mut crossed = false;
-    let first_slot = s.slot_start[first] as usize;
-    for slot in s.slot_start[i] as usize - first_slot..s.slot_start[i + 1] as usize - first_slot {
+    let row = row_in_block(s, first, i);
+    let wall = |entry: u32| (entry & INDEX).checked_sub(s.params.bodies);
+    let grains = block.neighbour[row.clone()].partition_point(|entry| wall(*entry).is_none());
+    for slot in row.start + grains..row.end {
         let entry = &mut block.neighbour[slot];
-        if *entry == NONE {
-            break;
-        }
-        let Some(w) = ((*entry & INDEX) as usize).checked_sub(s.sizes.bodies) else { continue };
-        let contact = wall_contact(s, i, here, w, spring_of(*entry, block.spring.get(slot)));
+        let Some(w) = wall(*entry).filter(|w| *w < s.params.walls) else { break };
+        let contact = wall_contact(s, i, here, w as usize, spring_of(*entry, block.spring.get(slot)));
         if contact.gap < 0.0 {
             keep_spring(entry, block.spring.get_mut(slot), contact.spring);
             sum.add(&contact);
