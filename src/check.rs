@@ -10,7 +10,7 @@ use crate::{
     gpu::Device,
     kernels::Stage,
     laws::{
-        boundary::between, grid::candidates, materials::pair_of, normal::normal_force, precision::residue_of,
+        boundary::between, grid::for_candidates, materials::pair_of, normal::normal_force, precision::residue_of,
         touch::touch_grain, walls::touch_wall,
     },
     measure::Sample,
@@ -241,11 +241,9 @@ fn entries(s: &State, i: usize) -> impl Iterator<Item = Entry> {
         let (gap, size) = if j < bodies {
             let there = &s.place[j];
             let way = between(s, here.x, there.x, residue_of(s, j).x - residue_of(s, i).x);
-            (
-                touch_grain(s, i, j, way, here.radius, there.radius, residue_of(s, i).radius + residue_of(s, j).radius)
-                    .gap,
-                here.radius + there.radius,
-            )
+            let rest = residue_of(s, i).radius + residue_of(s, j).radius;
+            let touch = touch_grain(way.x + way.residue, here.radius, there.radius, rest);
+            (touch.gap, here.radius + there.radius)
         } else {
             (touch_wall(&s.wall[j - bodies], here, residue_of(s, i)).gap, here.radius)
         };
@@ -276,7 +274,11 @@ fn at_the_reach(s: &State, precision: Precision) -> Vec<bool> {
         let scale = (here.x - wall.point).length() + here.radius;
         [1.0, 2.0].iter().any(|reach| (gap - reach * margin).abs() < rounding * scale)
     };
-    let near = |i: usize| candidates(s, s.place[i].x).any(|j| j as usize != i && grain(i, j as usize));
+    let near = |i: usize| {
+        let mut near = false;
+        for_candidates(s, s.place[i].x, |j| near |= j != i && grain(i, j));
+        near
+    };
     (0..s.sizes.bodies).map(|i| near(i) || s.wall[..s.sizes.walls].iter().any(|w| wall(i, w))).collect()
 }
 

@@ -1,6 +1,7 @@
 //! The kernels: one file per `shaders/*.wgsl` entry point, same name, with its CPU twin in f64.
 //!
-//! A twin is a function of one body mapped over all of them; nothing in it is clever enough to need reading twice.
+//! A twin is a function of one body mapped over all of them; nothing in it is clever enough to need reading twice. In
+//! `advance`, where the time goes, the contacts of many bodies are computed at a time.
 
 mod advance;
 mod bin;

@@ -1,6 +1,7 @@
 //! CPU twins of the slots in `shaders/`: same function names, same order of arguments and of floating-point operations,
 //! in f64. A law takes the model where WGSL takes a file, and values where WGSL takes values.
 
+pub mod batch;
 pub mod boundary;
 pub mod contact;
 pub mod dashpot;

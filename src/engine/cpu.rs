@@ -54,11 +54,14 @@ impl Engine for Cpu {
 
     fn execute(&mut self, params: &Params, sequences: &[(&[Op], u32)]) -> Result<()> {
         self.state.params = *params;
-        for (ops, times) in sequences {
-            for _ in 0..*times {
-                ops.iter().for_each(|op| self.run(op));
+        // On a thread of the pool, so that not every loop has to wake one.
+        rayon::scope(|_| {
+            for (ops, times) in sequences {
+                for _ in 0..*times {
+                    ops.iter().for_each(|op| self.run(op));
+                }
             }
-        }
+        });
         Ok(())
     }
 

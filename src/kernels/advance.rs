@@ -1,20 +1,23 @@
 //! Twin of `shaders/advance.wgsl`: contact forces at step n, then leapfrog: n - 1/2 to n + 1/2 (2.19), n to n + 1 (2.20).
 
-use super::{by_body, by_slot};
+use super::{BLOCK, by_body, by_slot};
 use crate::{
     laws::{
+        batch::{Batch, LANES, Side},
         boundary::wrapped,
-        contact::{Body, Gathered, body, contact_of, near},
+        contact::{Body, Gathered, body, wall_contact},
         dimension::outside,
         friction::{forget_spring, keep_spring, spring_of},
         leapfrog::advanced,
         precision::moved,
         rotation::advanced_spin,
+        touch::within,
     },
-    state::{INDEX, Motion, NONE, Packed, Place, Residue, Spin, State},
+    state::{INDEX, Motion, Packed, Place, Residue, Spin, State},
 };
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
-use std::mem::take;
+use std::{mem::take, ops::Range};
 
 /// What a task writes: a run of grains, and their slots.
 struct Block<'a> {
@@ -53,7 +56,8 @@ pub fn advance(s: &mut State) {
             spring,
         })
         .enumerate()
-        .map(|(k, mut block)| advance_block(s, k * super::BLOCK, &mut block))
+        .with_min_len(2)
+        .map(|(k, block)| Arch::new().dispatch(Work { s, first: k * BLOCK, block }))
         .reduce(|| (0, false), |a, b| (a.0.max(b.0), a.1 | b.1));
     (s.place_next, s.residue_next, s.motion_next, s.spin_next) = (place, residue, motion, spin);
     (s.travel, s.neighbour, s.spring) = (travel, neighbour, spring);
@@ -61,16 +65,31 @@ pub fn advance(s: &mut State) {
     s.halt_next[0] = s.halt_next[0].max(u32::from(spent));
 }
 
+/// A task. It is compiled for the vectors that machines have, with all that is inlined into it.
+struct Work<'a> {
+    s: &'a State,
+    first: usize,
+    block: Block<'a>,
+}
+
+impl WithSimd for Work<'_> {
+    type Output = (u32, bool);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, _: S) -> (u32, bool) {
+        advance_block(self.s, self.first, &mut self.block)
+    }
+}
+
 /// A run of grains, the first of which is `first`: the mark of the first bad one, and whether the lists are spent.
+#[inline(always)]
 fn advance_block(s: &State, first: usize, block: &mut Block) -> (u32, bool) {
     let (mut bad, mut spent) = (0, false);
-    let first_slot = s.slot_start[first] as usize;
-    for k in 0..block.place.len() {
+    let sums = pushed_by_grains(s, first, block);
+    for (k, mut sum) in sums[..block.place.len()].iter().copied().enumerate() {
         let i = first + k;
         let here = body(s, i);
-        let row = s.slot_start[i] as usize - first_slot..s.slot_start[i + 1] as usize - first_slot;
-        let springs = block.spring.get_mut(row.clone()).unwrap_or_default();
-        let (sum, crossed) = pushed(s, i, &here, &mut block.neighbour[row], springs);
+        let crossed = pushed_by_walls(s, i, &here, first, block, &mut sum);
         let v = advanced(s, &here.motion, sum.force);
         let point = wrapped(s, moved(s, here.place.x, here.residue.x, s.params.dt * v));
         block.place[k] = Place { x: point.x, radius: here.place.radius };
@@ -93,26 +112,79 @@ fn advance_block(s: &State, first: usize, block: &mut Block) -> (u32, bool) {
     (bad, spent)
 }
 
-/// All contacts of grain i, whose springs are stretched by this, and whether its centre is beyond a wall.
-fn pushed(s: &State, i: usize, here: &Body, entries: &mut [u32], springs: &mut [Packed]) -> (Gathered, bool) {
-    let (mut sum, mut crossed) = (Gathered::default(), false);
-    for (k, entry) in entries.iter_mut().enumerate() {
-        if *entry == NONE {
-            break;
+/// What grains do to the grains of a block. Many contacts are computed at a time, and added in the order of the lists.
+#[inline(always)]
+fn pushed_by_grains(s: &State, first: usize, block: &mut Block) -> [Gathered; BLOCK] {
+    let mut sums = [Gathered::default(); BLOCK];
+    let mut batch = Batch::new(s);
+    for sides in near_sides(s, first, block).chunks(LANES) {
+        batch.compute(s, sides, |side| {
+            let slot = side.slot as usize;
+            spring_of(block.neighbour[slot], block.spring.get(slot))
+        });
+        for (lane, side) in sides.iter().enumerate() {
+            let (k, slot) = (side.i as usize - first, side.slot as usize);
+            let contact = batch.outcome(lane);
+            let entry = &mut block.neighbour[slot];
+            if contact.gap < 0.0 {
+                keep_spring(entry, block.spring.get_mut(slot), contact.spring);
+                sums[k].force += contact.sum.force;
+                sums[k].torque += contact.sum.torque;
+            } else {
+                forget_spring(entry);
+            }
         }
-        let j = (*entry & INDEX) as usize;
-        if !near(s, &here.place, j) {
-            forget_spring(entry);
-            continue;
+    }
+    sums
+}
+
+/// The slots of grain i, counted from the first of its block.
+#[inline(always)]
+fn row_in_block(s: &State, first: usize, i: usize) -> Range<usize> {
+    let begin = s.slot_start[first];
+    (s.slot_start[i] - begin) as usize..(s.slot_start[i + 1] - begin) as usize
+}
+
+/// The slots with grains that may touch.
+#[inline(always)]
+fn near_sides(s: &State, first: usize, block: &mut Block) -> Vec<Side> {
+    let mut sides = vec![Side::default(); block.neighbour.len()];
+    let mut found = 0;
+    for i in first..first + block.place.len() {
+        let here = &s.place[i];
+        for slot in row_in_block(s, first, i) {
+            let entry = &mut block.neighbour[slot];
+            let j = *entry & INDEX;
+            let Some(there) = s.place.get(j as usize) else { break };
+            let near = within(s, here, there, 0.0);
+            // Whether grains are near is hard to guess, and a wrong guess costs more than a store.
+            *entry = if near { *entry } else { j };
+            sides[found] = Side { i: i as u32, j, slot: slot as u32 };
+            found += usize::from(near);
         }
-        let contact = contact_of(s, i, here, j, spring_of(*entry, springs.get(k)));
+    }
+    sides.truncate(found);
+    sides
+}
+
+/// What walls add to the sum of grain i, and whether its centre is beyond one. They are the last in its list.
+#[inline(always)]
+fn pushed_by_walls(s: &State, i: usize, here: &Body, first: usize, block: &mut Block, sum: &mut Gathered) -> bool {
+    let mut crossed = false;
+    let row = row_in_block(s, first, i);
+    let wall = |entry: u32| (entry & INDEX).checked_sub(s.params.bodies);
+    let grains = block.neighbour[row.clone()].partition_point(|entry| wall(*entry).is_none());
+    for slot in row.start + grains..row.end {
+        let entry = &mut block.neighbour[slot];
+        let Some(w) = wall(*entry).filter(|w| *w < s.params.walls) else { break };
+        let contact = wall_contact(s, i, here, w as usize, spring_of(*entry, block.spring.get(slot)));
         if contact.gap < 0.0 {
-            keep_spring(entry, springs.get_mut(k), contact.spring);
+            keep_spring(entry, block.spring.get_mut(slot), contact.spring);
             sum.add(&contact);
-            crossed |= j >= s.sizes.bodies && contact.gap < -here.place.radius;
+            crossed |= contact.gap < -here.place.radius;
         } else {
             forget_spring(entry);
         }
     }
-    (sum, crossed)
+    crossed
 }

@@ -4,9 +4,8 @@ use super::{BLOCK, by_slot};
 use crate::{
     laws::{
         friction::{inherit_spring, keep_spring},
-        grid::candidates,
+        grid::search,
         precision::residue_of,
-        touch::within,
         walls::touch_wall,
     },
     model::Friction,
@@ -50,16 +49,12 @@ fn fill(s: &State, i: usize, row: &mut [u32]) {
     let here = &s.place[i];
     let fixed = s.motion[i].inverse_mass == 0.0;
     let mut filled = 0;
-    for j in candidates(s, here.x) {
-        let there = j as usize;
-        if within(s, here, &s.place[there], s.params.margin)
-            && there != i
-            && !(fixed && s.motion[there].inverse_mass == 0.0)
-        {
-            row[filled] = j;
-            filled += 1;
+    search(s, i, s.params.margin, |j, near| {
+        if let Some(entry) = row.get_mut(filled) {
+            *entry = j as u32;
         }
-    }
+        filled += usize::from(near);
+    });
     row[..filled].sort_unstable_by_key(|&j| s.number[j as usize]);
     for w in 0..if fixed { 0 } else { s.sizes.walls } {
         if touch_wall(&s.wall[w], here, residue_of(s, i)).gap < s.params.margin {

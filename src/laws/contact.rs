@@ -1,18 +1,22 @@
 //! Twin of `shaders/contact.wgsl` and `shaders/bodies.wgsl`: one contact, seen from one of its two sides.
 
 use super::{
+    Touch,
     boundary::between,
     dashpot::dashpot_force,
     dimension::moment,
     friction::{slid_spring, sliding_power, spring_of, stretched_spring},
     materials::pair_of,
     normal::normal_force,
-    precision::{Point, residue_of},
+    precision::residue_of,
     rotation::{spin_of, surface_velocity},
-    touch::{touch_grain, unit_or, within},
+    touch::{apart, touch_grain, unit_or, within},
     walls::{touch_wall, wall_normal_before, wall_velocity},
 };
-use crate::state::{INDEX, Motion, NONE, Place, Residue, State};
+use crate::{
+    model::{Dashpot, Friction},
+    state::{INDEX, Motion, NONE, Pair, Place, Residue, State},
+};
 use glam::DVec3;
 
 /// All there is to know of a grain.
@@ -54,53 +58,133 @@ pub fn near(s: &State, here: &Place, j: usize) -> bool {
     s.place.get(j).is_none_or(|there| within(s, here, there, 0.0))
 }
 
-/// The contact of grain i with neighbour j, whose spring was `old`. (On a device both grains compute it from the same
-/// side, so that the results are opposite to the last bit; here they are anyway, because f64 in Rust is not reordered.)
+/// All that the laws of contact know of the scene; what they know of two surfaces they are told.
+#[derive(Clone, Copy, Debug)]
+pub struct Law {
+    pub dashpot: Dashpot,
+    pub friction: Friction,
+    /// s, since springs were stretched last.
+    pub since: f64,
+}
+
+impl Law {
+    pub fn of(s: &State) -> Law {
+        Law { dashpot: s.model.dashpot, friction: s.model.friction, since: s.params.since }
+    }
+}
+
+/// What two surfaces in contact do to the one that n points away from, N and W.
+pub struct Push {
+    pub force: DVec3,
+    pub spring: DVec3,
+    pub damping: f64,
+    pub dissipation: f64,
+}
+
+#[expect(clippy::too_many_arguments, reason = "the same as on the device")]
+#[inline(always)]
+pub fn push(
+    law: Law,
+    pair: &Pair,
+    gap: f64,
+    n: DVec3,
+    n_before: DVec3,
+    v_rel: DVec3,
+    inverse_mass: f64,
+    old: DVec3,
+) -> Push {
+    let approach = v_rel.dot(n);
+    let damping = dashpot_force(law.dashpot, pair, approach, inverse_mass);
+    let pressing = normal_force(pair, gap) + damping;
+    let stretched = stretched_spring(law, old, pair, n, n_before, v_rel);
+    let spring = slid_spring(stretched, pair, pressing);
+    let dissipation = damping * approach + sliding_power(law, old, stretched, spring, pair);
+    Push { force: spring - pressing * n, spring, damping, dissipation }
+}
+
+/// All that the contact of two grains depends on, seen from one of them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Meeting {
+    /// m, to the centre of the other; never zero.
+    pub way: DVec3,
+    /// m/s, relative to the other.
+    pub v: DVec3,
+    /// rad/s, its own and the other's.
+    pub spin: DVec3,
+    pub spin_to: DVec3,
+    /// N, the spring a step ago.
+    pub old: DVec3,
+    /// m, its own and the other's, and what single precision leaves out of both.
+    pub radius: f64,
+    pub radius_to: f64,
+    pub radii_rest: f64,
+    /// 1/kg, of both.
+    pub inverse_mass: f64,
+    pub pair: Pair,
+}
+
+/// The way from grain i to grain j, m.
+#[inline(always)]
+pub fn way_to(s: &State, i: usize, j: usize) -> DVec3 {
+    let way = between(s, s.place[i].x, s.place[j].x, residue_of(s, j).x - residue_of(s, i).x);
+    apart(s, i, j, way.x + way.residue)
+}
+
+/// Grain j seen from grain i.
+#[inline(always)]
+pub fn meeting(s: &State, i: usize, here: &Body, j: usize, old: DVec3) -> Meeting {
+    let there = body(s, j);
+    Meeting {
+        way: way_to(s, i, j),
+        v: here.motion.v - there.motion.v,
+        spin: here.spin,
+        spin_to: there.spin,
+        old,
+        radius: here.place.radius,
+        radius_to: there.place.radius,
+        radii_rest: here.residue.radius + there.residue.radius,
+        inverse_mass: here.motion.inverse_mass + there.motion.inverse_mass,
+        pair: pair_of(s, i, j),
+    }
+}
+
+/// The contact of two grains. It has no branches, so that many can be computed at a time. (On a device both grains
+/// compute it from the same side, so that the results are opposite to the last bit; here they are anyway, because f64 in
+/// Rust is not reordered.)
+#[inline(always)]
+pub fn grain_contact(law: Law, m: &Meeting) -> Contact {
+    let Touch { gap, n } = touch_grain(m.way, m.radius, m.radius_to, m.radii_rest);
+    let arm = (m.radius + 0.5 * gap) * n; // erratum E7: one shared point, mid-overlap
+    let arm_to = -(m.radius_to + 0.5 * gap) * n;
+    let v_rel = m.v + (surface_velocity(m.spin, arm) - surface_velocity(m.spin_to, arm_to));
+    let n_before = unit_or(m.way + law.since * m.v, n);
+    let p = push(law, &m.pair, gap, n, n_before, v_rel, m.inverse_mass, m.old);
+    Contact { gap, force: p.force, arm, spring: p.spring, damping: p.damping, dissipation: p.dissipation }
+}
+
+/// The contact of grain i with wall w, whose spring was `old`.
+#[inline(always)]
+pub fn wall_contact(s: &State, i: usize, here: &Body, w: usize, old: DVec3) -> Contact {
+    let wall = &s.wall[w];
+    let Touch { gap, n } = touch_wall(wall, &here.place, here.residue);
+    if !(gap < 0.0) {
+        return Contact { gap, ..Contact::default() };
+    }
+    let arm = (here.place.radius + 0.5 * gap) * n;
+    let v_rel = (here.motion.v - wall_velocity(wall, here.place.x + arm)) + surface_velocity(here.spin, arm);
+    let n_before = wall_normal_before(s, wall, here.place.x - s.params.since * here.motion.v);
+    let pair = pair_of(s, i, s.sizes.bodies + w);
+    let p = push(Law::of(s), &pair, gap, n, n_before, v_rel, here.motion.inverse_mass, old);
+    Contact { gap, force: p.force, arm, spring: p.spring, damping: p.damping, dissipation: p.dissipation }
+}
+
+/// The contact of grain i with neighbour j, whose spring was `old`.
 #[inline(always)]
 pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, old: DVec3) -> Contact {
-    let bodies = s.sizes.bodies;
-    let mut contact = Contact::default();
-    let mut way = Point::default();
-    let touch = if j < bodies {
-        let there = &s.place[j];
-        way = between(s, here.place.x, there.x, residue_of(s, j).x - here.residue.x);
-        touch_grain(s, i, j, way, here.place.radius, there.radius, here.residue.radius + residue_of(s, j).radius)
-    } else {
-        touch_wall(&s.wall[j - bodies], &here.place, here.residue)
-    };
-    contact.gap = touch.gap;
-    if touch.gap < 0.0 {
-        let n = touch.n;
-        let arm = (here.place.radius + 0.5 * touch.gap) * n; // erratum E7: one shared point, mid-overlap
-        let mut inverse_mass = here.motion.inverse_mass;
-        let (v_rel, n_before) = if j < bodies {
-            let (there, other) = (&s.place[j], &s.motion[j]);
-            let v = here.motion.v - other.v;
-            let arm_there = -(there.radius + 0.5 * touch.gap) * n;
-            inverse_mass += other.inverse_mass;
-            (
-                v + (surface_velocity(here.spin, arm) - surface_velocity(spin_of(s, j), arm_there)),
-                unit_or((way.x + way.residue) + s.params.since * v, n),
-            )
-        } else {
-            let wall = &s.wall[j - bodies];
-            (
-                (here.motion.v - wall_velocity(wall, here.place.x + arm)) + surface_velocity(here.spin, arm),
-                wall_normal_before(s, wall, here.place.x - s.params.since * here.motion.v),
-            )
-        };
-        let pair = pair_of(s, i, j);
-        let approach = v_rel.dot(n);
-        let damping = dashpot_force(s.model.dashpot, &pair, approach, inverse_mass);
-        let pressing = normal_force(&pair, touch.gap) + damping;
-        let stretched = stretched_spring(s, old, &pair, n, n_before, v_rel);
-        contact.spring = slid_spring(stretched, &pair, pressing);
-        contact.force = contact.spring - pressing * n;
-        contact.arm = arm;
-        contact.damping = damping;
-        contact.dissipation = damping * approach + sliding_power(s, old, stretched, contact.spring, &pair);
+    match j.checked_sub(s.sizes.bodies) {
+        None => grain_contact(Law::of(s), &meeting(s, i, here, j, old)),
+        Some(w) => wall_contact(s, i, here, w, old),
     }
-    contact
 }
 
 /// Force, N, and moment, N m, of all contacts of a grain.
@@ -111,6 +195,7 @@ pub struct Gathered {
 }
 
 impl Gathered {
+    #[inline(always)]
     pub fn add(&mut self, contact: &Contact) {
         self.force += contact.force;
         self.torque += moment(contact.arm, contact.force);
@@ -120,11 +205,10 @@ impl Gathered {
 /// The closed contacts of grain i with the other's index, in ascending order of its number. The springs stay as they are.
 pub fn closed_contacts<'a>(s: &'a State, i: usize, here: &'a Body) -> impl Iterator<Item = (usize, Contact)> + 'a {
     let slots = s.row(i).take_while(|&slot| s.neighbour[slot] != NONE);
-    let contacts = slots.map(move |slot| {
-        let entry = s.neighbour[slot];
-        let j = (entry & INDEX) as usize;
-        (j, contact_of(s, i, here, j, spring_of(entry, s.spring.get(slot))))
-    });
+    let entries = slots.map(|slot| (slot, s.neighbour[slot], (s.neighbour[slot] & INDEX) as usize));
+    let nearby = entries.filter(|&(_, _, j)| near(s, &here.place, j));
+    let contacts =
+        nearby.map(move |(slot, entry, j)| (j, contact_of(s, i, here, j, spring_of(entry, s.spring.get(slot)))));
     contacts.filter(|(_, contact)| contact.gap < 0.0)
 }
 

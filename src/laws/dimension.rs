@@ -16,6 +16,7 @@ pub fn moment(arm: DVec3, force: DVec3) -> DVec3 {
 }
 
 /// 1 / (J / m R²): J = 1/2 m R² for a disk, 2/5 m R² for a sphere.
+#[inline(always)]
 pub fn inverse_gyration(dimension: Dimension) -> f64 {
     match dimension {
         Dimension::Plane => 2.0,
@@ -39,6 +40,7 @@ pub fn from_horizontal(x: DVec2) -> DVec3 {
 }
 
 /// Whether x is outside of [lower, upper], or no number.
+#[inline(always)]
 pub fn outside(x: DVec3, lower: DVec3, upper: DVec3) -> bool {
     !(x.cmpge(lower).all() && x.cmple(upper).all())
 }

@@ -1,5 +1,6 @@
 //! Twin of `shaders/friction/`. Entries and springs of a grain's slots are passed in, because the kernel's grain owns them.
 
+use super::contact::Law;
 use crate::{
     model::Friction,
     state::{INDEX, NONE, Packed, Pair, SPRUNG, State},
@@ -33,12 +34,12 @@ pub fn forget_spring(entry: &mut u32) {
 /// The old spring turned into the new contact plane by the smallest rotation Z from `n_before` to `n` (2.11) and
 /// stretched by the slip of this step (2.8), (2.9), N.
 #[inline(always)]
-pub fn stretched_spring(s: &State, old: DVec3, pair: &Pair, n: DVec3, n_before: DVec3, v_rel: DVec3) -> DVec3 {
-    if s.model.friction == Friction::None {
+pub fn stretched_spring(law: Law, old: DVec3, pair: &Pair, n: DVec3, n_before: DVec3, v_rel: DVec3) -> DVec3 {
+    if law.friction == Friction::None {
         return DVec3::ZERO;
     }
     let turned = old - n.dot(old) / (1.0 + n.dot(n_before)).max(1e-6) * (n_before + n);
-    let slip = s.params.since * (v_rel - v_rel.dot(n) * n);
+    let slip = law.since * (v_rel - v_rel.dot(n) * n);
     turned - pair.tangential_stiffness * slip
 }
 
@@ -47,16 +48,17 @@ pub fn stretched_spring(s: &State, old: DVec3, pair: &Pair, n: DVec3, n_before: 
 pub fn slid_spring(stretched: DVec3, pair: &Pair, pressing: f64) -> DVec3 {
     let limit = pair.friction * pressing.max(-pressing);
     let length_squared = stretched.length_squared();
-    if length_squared > limit * limit { stretched * (limit / length_squared.sqrt()) } else { stretched }
+    let scale = limit / length_squared.sqrt();
+    stretched * if length_squared > limit * limit { scale } else { 1.0 }
 }
 
 /// Work done by sliding per time, W: the mean force of the step times what the spring was shortened by.
 #[inline(always)]
-pub fn sliding_power(s: &State, old: DVec3, stretched: DVec3, slid: DVec3, pair: &Pair) -> f64 {
-    if pair.tangential_stiffness == 0.0 || s.params.since == 0.0 {
+pub fn sliding_power(law: Law, old: DVec3, stretched: DVec3, slid: DVec3, pair: &Pair) -> f64 {
+    if pair.tangential_stiffness == 0.0 || law.since == 0.0 {
         return 0.0;
     }
-    (0.5 * (old + slid)).dot(stretched - slid) / (pair.tangential_stiffness * s.params.since)
+    (0.5 * (old + slid)).dot(stretched - slid) / (pair.tangential_stiffness * law.since)
 }
 
 /// Energy stored in a spring, J.

@@ -1,9 +1,8 @@
 //! Twin of `shaders/grid.wgsl`: the wrapping grid of the broad phase.
 
-use super::dimension::cell_coordinates;
+use super::{dimension::cell_coordinates, touch::within};
 use crate::{model::Precision, state::State};
 use glam::{DVec3, UVec3};
-use std::ops::Range;
 
 /// Cell of a point, in the precision of the model: where a grain lies on the border of two cells, rounding decides, and
 /// must decide as on the device.
@@ -24,28 +23,43 @@ pub fn cell_index(s: &State, c: UVec3) -> usize {
     (c.x + s.params.cells.x * (c.y + s.params.cells.y * c.z)) as usize
 }
 
-/// The spans of cells around a cell, itself included. Every row has two: the cells next to it, and what lies around the
-/// corner if it is at an end of the row; an axis of one or two cells is walked once.
-pub fn spans(s: &State, c: UVec3) -> impl Iterator<Item = Range<u32>> {
-    let size = s.params.cells;
-    let rows = (size.y.min(3), size.z.min(3));
-    let along = move |axis: usize, step: u32| match size[axis] {
-        ..3 => step,
-        cells => (c[axis] + cells - 1 + step) % cells,
-    };
-    (0..rows.0 * rows.1).flat_map(move |k| {
-        let begin = size.x * (along(1, k % rows.0) + size.y * along(2, k / rows.0));
-        let (direct, corner) = match c.x {
-            _ if size.x < 3 => (0..size.x, 0..0),
-            0 => (0..2, size.x - 1..size.x),
-            x if x == size.x - 1 => (x - 1..size.x, 0..1),
-            x => (x - 1..x + 2, 0..0),
-        };
-        [direct, corner].map(|span| begin + span.start..begin + span.end)
-    })
+/// Coordinates along an axis of the cells around a cell, itself included; an axis of one or two cells is walked once.
+fn along(s: &State, c: UVec3, axis: usize) -> impl Iterator<Item = u32> {
+    let cells = s.params.cells[axis];
+    let around = if cells < 3 { [0, 1, 2] } else { [c[axis] + cells - 1, c[axis], c[axis] + 1].map(|at| at % cells) };
+    around.into_iter().take(cells.min(3) as usize)
 }
 
-/// Indices of the grains in the cells around a point; the grains are in the order of the cells.
-pub fn candidates(s: &State, x: DVec3) -> impl Iterator<Item = u32> {
-    spans(s, cell_of(s, x)).flat_map(|cells| s.cell_start[cells.start as usize]..s.cell_start[cells.end as usize])
+/// The indices of the grains in the cells around a point; the grains are in the order of the cells. Every row of cells has
+/// two spans: the cells next to the point's, and what lies around the corner if that is at an end of the row.
+#[inline(always)]
+pub fn for_candidates(s: &State, x: DVec3, mut visit: impl FnMut(usize)) {
+    let (c, size) = (cell_of(s, x), s.params.cells);
+    let spans = match c.x {
+        _ if size.x < 3 => [0..size.x, 0..0],
+        0 => [0..2, size.x - 1..size.x],
+        x if x == size.x - 1 => [x - 1..size.x, 0..1],
+        x => [x - 1..x + 2, 0..0],
+    };
+    for z in along(s, c, 2) {
+        for y in along(s, c, 1) {
+            let row = size.x * (y + size.y * z);
+            for span in &spans {
+                let grain = |cell: u32| s.cell_start[(row + cell) as usize] as usize;
+                (grain(span.start)..grain(span.end)).for_each(&mut visit);
+            }
+        }
+    }
+}
+
+/// The candidates for the list of grain i, each with whether it is closer than this, m. Which of them are is hard to
+/// guess, so better take the answer as a number.
+#[inline(always)]
+pub fn search(s: &State, i: usize, gap: f64, mut visit: impl FnMut(usize, bool)) {
+    let here = &s.place[i];
+    let fixed = s.motion[i].inverse_mass == 0.0;
+    for_candidates(s, here.x, |j| {
+        let pinned = fixed && s.motion[j].inverse_mass == 0.0;
+        visit(j, within(s, here, &s.place[j], gap) & (j != i) & !pinned);
+    });
 }

@@ -5,6 +5,7 @@ use crate::state::{Motion, State};
 use glam::DVec3;
 
 /// Velocity from n - 1/2 to n + 1/2 (2.19), m/s.
+#[inline(always)]
 pub fn advanced(s: &State, motion: &Motion, force: DVec3) -> DVec3 {
     if motion.inverse_mass == 0.0 {
         return motion.v;

@@ -20,11 +20,13 @@ pub fn residue_of(s: &State, i: usize) -> Residue {
 }
 
 /// The multiple of the quantum nearest to d, m.
+#[inline(always)]
 pub fn quantised(p: &Params, d: DVec3) -> DVec3 {
     p.quantum * (d * p.inverse_quantum + DVec3::splat(0.5)).floor()
 }
 
 /// x + residue + step, split anew.
+#[inline(always)]
 pub fn moved(s: &State, x: DVec3, residue: DVec3, step: DVec3) -> Point {
     match s.model.precision {
         Precision::Double => Point { x: x + step, residue: DVec3::ZERO },

@@ -11,6 +11,7 @@ use crate::{
 use glam::DVec3;
 
 /// 1/J, 1/(kg m²).
+#[inline(always)]
 pub fn inverse_inertia(s: &State, place: &Place, inverse_mass: f64) -> f64 {
     inverse_gyration(s.model.dimension) * inverse_mass / (place.radius * place.radius)
 }
@@ -31,6 +32,7 @@ pub fn surface_velocity(spin: DVec3, arm: DVec3) -> DVec3 {
 }
 
 /// Spin from n - 1/2 to n + 1/2: (2.19) with the moment in place of the force.
+#[inline(always)]
 pub fn advanced_spin(s: &State, here: &Body, torque: DVec3) -> DVec3 {
     if here.motion.inverse_mass == 0.0 {
         return here.spin;

@@ -1,32 +1,32 @@
 //! Twin of `shaders/touch.wgsl`: geometry of two grains.
 
-use super::{
-    Touch,
-    boundary::between,
-    dimension::first_axis,
-    precision::{Point, gap_between},
-};
+use super::{Touch, boundary::between, dimension::first_axis, precision::gap_between};
 use crate::state::{Place, State};
-use glam::DVec3;
+use glam::{BVec3, DVec3};
 
-/// Gap and normal of grains i and j, between which lies `way`. Coincident centres get an arbitrary axis, opposite for the
-/// two grains.
+/// Gap and normal of two grains, between whose centres lies `way`.
 #[inline(always)]
-pub fn touch_grain(s: &State, i: usize, j: usize, way: Point, a: f64, b: f64, radii_rest: f64) -> Touch {
-    let d = way.x + way.residue;
-    let distance = d.length();
-    if distance == 0.0 {
-        let n = if s.number[i] < s.number[j] { first_axis() } else { -first_axis() };
-        return Touch { gap: -(a + b), n };
+pub fn touch_grain(way: DVec3, a: f64, b: f64, radii_rest: f64) -> Touch {
+    let distance = way.length();
+    Touch { gap: gap_between(distance, a, b, radii_rest), n: way * (1.0 / distance) }
+}
+
+/// The way from grain i to grain j. Coincident centres are a hair apart along an arbitrary axis, opposite for the two
+/// grains; the hair's square is still a number, and its root exact.
+#[inline(always)]
+pub fn apart(s: &State, i: usize, j: usize, way: DVec3) -> DVec3 {
+    const HAIR: f64 = 3.054936363499605e-151; // 2^-500
+    if way.length_squared() == 0.0 {
+        return if s.number[i] < s.number[j] { HAIR * first_axis() } else { -HAIR * first_axis() };
     }
-    Touch { gap: gap_between(distance, a, b, radii_rest), n: d * (1.0 / distance) }
+    way
 }
 
 /// Unit vector along d; the other one where d has no length.
 #[inline(always)]
 pub fn unit_or(d: DVec3, other: DVec3) -> DVec3 {
     let length_squared = d.length_squared();
-    if length_squared == 0.0 { other } else { d * (1.0 / length_squared.sqrt()) }
+    DVec3::select(BVec3::splat(length_squared == 0.0), other, d * (1.0 / length_squared.sqrt()))
 }
 
 /// Whether the surfaces are closer than this, m, judged without residues: true where these could decide.
