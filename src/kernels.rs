@@ -21,7 +21,10 @@ mod synchronise;
 mod tally;
 
 use crate::{
-    laws::contact::{Body, Gathered, body, contacts_of},
+    laws::{
+        contact::{Body, Gathered, body, contacts_of},
+        grid::{cell_index, cell_of},
+    },
     state::{Motion, PARTS, Sizes, State, TILE},
 };
 use glam::DVec3;
@@ -198,6 +201,11 @@ fn runs<T: Send>(mut array: &mut [T], bodies: usize, start: impl Fn(usize) -> us
         run
     };
     (0..bodies).step_by(BLOCK).map(run).collect::<Vec<_>>().into_par_iter()
+}
+
+/// The cell of every grain.
+fn cells(s: &State) -> Vec<usize> {
+    s.place[..s.sizes.bodies].par_iter().map(|place| cell_index(s, cell_of(s, place.x))).collect()
 }
 
 /// Velocities and spins that follow from the contact forces now, for all grains.

@@ -1,13 +1,10 @@
 //! Twin of `shaders/bin.wgsl`: histogram of grains over cells, and each grain's rank inside its cell.
 
-use crate::{
-    laws::grid::{cell_index, cell_of},
-    state::State,
-};
+use super::cells;
+use crate::state::State;
 
 pub fn bin(s: &mut State) {
-    for i in 0..s.sizes.bodies {
-        let c = cell_index(s, cell_of(s, s.place[i].x));
+    for (i, c) in cells(s).into_iter().enumerate() {
         s.rank[i] = s.cell_start[c];
         s.cell_start[c] += 1;
     }

@@ -1,13 +1,10 @@
 //! Twin of `shaders/sort.wgsl`: scatter the grains to their cells.
 
-use crate::{
-    laws::grid::{cell_index, cell_of},
-    state::State,
-};
+use super::cells;
+use crate::state::State;
 
 pub fn sort(s: &mut State) {
-    for i in 0..s.sizes.bodies {
-        let begin = s.cell_start[cell_index(s, cell_of(s, s.place[i].x))];
-        s.sorted[(begin + s.rank[i]) as usize] = i as u32;
+    for (i, c) in cells(s).into_iter().enumerate() {
+        s.sorted[(s.cell_start[c] + s.rank[i]) as usize] = i as u32;
     }
 }

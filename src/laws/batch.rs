@@ -14,7 +14,7 @@ use crate::{
 use glam::DVec3;
 
 /// Contacts computed at a time.
-pub const LANES: usize = 64;
+pub const LANES: usize = 32;
 
 type Row = [f64; LANES];
 type Rows = [Row; 3];

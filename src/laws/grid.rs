@@ -6,6 +6,7 @@ use glam::{DVec3, UVec3};
 
 /// Cell of a point, in the precision of the model: where a grain lies on the border of two cells, rounding decides, and
 /// must decide as on the device.
+#[inline(always)]
 pub fn cell_of(s: &State, x: DVec3) -> UVec3 {
     let size = s.params.cells.as_ivec3();
     let scaled = match s.model.precision {
