@@ -10,8 +10,8 @@ use crate::{
     gpu::Device,
     kernels::Stage,
     laws::{
-        boundary::between, grid::for_candidates, materials::pair_of, normal::normal_force, precision::residue_of,
-        touch::touch_grain, walls::touch_wall,
+        boundary::between, contact::way_to, grid::for_candidates, materials::pair_of, normal::normal_force,
+        precision::residue_of, touch::touch_grain, walls::touch_wall,
     },
     measure::Sample,
     model::Precision,
@@ -240,9 +240,8 @@ fn entries(s: &State, i: usize) -> impl Iterator<Item = Entry> {
     entries.map(|entry| (entry & INDEX) as usize).filter(move |j| *j < bodies + s.sizes.walls).map(move |j| {
         let (gap, size) = if j < bodies {
             let there = &s.place[j];
-            let way = between(s, here.x, there.x, residue_of(s, j).x - residue_of(s, i).x);
             let rest = residue_of(s, i).radius + residue_of(s, j).radius;
-            let touch = touch_grain(way.x + way.residue, here.radius, there.radius, rest);
+            let touch = touch_grain(way_to(s, i, j), here.radius, there.radius, rest);
             (touch.gap, here.radius + there.radius)
         } else {
             (touch_wall(&s.wall[j - bodies], here, residue_of(s, i)).gap, here.radius)
