@@ -43,7 +43,8 @@ fn advance(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
         }
         flag(slot, entry, closed);
     }
-    // Walls come last.
+    // Walls come last. Their loop ends in `break if`: where lanes go in step, as on software drivers, it costs those without
+    // walls one pass over the body, and a check at the top would cost all one more.
     loop {
         if (slot < end && neighbour[slot] != NONE) {
             let entry = neighbour[slot];

@@ -6,7 +6,7 @@ struct Contact {
     force: Vec,       // N, on the grain of interest
     arm: Vec,         // m, from its centre to the contact point
     spring: Vec,      // N, the tangential part of the force
-    damping: Real,    // N, what the dashpot presses, part of the force
+    damping: Vec,     // N, what the dashpot adds to the force
     dissipation: Real // W, of dashpot and sliding
 }
 
@@ -14,7 +14,7 @@ struct Contact {
 struct Push {
     force: Vec,
     spring: Vec,
-    damping: Real,
+    damping: Vec,
     dissipation: Real,
 }
 
@@ -24,7 +24,7 @@ fn push(pair: Pair, gap: Real, n: Vec, n_before: Vec, v_rel: Vec, inverse_mass: 
     let pressing = normal_force(pair, gap) + damping;
     let stretched = stretched_spring(old, pair, n, n_before, v_rel);
     let spring = slid_spring(stretched, pair, pressing);
-    return Push(spring - pressing * n, spring, damping, damping * approach + sliding_power(old, stretched, spring, pair));
+    return Push(spring - pressing * n, spring, -damping * n, damping * approach + sliding_power(old, stretched, spring, pair));
 }
 
 /// The contact of grain i with grain j.
@@ -57,7 +57,7 @@ fn grain_contact(i: u32, here: Body, j: u32, old: Vec) -> Contact {
         contact.force = select(p.force, -p.force, back);
         contact.spring = select(p.spring, -p.spring, back);
         contact.arm = select(arm, arm_to, back);
-        contact.damping = p.damping;
+        contact.damping = select(p.damping, -p.damping, back);
         contact.dissipation = p.dissipation;
     }
     return contact;

@@ -54,7 +54,7 @@ fn measure(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
             let normal = normal_force(pair, contact.gap);
             force += contact.force;
             torque += moment(contact.arm, contact.force);
-            drag -= contact.damping / (here.place.radius + 0.5 * contact.gap) * contact.arm;
+            drag += contact.damping;
             sum.elastic += share * (normal_energy(pair, contact.gap) + spring_energy(contact.spring, pair));
             sum.contact_force += share * sqrt(normal * normal + dot(contact.spring, contact.spring));
             sum.dissipation += share * contact.dissipation;

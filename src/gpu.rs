@@ -1,5 +1,4 @@
-//! The GPU as a machine: adapters, composed kernels, buffers by name, a clock. Knows no physics; only `engine::gpu` and the
-//! renderer use it.
+//! The GPU as a machine: adapters, composed kernels, arrays as images, clocks. Knows no physics.
 
 pub mod compose;
 pub mod device;

@@ -73,7 +73,7 @@ fn every_speed_has_its_bytes_and_stages(bench: &Bench) {
     for p in &speeds {
         // Rounded up, the arrays of a grain and its slots, read and written.
         assert!(p.bytes_per_step.is_some_and(|b| (50.0..2000.0).contains(&b)), "{p:?}");
-        assert!(p.copy_fraction.is_some_and(|f| f > 0.0 && f < 3.0), "{p:?}");
+        assert!(positive(p.copy_fraction), "{p:?}");
         let own = |s: &&StageRow| (&s.case, s.engine, s.precision) == (&p.case, p.engine, p.precision);
         let stages: Vec<&StageRow> = bench.stages.iter().filter(own).collect();
         let advance = stages.iter().find(|s| s.stage == "advance").expect("a step advances");

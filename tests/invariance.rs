@@ -332,6 +332,22 @@ fn bookkeeping_leaves_no_trace() {
     }
 }
 
+/// Tasks are blocks of grains, not shares of the threads: as many threads as one likes give the same bits.
+#[test]
+fn threads_leave_no_trace() {
+    let side = 9; // 729 grains, three blocks
+    let mut scene = periodic(gas(3, side, 0.6, Dashpot::Restitution(0.9)), side);
+    scene.grains.iter_mut().for_each(|g| g.velocity *= 2.0);
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| bits(&CPU.after(&scene, 200)))
+    };
+    let alone = run(1);
+    for threads in [2, 3, 8] {
+        assert!(run(threads) == alone, "{threads} threads: other bits");
+    }
+}
+
 /// A chunk in which a grain outran its margin ends there: a cloud that starts at rest and falls onto a rough
 /// floor outruns chunks that grew while it was slow.
 #[test]

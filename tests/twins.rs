@@ -141,6 +141,7 @@ fn twins_agree(precision: Precision, arrays: Arrays) {
         let report: Result<Report> = check(&scene, Options { precision, arrays, ..Options::default() }, 3, 3);
         match report {
             Err(e) if packstone::gpu::adapters().is_empty() && without_gpu(&e) => return,
+            Err(e) if e.to_string().contains("has no images for arrays") => return println!("skipped: {e}"),
             Err(e) => panic!("{model:?}: {e}"),
             Ok(report) => {
                 let failed: Vec<_> = report.rows.iter().filter(|r| !r.passed).collect();
@@ -158,7 +159,7 @@ fn single_precision_kernels_agree_with_their_twins() {
 
 #[test]
 fn kernels_agree_with_their_twins_if_arrays_are_images() {
-    twins_agree(Precision::Single, Arrays::Auto);
+    twins_agree(Precision::Single, Arrays::Images);
 }
 
 #[test]

@@ -28,20 +28,6 @@ fn flag(slot: u32, entry: u32, closed: bool) {
     }
 }
 
-/// The same for the slots from `first` on whose bits are set: those in which contacts were made or lost.
-fn flip_flags(first: u32, changed: u32) {
-    var left = changed;
-    loop {
-        if (left != 0u) {
-            neighbour[first + firstTrailingBit(left)] ^= SPRUNG;
-            left &= left - 1u;
-        }
-        continuing {
-            break if left == 0u;
-        }
-    }
-}
-
 /// The old spring turned into the new contact plane by the smallest rotation Z from n_before to n (2.11) and stretched by
 /// the slip of this step (2.8), (2.9), N.
 fn stretched_spring(old: Vec, pair: Pair, n: Vec, n_before: Vec, v_rel: Vec) -> Vec {

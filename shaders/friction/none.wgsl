@@ -9,8 +9,6 @@ fn keep_spring(slot: u32, f: Vec) {}
 
 fn flag(slot: u32, entry: u32, closed: bool) {}
 
-fn flip_flags(first: u32, changed: u32) {}
-
 fn stretched_spring(old: Vec, pair: Pair, n: Vec, n_before: Vec, v_rel: Vec) -> Vec {
     return Vec();
 }

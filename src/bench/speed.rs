@@ -58,7 +58,7 @@ pub struct Budget {
     pub work: f64,
     /// but at least so many steps.
     pub least: u64,
-    /// The median of so many measurements, fewer if these few steps are more work.
+    /// The median of so many measurements; of three at least, if these few steps are more work.
     pub repeats: usize,
 }
 
@@ -69,7 +69,8 @@ pub fn timed(start: &Assembly, setting: Setting, budget: Budget) -> Result<(Simu
     let grains = trial.simulation.grains()?;
     let affordable = budget.work / grains.len() as f64;
     let steps = affordable.clamp(budget.least as f64, 2000.0) as u64;
-    let repeats = (budget.repeats as f64 * affordable / steps as f64).clamp(1.0, budget.repeats as f64) as usize;
+    let repeats = (budget.repeats as f64 * affordable / steps as f64)
+        .clamp(budget.repeats.min(3) as f64, budget.repeats as f64) as usize;
     let mut costs = Vec::new();
     for _ in 0..repeats {
         let before = trial.cost()?;

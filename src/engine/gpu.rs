@@ -1,9 +1,9 @@
-//! The device engine: every stage of the plan as a compute pipeline, every array of the state as a buffer.
+//! The device engine: every stage of the plan as a compute pipeline, every array of the state as a buffer or an image.
 
 use super::{Engine, Times};
 use crate::{
     error::{Error, Result},
-    gpu::{Device, Layout, Program, Stopwatch, compose, images},
+    gpu::{Arrays, Device, Layout, Program, Stopwatch, compose, images},
     kernels::{Dispatch, Stage},
     memory,
     model::Model,
@@ -149,9 +149,14 @@ impl Gpu {
         };
         let mut composed = programs(&HashSet::new())?;
         let layouts = collect_layouts(model.dims(), &composed)?;
-        let images = if device.images { imageable(plan, &composed) } else { HashSet::new() };
-        if device.images {
-            composed = programs(&images)?;
+        let mut images = HashSet::new();
+        if device.arrays != Arrays::Buffers {
+            images = imageable(plan, &composed);
+            match fit(&device, &composed, &layouts, &images, &state.sizes) {
+                Ok(()) => composed = programs(&images)?,
+                Err(_) if device.arrays == Arrays::Auto => images.clear(),
+                Err(e) => return Err(e),
+            }
         }
         check_memory(&device, bytes(model, &layouts, &state.sizes), &images)?;
         let mut kernels = HashMap::new();
@@ -254,8 +259,9 @@ impl Gpu {
                 }
                 Op::Clear(array) => {
                     pass = None;
-                    if let Memory::Buffer(buffer) = &self.buffers[array].memory {
-                        encoder.clear_buffer(buffer, 0, None);
+                    match &self.buffers[array].memory {
+                        Memory::Buffer(buffer) => encoder.clear_buffer(buffer, 0, None),
+                        Memory::Image(..) => unreachable!("`{array}` is cleared, so it is no image"),
                     }
                 }
                 Op::Swap(a, b) => {
@@ -355,6 +361,32 @@ pub fn bytes<'a>(
         let stride = layouts.get(array.name).map_or(4, |l| l.stride);
         (array, (sizes.of(array.length) * stride) as u64)
     })
+}
+
+/// Whether a device has room for these arrays as images.
+///
+/// # Errors
+/// [`Error::Device`] if there are too many in a kernel, or one is too long.
+fn fit(
+    device: &Device,
+    programs: &[(&'static Stage, Program)],
+    layouts: &HashMap<&'static str, Layout>,
+    images: &HashSet<&'static str>,
+    sizes: &Sizes,
+) -> Result<()> {
+    let limits = device.device.limits();
+    for (stage, program) in programs {
+        let used = program.bindings.iter().filter(|b| images.contains(stage.array(&b.name))).count() as u32;
+        let allowed = limits.max_storage_textures_per_shader_stage;
+        if used > allowed {
+            return Err(Error::Device(format!(
+                "kernel `{}` uses {used} images, but {} allows {allowed}; use --arrays buffers",
+                stage.name, device.summary.name
+            )));
+        }
+    }
+    let mut arrays = ARRAYS.iter().filter(|a| images.contains(a.name));
+    arrays.try_for_each(|a| device.check_image(a.name, sizes.of(a.length) * images::texels(&layouts[a.name])))
 }
 
 fn check_memory<'a>(

@@ -24,7 +24,7 @@ pub struct Program {
 #[derive(Clone, Debug)]
 pub struct Binding {
     pub name: String,
-    /// Uniform or storage.
+    /// The uniform buffer.
     pub uniform: bool,
     /// A storage image that holds the array of this name.
     pub image: bool,
@@ -32,7 +32,7 @@ pub struct Binding {
     pub read: bool,
     /// Whether the kernel writes it.
     pub written: bool,
-    /// Nothing is done to it but loading and storing elements.
+    /// An array without atomics whose length is not asked for. Images allow less: see [`super::images`].
     pub elementwise: bool,
     pub layout: Layout,
 }
@@ -86,7 +86,12 @@ pub fn compose(files: &[(&str, &str)], entry: &str, image: impl Fn(&Binding) -> 
         let array = binding.name.strip_suffix("_image").and_then(|name| images.iter().find(|b| b.name == name));
         array.map_or(binding.clone(), |array| Binding { image: true, ..(*array).clone() })
     });
-    let bindings = with_images.collect();
+    let bindings: Vec<Binding> = with_images.collect();
+    if let Some(left) = images.iter().find(|image| bindings.iter().any(|b| b.name == image.name && !b.image)) {
+        let message =
+            format!("`{}` is not only loaded and stored element by element, so it cannot be an image", left.name);
+        return Err(Error::Shader { file: entry.to_owned(), line: 1, message });
+    }
     Ok(Program { module, entry: entry.to_owned(), bindings })
 }
 

@@ -44,8 +44,8 @@ pub struct Device {
     pub summary: AdapterSummary,
     /// Runs on the host's processor and memory.
     pub software: bool,
-    /// Whether arrays are images where they can be.
-    pub images: bool,
+    /// What arrays may be; images only in as far as the kernels and the limits allow.
+    pub arrays: Arrays,
     /// The first error nobody was waiting for.
     failure: Arc<Mutex<Option<String>>>,
 }
@@ -123,14 +123,17 @@ impl Device {
         let summary = summary(&adapter);
         let software = adapter.get_info().device_type == DeviceType::Cpu;
         let wide = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
-        let images = match arrays {
-            Arrays::Auto => software && adapter.features().contains(wide),
-            Arrays::Buffers => false,
-            Arrays::Images if adapter.features().contains(wide) => true,
-            Arrays::Images => {
-                return Err(Error::Device(format!("{} has no images for arrays; use buffers", summary.name)));
+        // Only Vulkan promises that an invocation reads back what it wrote to an image.
+        let able = adapter.features().contains(wide) && adapter.get_info().backend == wgpu::Backend::Vulkan;
+        let arrays = match arrays {
+            Arrays::Auto if !(able && software) => Arrays::Buffers,
+            Arrays::Images if !able => {
+                let message = format!("{} has no images for arrays; use --arrays buffers", summary.name);
+                return Err(Error::Device(message));
             }
+            possible => possible,
         };
+        let images = arrays != Arrays::Buffers;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("packstone"),
             required_features: [(double, wanted), (images, wide), (summary.timestamps, Features::TIMESTAMP_QUERY)]
@@ -149,7 +152,7 @@ impl Device {
                 slot.get_or_insert_with(|| e.to_string());
             }
         }));
-        Ok(Device { device, queue, summary, software, images, failure })
+        Ok(Device { device, queue, summary, software, arrays, failure })
     }
 
     /// Create a buffer of zeros.
@@ -183,13 +186,8 @@ impl Device {
     /// # Errors
     /// As for [`Device::buffer`].
     pub fn image(&self, label: &str, texels: usize, format: wgpu::TextureFormat) -> Result<wgpu::Texture> {
-        let (rows, most) = (texels.div_ceil(ROW).max(1) as u32, self.device.limits().max_texture_dimension_2d);
-        if rows > most {
-            return Err(Error::Device(format!(
-                "array `{label}` needs {rows} rows of {ROW} texels, but {} allows {most}; use fewer grains or --engine cpu",
-                self.summary.name
-            )));
-        }
+        self.check_image(label, texels)?;
+        let rows = texels.div_ceil(ROW).max(1) as u32;
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let image = self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(label),
@@ -205,6 +203,22 @@ impl Device {
             None => Ok(image),
             Some(e) => Err(Error::Device(format!("{}: no memory for `{label}`: {e}", self.summary.name))),
         }
+    }
+
+    /// Whether an image may have so many texels.
+    ///
+    /// # Errors
+    /// [`Error::Device`] with the number of rows if it may not.
+    pub fn check_image(&self, label: &str, texels: usize) -> Result<()> {
+        let (rows, most) = (texels.div_ceil(ROW), self.device.limits().max_texture_dimension_2d);
+        if rows > most as usize {
+            return Err(Error::Device(format!(
+                "array `{label}` needs {rows} rows of {ROW} texels, but {} allows {most}; use fewer grains, --arrays buffers \
+                 or --engine cpu",
+                self.summary.name
+            )));
+        }
+        Ok(())
     }
 
     /// Whether everything so far went well.
@@ -234,6 +248,9 @@ impl Device {
     }
 
     /// Copy the first `bytes` of an image to the host.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if there is no memory for the copy, or the device is lost.
     pub fn read_image(&self, image: &wgpu::Texture, bytes: u64) -> Result<Vec<u8>> {
         let layout = image_layout(image);
         let size = u64::from(layout.bytes_per_row.unwrap_or_default()) * u64::from(image.height());
@@ -243,7 +260,7 @@ impl Device {
         })
     }
 
-    /// Overwrite an image from its first texel on; what is left of the last row becomes zero.
+    /// Overwrite an image from its first texel on, with no more bytes than it has; what is left of the last row becomes zero.
     pub fn write_image(&self, image: &wgpu::Texture, mut bytes: Vec<u8>) {
         let layout = image_layout(image);
         let row = layout.bytes_per_row.unwrap_or_default() as usize;

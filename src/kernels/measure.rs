@@ -38,7 +38,7 @@ fn add_body(s: &State, i: usize, sum: &mut Part) {
         let pair = pair_of(s, i, j);
         let normal = normal_force(&pair, contact.gap);
         gathered.add(&contact);
-        drag -= contact.damping / (here.place.radius + 0.5 * contact.gap) * contact.arm;
+        drag += contact.damping;
         sum.elastic += share * (normal_energy(&pair, contact.gap) + spring_energy(contact.spring, &pair));
         sum.contact_force += share * (normal * normal + contact.spring.length_squared()).sqrt();
         sum.dissipation += share * contact.dissipation;
@@ -75,7 +75,7 @@ fn forgotten(s: &State, i: usize, here: &Body) -> f64 {
     let energy = |(slot, entry): (usize, u32)| {
         let j = (entry & INDEX) as usize;
         let old = spring_of(entry, s.spring.get(slot));
-        let open = contact_of(s, i, here, j, old).gap >= 0.0;
+        let open = !(contact_of(s, i, here, j, old).gap < 0.0);
         if open { share(is_single(s, j)) * spring_energy(old, &pair_of(s, i, j)) } else { 0.0 }
     };
     sprung.map(energy).sum()

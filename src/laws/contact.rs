@@ -46,8 +46,8 @@ pub struct Contact {
     pub arm: DVec3,
     /// N, the tangential part of the force.
     pub spring: DVec3,
-    /// N, what the dashpot presses, part of the force.
-    pub damping: f64,
+    /// N, what the dashpot adds to the force.
+    pub damping: DVec3,
     /// W, of dashpot and sliding.
     pub dissipation: f64,
 }
@@ -77,7 +77,7 @@ impl Law {
 pub struct Push {
     pub force: DVec3,
     pub spring: DVec3,
-    pub damping: f64,
+    pub damping: DVec3,
     pub dissipation: f64,
 }
 
@@ -99,7 +99,7 @@ pub fn push(
     let stretched = stretched_spring(law, old, pair, n, n_before, v_rel);
     let spring = slid_spring(stretched, pair, pressing);
     let dissipation = damping * approach + sliding_power(law, old, stretched, spring, pair);
-    Push { force: spring - pressing * n, spring, damping, dissipation }
+    Push { force: spring - pressing * n, spring, damping: -damping * n, dissipation }
 }
 
 /// All that the contact of two grains depends on, seen from one of them.

@@ -46,7 +46,7 @@ pub fn stretched_spring(law: Law, old: DVec3, pair: &Pair, n: DVec3, n_before: D
 /// Capped by sliding (2.13), N.
 #[inline(always)]
 pub fn slid_spring(stretched: DVec3, pair: &Pair, pressing: f64) -> DVec3 {
-    let limit = pair.friction * pressing.max(-pressing);
+    let limit = pair.friction * pressing.abs();
     let length_squared = stretched.length_squared();
     let scale = limit / length_squared.sqrt();
     stretched * if length_squared > limit * limit { scale } else { 1.0 }

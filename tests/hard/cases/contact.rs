@@ -65,7 +65,8 @@ pub fn initial_overlap(bench: Bench, _: Length) -> Vec<Figure> {
     let after = simulation.sample().unwrap();
     let grains = simulation.grains().unwrap();
     let numbers = grains.iter().flat_map(|g| [g.position, g.velocity, g.spin]);
-    let broken = numbers.filter(|v| !v.is_finite()).count();
+    let dissipation = [before.dissipation, after.dissipation];
+    let broken = numbers.filter(|v| !v.is_finite()).count() + dissipation.iter().filter(|p| !p.is_finite()).count();
     let groups = [&grains[0..2], &grains[2..4], &grains[4..7]];
     let lopsided = groups.iter().map(|g| {
         let total: DVec3 = g.iter().map(|g| g.velocity).sum();
