@@ -62,7 +62,8 @@ fn epsilon(precision: Precision) -> f64 {
     }
 }
 
-/// Compare `steps` steps stage by stage, after the device has done `after` steps on its own.
+/// Compare `steps` steps stage by stage, after the device has done `after` steps on its own. Whatever engine `options`
+/// name, both are run.
 ///
 /// # Errors
 /// As [`Simulation::new`] on the GPU engine, and whatever stops a run.

@@ -425,9 +425,11 @@ impl Engine for Gpu {
         let params = Params { slots: len("neighbour"), history: len("history_other"), ..*params };
         let bytes = self.params_layout.encode(1, |sink| params.put(self.dims, &mut |x| sink(x)));
         self.device.queue.write_buffer(&self.params, 0, &bytes);
-        if let Some(mut times) = self.times.take() {
+        if self.times.is_some() {
+            let watch = Stopwatch::new(&self.device)?;
+            let mut times = self.times.take().unwrap_or_default();
             let mut ops = sequences.iter().flat_map(|(ops, times)| (0..*times).flat_map(|_| *ops));
-            let done = match Stopwatch::new(&self.device)? {
+            let done = match watch {
                 Some(watch) => self.time(&watch, &mut ops, &mut times),
                 None => self.time_from_host(&mut ops, &mut times),
             };

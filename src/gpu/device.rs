@@ -166,6 +166,10 @@ impl Device {
                 self.summary.name, self.summary.max_array_bytes
             )));
         }
+        self.allocate(label, bytes, usage)
+    }
+
+    fn allocate(&self, label: &str, bytes: u64, usage: wgpu::BufferUsages) -> Result<wgpu::Buffer> {
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
@@ -277,7 +281,8 @@ impl Device {
         copy: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::Buffer),
     ) -> Result<Vec<u8>> {
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-        let staging = self.buffer("staging", size, usage)?;
+        let staging = self.allocate("staging", size, usage)?; // no kernel sees it, so it may be longer than an array
+
         let mut encoder = self.device.create_command_encoder(&Default::default());
         copy(&mut encoder, &staging);
         self.queue.submit([encoder.finish()]);
