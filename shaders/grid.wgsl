@@ -1,14 +1,15 @@
 // twin: src/laws/grid.rs
 // The grid of the broad phase. It wraps around on every axis: exact for a periodic one; along an open one, far-away
 // grains may share a cell, which costs a distance test and needs no bounding box. Grains are stored in the order of the
-// cells, so those of a row of cells follow each other.
+// cells, so those of a row of cells follow each other. The grid's axes are those of space in another order.
 
 var<storage, read_write> sorted: array<u32>; // N: the index that each grain had before it was sorted
 
-/// Cell of a point.
+/// Cell of a point, by axis of the grid.
 fn cell_of(x: Vec) -> vec3<u32> {
     let size = vec3<i32>(params.cells);
-    let c = cell_coordinates((x - params.cell_origin) * params.inverse_cell) % size;
+    let at = cell_coordinates((x - params.cell_origin) * params.inverse_cell);
+    let c = vec3<i32>(at[params.axes.x], at[params.axes.y], at[params.axes.z]) % size;
     return vec3<u32>((c + size) % size);
 }
 

@@ -52,7 +52,8 @@ struct Params {
     step_limit: Real,       // m, no grain may go further in a step
     drift_limit: Real,      // m, lists are good while no grain has moved further than this
     @align(16) pair: Pair,  // the pair parameters of a scene with one material
-    cells: vec3<u32>,       // cells per axis; the grid wraps around on every axis
+    axes: vec3<u32>,        // of the grid: along which of x, y, z its 1st, 2nd and 3rd coordinate count
+    cells: vec3<u32>,       // per axis of the grid, which wraps around on all of them
     bodies: u32,            // grains
     walls: u32,
     materials: u32,

@@ -237,6 +237,11 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
             _ => break,
         }
     }
+    // The long way around last, so that what is near in space is near in memory.
+    let mut axes = [0, 1, 2];
+    axes.sort_by_key(|axis| if p.cells[*axis] == 1 { u32::MAX } else { p.cells[*axis] });
+    p.axes = UVec3::from_array(axes.map(|axis| axis as u32));
+    p.cells = UVec3::from_array(axes.map(|axis| p.cells[axis]));
     p
 }
 

@@ -188,6 +188,7 @@ record!(
         step_limit: f64,
         drift_limit: f64,
         pair: Pair,
+        axes: UVec3,
         cells: UVec3,
         bodies: u32,
         walls: u32,

@@ -7,14 +7,15 @@ use crate::{
         boundary::wrapped,
         contact::{Body, Gathered, body, wall_contact},
         dimension::outside,
-        friction::{forget_spring, keep_spring, spring_of},
+        friction::{flag, keep_spring, spring_of},
         leapfrog::advanced,
         precision::moved,
         rotation::advanced_spin,
         touch::within,
     },
-    state::{INDEX, Motion, Packed, Place, Residue, Spin, State},
+    state::{INDEX, Motion, NONE, Packed, Place, Residue, Spin, State},
 };
+use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::{mem::take, ops::Range};
@@ -28,6 +29,21 @@ struct Block<'a> {
     travel: &'a mut [f64],
     neighbour: &'a mut [u32],
     spring: &'a mut [Packed],
+}
+
+impl Block<'_> {
+    /// What smooth grains do not have is not kept.
+    #[inline(always)]
+    fn keep_spring(&mut self, slot: usize, f: DVec3) {
+        if let Some(spring) = self.spring.get_mut(slot) {
+            keep_spring(spring, f);
+        }
+    }
+
+    #[inline(always)]
+    fn flag(&mut self, slot: usize, closed: bool) {
+        flag(&mut self.neighbour[slot], closed && !self.spring.is_empty());
+    }
 }
 
 pub fn advance(s: &mut State) {
@@ -85,11 +101,12 @@ impl WithSimd for Work<'_> {
 #[inline(always)]
 fn advance_block(s: &State, first: usize, block: &mut Block) -> (u32, bool) {
     let (mut bad, mut spent) = (0, false);
-    let sums = pushed_by_grains(s, first, block);
-    for (k, mut sum) in sums[..block.place.len()].iter().copied().enumerate() {
-        let i = first + k;
+    let Sums { of_grains, first_wall } = pushed_by_grains(s, first, block);
+    for k in 0..block.place.len() {
+        let (i, mut sum) = (first + k, of_grains[k]);
         let here = body(s, i);
-        let crossed = pushed_by_walls(s, i, &here, first, block, &mut sum);
+        let walls = first_wall[k]..row_in_block(s, first, i).end;
+        let crossed = pushed_by_walls(s, i, &here, walls, block, &mut sum);
         let v = advanced(s, &here.motion, sum.force);
         let point = wrapped(s, moved(s, here.place.x, here.residue.x, s.params.dt * v));
         block.place[k] = Place { x: point.x, radius: here.place.radius };
@@ -112,12 +129,18 @@ fn advance_block(s: &State, first: usize, block: &mut Block) -> (u32, bool) {
     (bad, spent)
 }
 
-/// What grains do to the grains of a block. Many contacts are computed at a time, and added in the order of the lists.
+/// What grains do to the grains of a block, and the slots where their walls begin.
+struct Sums {
+    of_grains: [Gathered; BLOCK],
+    first_wall: [usize; BLOCK],
+}
+
+/// Many contacts are computed at a time, and added in the order of the lists.
 #[inline(always)]
-fn pushed_by_grains(s: &State, first: usize, block: &mut Block) -> [Gathered; BLOCK] {
-    let mut sums = [Gathered::default(); BLOCK];
+fn pushed_by_grains(s: &State, first: usize, block: &mut Block) -> Sums {
+    let mut sums = Sums { of_grains: [Gathered::default(); BLOCK], first_wall: [0; BLOCK] };
     let mut batch = Batch::new(s);
-    for sides in near_sides(s, first, block).chunks(LANES) {
+    for sides in near_sides(s, first, block, &mut sums.first_wall).chunks(LANES) {
         batch.compute(s, sides, |side| {
             let slot = side.slot as usize;
             spring_of(block.neighbour[slot], block.spring.get(slot))
@@ -125,14 +148,13 @@ fn pushed_by_grains(s: &State, first: usize, block: &mut Block) -> [Gathered; BL
         for (lane, side) in sides.iter().enumerate() {
             let (k, slot) = (side.i as usize - first, side.slot as usize);
             let contact = batch.outcome(lane);
-            let entry = &mut block.neighbour[slot];
-            if contact.gap < 0.0 {
-                keep_spring(entry, block.spring.get_mut(slot), contact.spring);
-                sums[k].force += contact.sum.force;
-                sums[k].torque += contact.sum.torque;
-            } else {
-                forget_spring(entry);
+            let closed = contact.gap < 0.0;
+            if closed {
+                block.keep_spring(slot, contact.spring);
+                sums.of_grains[k].force += contact.sum.force;
+                sums.of_grains[k].torque += contact.sum.torque;
             }
+            block.flag(slot, closed);
         }
     }
     sums
@@ -147,15 +169,20 @@ fn row_in_block(s: &State, first: usize, i: usize) -> Range<usize> {
 
 /// The slots with grains that may touch.
 #[inline(always)]
-fn near_sides(s: &State, first: usize, block: &mut Block) -> Vec<Side> {
+fn near_sides(s: &State, first: usize, block: &mut Block, first_wall: &mut [usize; BLOCK]) -> Vec<Side> {
     let mut sides = vec![Side::default(); block.neighbour.len()];
     let mut found = 0;
-    for i in first..first + block.place.len() {
-        let here = &s.place[i];
-        for slot in row_in_block(s, first, i) {
+    for (k, first_wall) in first_wall[..block.place.len()].iter_mut().enumerate() {
+        let i = first + k;
+        let (here, row) = (&s.place[i], row_in_block(s, first, i));
+        *first_wall = row.end;
+        for slot in row {
             let entry = &mut block.neighbour[slot];
             let j = *entry & INDEX;
-            let Some(there) = s.place.get(j as usize) else { break };
+            let Some(there) = s.place.get(j as usize) else {
+                *first_wall = slot;
+                break;
+            };
             let near = within(s, here, there, 0.0);
             // Whether grains are near is hard to guess, and a wrong guess costs more than a store.
             *entry = if near { *entry } else { j };
@@ -169,22 +196,29 @@ fn near_sides(s: &State, first: usize, block: &mut Block) -> Vec<Side> {
 
 /// What walls add to the sum of grain i, and whether its centre is beyond one. They are the last in its list.
 #[inline(always)]
-fn pushed_by_walls(s: &State, i: usize, here: &Body, first: usize, block: &mut Block, sum: &mut Gathered) -> bool {
+fn pushed_by_walls(
+    s: &State,
+    i: usize,
+    here: &Body,
+    slots: Range<usize>,
+    block: &mut Block,
+    sum: &mut Gathered,
+) -> bool {
     let mut crossed = false;
-    let row = row_in_block(s, first, i);
-    let wall = |entry: u32| (entry & INDEX).checked_sub(s.params.bodies);
-    let grains = block.neighbour[row.clone()].partition_point(|entry| wall(*entry).is_none());
-    for slot in row.start + grains..row.end {
-        let entry = &mut block.neighbour[slot];
-        let Some(w) = wall(*entry).filter(|w| *w < s.params.walls) else { break };
-        let contact = wall_contact(s, i, here, w as usize, spring_of(*entry, block.spring.get(slot)));
-        if contact.gap < 0.0 {
-            keep_spring(entry, block.spring.get_mut(slot), contact.spring);
+    for slot in slots {
+        let entry = block.neighbour[slot];
+        if entry == NONE {
+            break;
+        }
+        let w = (entry & INDEX) as usize - s.sizes.bodies;
+        let contact = wall_contact(s, i, here, w, spring_of(entry, block.spring.get(slot)));
+        let closed = contact.gap < 0.0;
+        if closed {
+            block.keep_spring(slot, contact.spring);
             sum.add(&contact);
             crossed |= contact.gap < -here.place.radius;
-        } else {
-            forget_spring(entry);
         }
+        block.flag(slot, closed);
     }
     crossed
 }

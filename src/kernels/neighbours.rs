@@ -3,7 +3,7 @@
 use super::{BLOCK, by_slot};
 use crate::{
     laws::{
-        friction::{inherit_spring, keep_spring},
+        friction::{flag, inherit_spring, keep_spring},
         grid::search,
         precision::residue_of,
         walls::touch_wall,
@@ -70,7 +70,8 @@ fn inherit(s: &State, i: usize, row: &mut [u32], springs: &mut [Packed]) -> u32 
     let mut inherited = 0;
     for (entry, spring) in row.iter_mut().zip(springs).take_while(|(entry, _)| **entry != NONE) {
         if let Some((f, mine)) = inherit_spring(s, i, *entry) {
-            keep_spring(entry, Some(spring), f);
+            keep_spring(spring, f);
+            flag(entry, true);
             inherited += u32::from(mine);
         }
     }

@@ -16,19 +16,16 @@ pub fn spring_of(entry: u32, spring: Option<&Packed>) -> DVec3 {
     }
 }
 
-/// The contact in this slot is closed and has this spring now.
+/// The contact in this slot has this spring now.
 #[inline(always)]
-pub fn keep_spring(entry: &mut u32, spring: Option<&mut Packed>, f: DVec3) {
-    if let Some(spring) = spring {
-        spring.0 = f;
-        *entry |= SPRUNG;
-    }
+pub fn keep_spring(spring: &mut Packed, f: DVec3) {
+    spring.0 = f;
 }
 
-/// The contact in this slot is open.
+/// Whether the contact in this slot is closed, so that the spring counts.
 #[inline(always)]
-pub fn forget_spring(entry: &mut u32) {
-    *entry &= INDEX;
+pub fn flag(entry: &mut u32, closed: bool) {
+    *entry = *entry & INDEX | if closed { SPRUNG } else { 0 };
 }
 
 /// The old spring turned into the new contact plane by the smallest rotation Z from `n_before` to `n` (2.11) and

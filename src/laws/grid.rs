@@ -2,9 +2,9 @@
 
 use super::{dimension::cell_coordinates, touch::within};
 use crate::{model::Precision, state::State};
-use glam::{DVec3, UVec3};
+use glam::{DVec3, IVec3, UVec3};
 
-/// Cell of a point, in the precision of the model: where a grain lies on the border of two cells, rounding decides, and
+/// Cell of a point, by axis of the grid, in the precision of the model: where a grain lies on the border of two cells, rounding decides, and
 /// must decide as on the device.
 #[inline(always)]
 pub fn cell_of(s: &State, x: DVec3) -> UVec3 {
@@ -15,7 +15,9 @@ pub fn cell_of(s: &State, x: DVec3) -> UVec3 {
         }
         Precision::Double => (x - s.params.cell_origin) * s.params.inverse_cell,
     };
-    let c = cell_coordinates(scaled) % size;
+    let at = cell_coordinates(scaled);
+    let c = s.params.axes.to_array().map(|axis| at[axis as usize]);
+    let c = IVec3::from_array(c) % size;
     ((c + size) % size).as_uvec3()
 }
 
