@@ -5,12 +5,17 @@ use glam::DVec3;
 use packstone::{
     Result,
     check::{Report, check},
-    engine::gpu::layouts,
+    engine::{cpu::apply, gpu::layouts},
     gpu::Arrays,
+    laws::{
+        contact::{body, contacts_of},
+        leapfrog::advanced,
+        rotation::advanced_spin,
+    },
     model::{Boundary, Dashpot as DashpotSlot, Dimension, Friction, Materials, Model, Precision, Rotation, Walls},
     plan::plan,
     scene::*,
-    simulation::Options,
+    simulation::{EngineChoice, Options, Setup},
 };
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use std::collections::HashSet;
@@ -165,6 +170,27 @@ fn kernels_agree_with_their_twins_if_arrays_are_images() {
 #[test]
 fn double_precision_kernels_agree_with_their_twins() {
     twins_agree(Precision::Double, Arrays::Buffers);
+}
+
+/// The CPU engine's step computes many contacts at a time, the other stages one by one: the same bits.
+#[test]
+fn many_contacts_at_a_time_are_as_one_by_one() {
+    for (k, model) in covering(Precision::Double).into_iter().enumerate() {
+        let options = Options { engine: EngineChoice::Cpu, slots: Some(100_000), ..Options::default() };
+        let Setup { mut state, plan, .. } = Setup::new(&random_scene(&model, k as u64), &options).unwrap();
+        let ops = [&plan.begin, &plan.sort, &plan.list, &plan.step, &plan.step];
+        ops.into_iter().flatten().for_each(|op| apply(op, &mut state));
+        let before = state.clone();
+        plan.step.iter().for_each(|op| apply(op, &mut state));
+        assert_eq!(state.counters[0].done, 3, "{model:?}");
+        for i in 0..before.sizes.bodies {
+            let here = body(&before, i);
+            let sum = contacts_of(&before, i, &here);
+            assert_eq!(state.motion[i].v, advanced(&before, &here.motion, sum.force), "{model:?}, grain {i}");
+            let spin = advanced_spin(&before, &here, sum.torque);
+            assert!(state.spin.get(i).is_none_or(|s| s.0 == spin), "{model:?}, spin of grain {i}");
+        }
+    }
 }
 
 #[test]
