@@ -35,13 +35,12 @@ fn advance(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
             break;
         }
         let contact = grain_contact(i, here, j, spring_of(slot, entry));
-        let closed = contact.gap < 0;
-        if (closed) {
+        if (contact.closed) {
             keep_spring(slot, contact.spring);
             sum.force += contact.force;
             sum.torque += moment(contact.arm, contact.force);
         }
-        flag(slot, entry, closed);
+        flag(slot, entry, contact.closed);
     }
     // Walls come last. Their loop ends in `break if`: where lanes go in step, as on software drivers, it costs those without
     // walls one pass over the body, and a check at the top would cost all one more.
@@ -49,14 +48,13 @@ fn advance(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
         if (slot < end && neighbour[slot] != NONE) {
             let entry = neighbour[slot];
             let contact = wall_contact(i, here, (entry & INDEX) - params.bodies, spring_of(slot, entry));
-            let closed = contact.gap < 0;
-            if (closed) {
+            if (contact.closed) {
                 keep_spring(slot, contact.spring);
                 sum.force += contact.force;
                 sum.torque += moment(contact.arm, contact.force);
                 lost |= contact.gap < -here.place.radius;
             }
-            flag(slot, entry, closed);
+            flag(slot, entry, contact.closed);
             slot++;
         } else {
             slot = end;

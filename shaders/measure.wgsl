@@ -46,24 +46,24 @@ fn measure(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
             }
             let share = select(Real(0.5), Real(1), single);
             let pair = pair_of(i, j);
-            if (!(contact.gap < 0)) {
+            if (!contact.closed) {
                 // Opened since the last step, if it has a spring, whose energy the next step forgets.
                 sum.dissipation += share * spring_energy(spring_of(slot, entry), pair) / params.dt;
                 continue;
             }
-            let normal = normal_force(pair, contact.gap);
             force += contact.force;
             torque += moment(contact.arm, contact.force);
             drag += contact.damping;
             sum.elastic += share * (normal_energy(pair, contact.gap) + spring_energy(contact.spring, pair));
-            sum.contact_force += share * sqrt(normal * normal + dot(contact.spring, contact.spring));
+            let held = contact.force - contact.damping;
+            sum.contact_force += share * sqrt(dot(held, held));
             sum.dissipation += share * contact.dissipation;
             sum.overlap = max(sum.overlap, -contact.gap / smaller);
             sum.sides += 1u;
             sum.single_sides += select(0u, 1u, single);
         }
-        let v = at_step(here.motion, force);
-        let kinetic = 0.5 * dot(v, v) / inverse_mass + spin_energy(here, spin_at_step(here, torque));
+        let v = velocity_now(here, force);
+        let kinetic = 0.5 * dot(v, v) / inverse_mass + spin_energy(here, spin_now(here, torque));
         let total = force + params.gravity / inverse_mass;
         sum.kinetic += kinetic;
         sum.potential -= dot(params.gravity, here.place.x + here.residue.x) / inverse_mass;

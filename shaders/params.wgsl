@@ -51,6 +51,10 @@ struct Params {
     inverse_split: Real,    // 1/m
     step_limit: Real,       // m, no grain may go further in a step
     drift_limit: Real,      // m, lists are good while no grain has moved further than this
+    tolerance: Real,        // contact dynamics: relative residual at which passes end
+    momentum: Real,         // most momentum of a pass, 0 to 1
+    correction: Real,       // m/s, at most this fast overlaps open
+    gap_band: Real,         // m, gaps and overlaps up to this are taken for contacts
     @align(16) pair: Pair,  // the pair parameters of a scene with one material
     axes: vec3<u32>,        // of the grid: along which of x, y, z its 1st, 2nd and 3rd coordinate count
     cells: vec3<u32>,       // per axis of the grid, which wraps around on all of them

@@ -5,17 +5,25 @@
 
 mod advance;
 mod bin;
+mod conclude;
 mod count;
+mod displace;
+mod extrapolate;
 mod forces;
 mod half_kick;
+mod judge;
 mod measure;
+mod meet;
 mod move_walls;
 mod neighbours;
 mod order;
 mod permute;
+mod relax;
 mod remember;
 mod scan;
+mod set_out;
 mod sort;
+mod steer;
 mod survey;
 mod synchronise;
 mod tally;
@@ -171,6 +179,26 @@ pub static ADVANCE: Stage = Stage::new("advance", advance::advance, bodies);
 pub static MOVE_WALLS: Stage = Stage::new("move_walls", move_walls::move_walls, |sizes| sizes.walls);
 /// How far grains went in a chunk, and how many springs there are.
 pub static SURVEY: Stage = Stage::new("survey", survey::survey, bodies);
+/// Contact dynamics 1: contacts of a step.
+pub static MEET: Stage = Stage::new("meet", meet::meet, bodies);
+/// Contact dynamics 2: the relaxation of a step begins.
+pub static SET_OUT: Stage = Stage { dispatch: Dispatch::OneGroup, ..Stage::new("set_out", set_out::set_out, |_| 1) };
+/// Contact dynamics 3: a pass.
+pub static RELAX: Stage = Stage::new("relax", relax::relax, bodies);
+/// Contact dynamics 4: momentum.
+pub static STEER: Stage = Stage { dispatch: Dispatch::OneGroup, ..Stage::new("steer", steer::steer, |_| 1) };
+/// Contact dynamics 5: velocities, carried ahead by momentum.
+pub static EXTRAPOLATE: Stage = Stage::new("extrapolate", extrapolate::extrapolate, bodies);
+/// Contact dynamics 6: residual.
+pub static JUDGE: Stage = Stage {
+    bind: &[("ahead", "trial"), ("ahead_spin", "trial_spin")],
+    ..Stage::new("judge", judge::judge, bodies)
+};
+/// Contact dynamics 7: the judgement.
+pub static CONCLUDE: Stage =
+    Stage { dispatch: Dispatch::OneGroup, ..Stage::new("conclude", conclude::conclude, |_| 1) };
+/// Contact dynamics 8: positions.
+pub static DISPLACE: Stage = Stage::new("displace", displace::displace, bodies);
 /// Sums over grains.
 pub static MEASURE: Stage = Stage::new("measure", measure::measure, |_| PARTS);
 /// Velocities at the time of the positions.

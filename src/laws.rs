@@ -12,6 +12,7 @@ pub mod leapfrog;
 pub mod materials;
 pub mod normal;
 pub mod precision;
+pub mod rigid;
 pub mod rotation;
 pub mod touch;
 pub mod walls;

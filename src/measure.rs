@@ -30,6 +30,14 @@ pub struct Sample {
     pub contacts: u64,
     /// Mean number of contacts of a free grain.
     pub coordination_number: f64,
+    /// Contact dynamics, of the last step: passes, relative residual of the natural map, and largest friction beyond the
+    /// Coulomb limit over the largest normal impulse.
+    pub iterations: Option<u32>,
+    pub residual: Option<f64>,
+    pub coulomb_excess: Option<f64>,
+    /// Contact dynamics: kinetic energy of all grains that gravity has pulled for one step, J.
+    #[serde(skip)]
+    pub step_energy: f64,
 }
 
 impl Sample {
@@ -52,6 +60,7 @@ impl Sample {
             max_overlap_over_radius: parts.iter().map(|p| p.overlap).fold(0.0, f64::max),
             contacts,
             coordination_number: sides as f64 / free.max(1) as f64,
+            ..Sample::default()
         }
     }
 
@@ -60,7 +69,7 @@ impl Sample {
     pub fn at_rest(&self, tolerance: f64) -> bool {
         self.contacts > 0
             && self.unbalanced_force_ratio < tolerance
-            && self.kinetic_energy <= tolerance * self.elastic_energy
+            && self.kinetic_energy <= tolerance * self.elastic_energy.max(self.step_energy)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Model: the choices a scene implies, one enum per slot. It alone decides which WGSL files are composed and which
 //! arrays exist; nothing the scene does not need is modelled, allocated or computed.
 
-use crate::scene::{Assembly, Dashpot as DashpotLaw};
+use crate::scene::{Assembly, Dashpot as DashpotLaw, Method as Solve};
 
 /// Declares a slot: an enum whose variants are the files of one folder of `shaders/`.
 macro_rules! slot {
@@ -40,15 +40,19 @@ slot!(
     Boundary in "boundary" { Open = "open", Periodic = "periodic" }
 );
 slot!(
+    /// How contacts act, and with them a step.
+    Method in "method" { DiscreteElements = "dem", ContactDynamics = "cd" }
+);
+slot!(
     /// Normal contact law.
-    Normal in "normal" { Hooke = "hooke" }
+    Normal in "normal" { Hooke = "hooke", Rigid = "rigid" }
 );
 slot!(
     /// Normal dashpot.
     Dashpot in "dashpot" { None = "none", Restitution = "restitution", MassScaled = "mass_scaled" }
 );
 slot!(
-    /// Tangential contact law; owns the springs.
+    /// Tangential contact law; owns what a contact remembers: its spring, or in contact dynamics its impulse, friction or not.
     Friction in "friction" { None = "none", Coulomb = "coulomb" }
 );
 slot!(
@@ -70,6 +74,7 @@ pub struct Model {
     pub precision: Precision,
     pub dimension: Dimension,
     pub boundary: Boundary,
+    pub method: Method,
     pub normal: Normal,
     pub dashpot: Dashpot,
     pub friction: Friction,
@@ -84,19 +89,25 @@ impl Model {
     /// What the scene needs, and no more.
     pub fn of(assembly: &Assembly, precision: Precision) -> Model {
         let pairs = &assembly.pairs;
+        let method = match assembly.solver.method {
+            Solve::DiscreteElements => Method::DiscreteElements,
+            Solve::ContactDynamics(_) => Method::ContactDynamics,
+        };
+        let rigid = method == Method::ContactDynamics;
         let frictional = pairs.iter().any(|p| p.friction > 0.0);
         let spinning = assembly.grains.iter().any(|g| g.spin != glam::DVec3::ZERO);
         Model {
             precision,
             dimension: if assembly.dimension == 2 { Dimension::Plane } else { Dimension::Space },
             boundary: if assembly.domain.periodic.contains(&true) { Boundary::Periodic } else { Boundary::Open },
-            normal: Normal::Hooke,
+            method,
+            normal: if rigid { Normal::Rigid } else { Normal::Hooke },
             dashpot: match pairs.iter().map(|p| p.dashpot).find(|d| *d != DashpotLaw::None) {
                 None | Some(DashpotLaw::None) => Dashpot::None,
                 Some(DashpotLaw::Restitution(_)) => Dashpot::Restitution,
                 Some(DashpotLaw::MassScaled(_)) => Dashpot::MassScaled,
             },
-            friction: if frictional { Friction::Coulomb } else { Friction::None },
+            friction: if frictional || rigid { Friction::Coulomb } else { Friction::None },
             rotation: if frictional || spinning { Rotation::Sphere } else { Rotation::None },
             materials: if pairs.windows(2).all(|w| w[0] == w[1]) { Materials::One } else { Materials::Many },
             walls: if assembly.walls.is_empty() { Walls::None } else { Walls::Some },
@@ -113,11 +124,12 @@ impl Model {
     }
 
     /// The slots as (slot, alternative), for people.
-    pub fn slots(&self) -> [(&'static str, &'static str); 9] {
+    pub fn slots(&self) -> [(&'static str, &'static str); 10] {
         [
             ("precision", self.precision.label()),
             ("dimension", self.dimension.label()),
             ("boundary", self.boundary.label()),
+            ("method", self.method.label()),
             ("normal", self.normal.label()),
             ("dashpot", self.dashpot.label()),
             ("friction", self.friction.label()),
@@ -129,7 +141,7 @@ impl Model {
 
     /// The WGSL files every kernel of this model is composed with, relative to `shaders/`.
     pub fn files(&self) -> Vec<&'static str> {
-        vec![
+        let mut files = vec![
             self.precision.file(),
             self.dimension.file(),
             "params.wgsl",
@@ -145,21 +157,30 @@ impl Model {
             self.materials.file(),
             self.walls.file(),
             "contact.wgsl",
-            "leapfrog.wgsl",
-        ]
+            self.method.file(),
+        ];
+        if self.method == Method::DiscreteElements {
+            files.push("leapfrog.wgsl");
+        }
+        files
     }
 
     /// Every combination of slots: what the twin tests walk.
     pub fn all(precision: Precision) -> Vec<Model> {
+        use Method::{ContactDynamics, DiscreteElements};
+        let surfaces = [
+            (DiscreteElements, Friction::None, Rotation::None),
+            (DiscreteElements, Friction::None, Rotation::Sphere),
+            (DiscreteElements, Friction::Coulomb, Rotation::Sphere),
+            (ContactDynamics, Friction::Coulomb, Rotation::None),
+            (ContactDynamics, Friction::Coulomb, Rotation::Sphere),
+        ];
         let mut models = Vec::new();
         for &dimension in Dimension::ALL {
             for &boundary in Boundary::ALL {
-                for &dashpot in Dashpot::ALL {
-                    for (friction, rotation) in [
-                        (Friction::None, Rotation::None),
-                        (Friction::None, Rotation::Sphere),
-                        (Friction::Coulomb, Rotation::Sphere),
-                    ] {
+                for (method, friction, rotation) in surfaces {
+                    let rigid = method == ContactDynamics;
+                    for &dashpot in if rigid { &[Dashpot::None] } else { Dashpot::ALL } {
                         for &materials in Materials::ALL {
                             for (walls, moving_walls) in
                                 [(Walls::None, false), (Walls::Some, false), (Walls::Some, true)]
@@ -168,7 +189,8 @@ impl Model {
                                     precision,
                                     dimension,
                                     boundary,
-                                    normal: Normal::Hooke,
+                                    method,
+                                    normal: if rigid { Normal::Rigid } else { Normal::Hooke },
                                     dashpot,
                                     friction,
                                     rotation,

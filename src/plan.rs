@@ -2,7 +2,7 @@
 
 use crate::{
     kernels::{self, Stage},
-    model::{Friction, Model, Precision, Rotation},
+    model::{Friction, Method, Model, Precision, Rotation},
 };
 use std::fmt;
 
@@ -28,6 +28,8 @@ impl Op {
 /// springs at n - 1. A chunk is `begin`, `sort` and `list` if the lists have served their time, `step` many times, then
 /// `survey`. Nothing in it can go wrong without trace or return: lists that do not fit are not walked and `list` is done
 /// again; a step that spends the margin of the lists halts those that follow.
+///
+/// In contact dynamics a step is `meet`, `relax` as often as `judge` asks for, and `step`; velocities are at n.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// What the device is to tell the host, forgotten.
@@ -36,6 +38,12 @@ pub struct Plan {
     pub sort: Vec<Op>,
     /// Neighbour lists, with the springs of the history.
     pub list: Vec<Op>,
+    /// Contact dynamics: the contacts of a step, with the impulses of the last one.
+    pub meet: Vec<Op>,
+    /// Contact dynamics: a pass over the contacts.
+    pub relax: Vec<Op>,
+    /// Contact dynamics: the residual that the passes have left.
+    pub judge: Vec<Op>,
     pub step: Vec<Op>,
     /// The exchanges of a step alone; for steps that were halted.
     pub turn: Vec<Op>,
@@ -50,7 +58,7 @@ pub struct Plan {
     pub forces: Vec<Op>,
 }
 
-/// The discrete element method.
+/// The discrete element method, section 2.1, or contact dynamics, section 2.2.
 pub fn plan(model: &Model) -> Plan {
     use Op::{Clear, Run};
     use kernels::*;
@@ -74,7 +82,12 @@ pub fn plan(model: &Model) -> Plan {
     list.extend(SCAN_SLOTS.iter().map(Run));
     list.push(Run(&NEIGHBOURS));
 
-    let mut step = vec![Run(&ADVANCE)];
+    let rigid = model.method == Method::ContactDynamics;
+    let mut relax = vec![Run(&RELAX)];
+    relax.extend(turns(model));
+    relax.extend([Run(&STEER), Run(&EXTRAPOLATE)]);
+
+    let mut step = vec![Run(if rigid { &DISPLACE } else { &ADVANCE })];
     if model.moving_walls {
         step.push(Run(&MOVE_WALLS));
     }
@@ -84,11 +97,18 @@ pub fn plan(model: &Model) -> Plan {
     let mut kick = vec![Run(&HALF_KICK)];
     kick.extend(exchange(model).filter(|op| matches!(op, Op::Swap("motion" | "spin", _))));
 
+    if rigid {
+        kick.clear(); // velocities are those of the positions
+    }
+
     let turn = step.iter().filter(|op| matches!(op, Op::Swap(..))).copied().collect();
     Plan {
         begin,
         sort,
         list,
+        meet: if rigid { vec![Run(&MEET), Run(&SET_OUT)] } else { Vec::new() },
+        relax: if rigid { relax } else { Vec::new() },
+        judge: if rigid { vec![Run(&JUDGE), Run(&CONCLUDE)] } else { Vec::new() },
         step,
         turn,
         survey: vec![Run(&SURVEY)],
@@ -110,14 +130,27 @@ fn exchange(model: &Model) -> impl Iterator<Item = Op> + use<> {
     pairs.into_iter().filter(|(present, ..)| *present).map(|(_, now, next)| Op::Swap(now, next))
 }
 
+/// What a pass has written becomes the last, and the last what was before.
+fn turns(model: &Model) -> impl Iterator<Item = Op> + use<> {
+    let pairs = [
+        (true, "spring", "spring_before"),
+        (true, "trial", "trial_before"),
+        (model.rotation == Rotation::Sphere, "trial_spin", "trial_spin_before"),
+    ];
+    pairs.into_iter().filter(|(present, ..)| *present).map(|(_, last, before)| Op::Swap(last, before))
+}
+
 impl Plan {
     /// All sequences with their names, in the order of a run.
-    pub fn parts(&self) -> [(&'static str, &[Op]); 9] {
+    pub fn parts(&self) -> [(&'static str, &[Op]); 12] {
         [
             ("begin", &self.begin),
             ("sort", &self.sort),
             ("list", &self.list),
             ("kick", &self.kick),
+            ("meet", &self.meet),
+            ("relax", &self.relax),
+            ("judge", &self.judge),
             ("step", &self.step),
             ("survey", &self.survey),
             ("sample", &self.sample),

@@ -2,6 +2,7 @@
 //! samples and states.
 
 pub mod profile;
+pub mod rigid;
 
 use crate::{
     engine::{Cpu, Engine, Gpu, gpu},
@@ -12,15 +13,18 @@ use crate::{
         precision::{quantised, quantum, residue_of, split},
         rotation::inverse_inertia,
     },
-    measure::Sample,
+    measure::{Sample, masses},
     memory,
     model::{Model, Precision, Rotation},
     plan::{Plan, plan},
-    scene::{Assembly, Dashpot, Grain, Surface},
-    state::{Array, Counters, Motion, PARTS, Pair, Params, Place, Residue, Sizes, Spin, State, Wall},
+    scene::{Assembly, Dashpot, Grain, Method, RelaxationSolver, Surface},
+    state::{
+        ARRAYS, Array, Counters, Length, Motion, PARTS, Pair, Params, Place, Residue, Sizes, Spin, State, Wall,
+    },
     time_step,
 };
 use glam::{DVec3, UVec3};
+use rigid::Solved;
 
 /// Which engine to run on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -99,6 +103,9 @@ pub struct Simulation {
     spent: bool,
     replayed: u64,
     lost: u64,
+    /// Contact dynamics: passes that a step may take, else 0; and how they have gone.
+    most_passes: u32,
+    solved: Solved,
 }
 
 /// Everything a scene implies before an engine is chosen: the state at time 0, its plan, and the time step's bound.
@@ -154,6 +161,10 @@ fn pair(pair: &crate::scene::Pair) -> Pair {
     }
 }
 
+/// Gaps and overlaps that are none, in radii of the smallest grain: what a step leaves within its tolerance must not cost the
+/// next one passes.
+const GAP_BAND: f64 = 1e-5;
+
 /// Stands for "no bound" in both precisions; infinities are not safe on every device.
 const UNBOUNDED: f64 = 3e38;
 
@@ -176,6 +187,7 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
         margin,
         drift_limit: 0.5 * margin,
         step_limit: 0.5 * margin.min(smallest),
+        gap_band: GAP_BAND * smallest,
         pair: pair(&assembly.pairs[0]),
         cells: UVec3::ONE,
         bodies: grains.len() as u32,
@@ -184,6 +196,11 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
         parts: PARTS as u32,
         ..Params::default()
     };
+    if let Method::ContactDynamics(relaxation) = assembly.solver.method {
+        p.tolerance = relaxation.tolerance;
+        p.momentum = if relaxation.solver == RelaxationSolver::Jacobi { 0.0 } else { 1.0 };
+        p.correction = relaxation.max_correction_velocity.unwrap_or(1e-3 * mean_radius / dt);
+    }
     let reach = landmarks(assembly).map(|x| x.abs().max_element()).fold(0.0, f64::max);
     p.quantum = quantum(reach + largest);
     p.inverse_quantum = 1.0 / p.quantum;
@@ -359,9 +376,8 @@ fn with_room(needed: u32) -> usize {
 }
 
 fn resize_lists(engine: &mut dyn Engine, state: &State, len: usize) -> Result<usize> {
-    engine.resize("neighbour", len)?;
-    if !state.spring.is_empty() {
-        engine.resize("spring", len)?;
+    for array in ARRAYS.iter().filter(|a| a.length == Length::Slots && (a.needed)(&state.model)) {
+        engine.resize(array.name, len)?;
     }
     Ok(len)
 }
@@ -393,6 +409,10 @@ impl Simulation {
         let (Setup { state, plan, dt_bound }, engine, notice) = build(&assembly, &options)?;
         let speed = assembly.grains.iter().map(|g| g.velocity.length()).fold(0.0, f64::max);
         let slots = state.sizes.slots;
+        let most_passes = match assembly.solver.method {
+            Method::DiscreteElements => 0,
+            Method::ContactDynamics(relaxation) => relaxation.max_iterations,
+        };
         let mut simulation = Simulation {
             wall_pace: wall_pace(&assembly, &state.params)?,
             // Nothing is known yet of what forces will do to the speeds.
@@ -417,6 +437,8 @@ impl Simulation {
             spent: false,
             replayed: 0,
             lost: 0,
+            most_passes,
+            solved: Solved::default(),
         };
         simulation.start()?;
         Ok(simulation)
@@ -488,16 +510,21 @@ impl Simulation {
             self.lost += u64::from(self.springs.saturating_sub(counters.inherited)) + u64::from(counters.missed);
             (self.life, self.age) = (self.planned, 0);
         }
+        self.note_drift(&counters);
+        self.life = if self.spent { 0 } else { self.life - counters.done };
+        self.replayed += u64::from(counters.done < steps);
+        Ok(counters)
+    }
+
+    /// What the survey has found.
+    fn note_drift(&mut self, counters: &Counters) {
         self.springs = counters.springs;
         self.age += counters.done;
         let drift = f64::from(f32::from_bits(counters.drift));
         self.spent = !(drift <= 1.0);
         if self.age > 0 {
-            self.pace = drift * params.drift_limit / f64::from(self.age);
+            self.pace = drift * self.state.params.drift_limit / f64::from(self.age);
         }
-        self.life = if self.spent { 0 } else { self.life - counters.done };
-        self.replayed += u64::from(counters.done < steps);
-        Ok(counters)
     }
 
     /// Advance by this many steps, in chunks.
@@ -518,6 +545,9 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::advance`].
     pub fn advance_chunk(&mut self, steps: u64) -> Result<u64> {
+        if self.most_passes > 0 {
+            return self.advance_rigid().map(|()| 1);
+        }
         if self.life == 0 {
             self.set_margin();
         }
@@ -586,7 +616,17 @@ impl Simulation {
         self.engine.execute(&self.params(), &[(&self.plan.sample, 1)])?;
         self.engine.read(&["part"], &mut self.state)?;
         let free = self.assembly.grains.iter().filter(|g| !g.fixed).count();
-        Ok(Sample::new(self.step, self.time(), free, &self.state.part))
+        let sample = Sample::new(self.step, self.time(), free, &self.state.part);
+        let Some(solved) = self.solved().copied() else { return Ok(sample) };
+        let p = &self.state.params;
+        let mass: f64 = masses(&self.assembly).iter().zip(&self.assembly.grains).filter(|(_, g)| !g.fixed).map(|(m, _)| m).sum();
+        Ok(Sample {
+            iterations: Some(solved.last_iterations),
+            residual: Some(solved.last_residual),
+            coulomb_excess: Some(solved.last_excess),
+            step_energy: 0.5 * mass * (p.gravity.length() * p.dt).powi(2),
+            ..sample
+        })
     }
 
     /// All grains now, in input order, with velocities and spins brought to the time of the positions.

@@ -3,7 +3,7 @@
 //! The CPU engine works on this struct; the GPU engine keeps buffers of the same names, whose layout it reads from the
 //! WGSL text, so that no struct is described twice. On the CPU a plane is space with z = 0.
 
-use crate::model::{Friction, Materials, Model, Precision, Rotation, Walls};
+use crate::model::{Friction, Materials, Method, Model, Precision, Rotation, Walls};
 use glam::{DVec3, UVec3};
 use std::any::Any;
 
@@ -13,6 +13,8 @@ pub const INDEX: u32 = u32::MAX >> 1;
 pub const SPRUNG: u32 = !INDEX;
 /// Values per tile of the prefix sum: `TILE` of `scan_*.wgsl`.
 pub const TILE: usize = 256;
+/// Grains of a workgroup: `GROUP` of `method/cd.wgsl`.
+pub const GROUP: usize = 64;
 /// Rows of the measurement.
 pub const PARTS: usize = 4096;
 
@@ -166,6 +168,41 @@ record!(
     }
 );
 record!(
+    /// A contact of a step of contact dynamics (this and the next three: `shaders/method/cd.wgsl`).
+    Meeting { n: DVec3, closing: f64 }
+);
+record!(
+    /// What an impulse does to the two.
+    Lever { own: f64, other: f64, normal: f64, tangential: f64 }
+);
+record!(
+    /// The state of a step's relaxation.
+    Relaxation {
+        scale: f64,
+        stretch: f64,
+        theta: f64,
+        beta: f64,
+        estimate: f64,
+        best: f64,
+        residual: f64,
+        excess: f64,
+        passes: u32,
+        done: u32,
+    }
+);
+record!(
+    /// Sums of a group of grains.
+    Effort {
+        reference: f64,
+        residual: f64,
+        turn: f64,
+        work: f64,
+        way: f64,
+        pressing: f64,
+        excess: f64,
+    }
+);
+record!(
     /// What every kernel may know.
     Params {
         gravity: DVec3,
@@ -187,6 +224,10 @@ record!(
         inverse_split: f64,
         step_limit: f64,
         drift_limit: f64,
+        tolerance: f64,
+        momentum: f64,
+        correction: f64,
+        gap_band: f64,
         pair: Pair,
         axes: UVec3,
         cells: UVec3,
@@ -280,6 +321,8 @@ pub enum Length {
     Slots,
     History,
     Parts,
+    /// Groups of [`GROUP`] grains.
+    Groups,
     /// Nothing, until somebody asks for what it holds.
     OnDemand,
 }
@@ -310,6 +353,7 @@ impl Sizes {
             Length::Slots => self.slots,
             Length::History => self.history,
             Length::Parts => PARTS,
+            Length::Groups => self.bodies.div_ceil(GROUP),
             Length::OnDemand => 0,
         };
         len.max(1)
@@ -396,6 +440,12 @@ fn rotating(m: &Model) -> bool {
 fn mixed(m: &Model) -> bool {
     m.materials == Materials::Many
 }
+fn rigid(m: &Model) -> bool {
+    m.method == Method::ContactDynamics
+}
+fn rigid_rotating(m: &Model) -> bool {
+    rigid(m) && rotating(m)
+}
 fn walled(m: &Model) -> bool {
     m.walls == Walls::Some
 }
@@ -421,10 +471,21 @@ state! {
     tile: u32, Tiles, "sums of the prefix sum", always;
     slot_start: u32, BodiesPlusOne, "index into neighbour", always;
     neighbour: u32, Slots, "index and flag; wall w is bodies + w", always;
-    spring: Packed, Slots, "N", frictional;
+    spring: Packed, Slots, "N, contact dynamics N s", frictional;
     history_start: u32, BodiesPlusOne, "index into history_other", frictional;
     history_other: u32, History, "index before the sort", frictional;
-    history_spring: Packed, History, "N", frictional;
+    history_spring: Packed, History, "as spring", frictional;
+    meeting: Meeting, Slots, "1, m/s", rigid;
+    lever: Lever, Slots, "m, m, 1/kg, 1/kg", rigid;
+    spring_before: Packed, Slots, "N s", rigid;
+    trial: Motion, Bodies, "m/s, 1/kg, after the last pass", rigid;
+    trial_before: Motion, Bodies, "m/s, 1/kg, after the pass before", rigid;
+    ahead: Motion, Bodies, "m/s, 1/kg, carried ahead by momentum", rigid;
+    trial_spin: Spin, Bodies, "rad/s", rigid_rotating;
+    trial_spin_before: Spin, Bodies, "rad/s", rigid_rotating;
+    ahead_spin: Spin, Bodies, "rad/s", rigid_rotating;
+    effort: Effort, Groups, "(m/s)², J, N s", rigid;
+    relaxation: Relaxation, One, "see method/cd.wgsl", rigid;
     halt: u32, One, "1: no more steps", always;
     halt_next: u32, One, "1: no more steps", always;
     counters: Counters, One, "see params.wgsl", always;
@@ -446,8 +507,13 @@ impl Array {
         ARRAYS.iter().find(|a| a.name == name).unwrap_or_else(|| panic!("no array is called `{name}`"))
     }
 
-    /// The array whose WGSL declaration gives this one its layout: what comes next is laid out like what is.
+    /// The array whose WGSL declaration gives this one its layout: what comes next, or was before, is laid out like what is.
     pub fn original(&self) -> &'static str {
-        self.name.strip_suffix("_next").unwrap_or(self.name)
+        original(self.name)
     }
+}
+
+/// [`Array::original`] by name.
+pub fn original(name: &str) -> &str {
+    name.strip_suffix("_next").or_else(|| name.strip_suffix("_before")).unwrap_or(name)
 }

@@ -4,8 +4,9 @@ use crate::{
     error::{Error, Result},
     laws::{dashpot::damping_ratio, dimension::inverse_gyration},
     model::Dimension,
-    scene::{Assembly, Dashpot, Grain, Pair, TimeStep},
+    scene::{Assembly, Dashpot, Grain, Method, Pair, Surface, TimeStep},
 };
+use glam::DVec3;
 use std::f64::consts::PI;
 
 /// How many grains of the smallest size can touch a grain at once, and how much of the stiffness of that many contacts
@@ -122,6 +123,34 @@ fn free_flight(assembly: &Assembly, time: f64) -> f64 {
     0.25 * assembly.solver.margin * radius / (fastest + assembly.gravity.length() * time)
 }
 
+/// The step of rigid grains, which nothing bounds but what is seen of them: the smallest grain takes 20 steps to fall by its
+/// diameter, and none goes further than a quarter of what it may, even after falling from the top of the scene to its bottom.
+///
+/// # Errors
+/// [`Error::Scene`] if nothing moves.
+fn rigid_step(assembly: &Assembly) -> Result<f64> {
+    let grains = &assembly.grains;
+    let g = assembly.gravity.length();
+    let smallest = grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
+    let mean = grains.iter().map(|grain| grain.radius).sum::<f64>() / grains.len() as f64;
+    let height = |x: DVec3| if g == 0.0 { 0.0 } else { -x.dot(assembly.gravity) / g };
+    let floors = assembly.walls.iter().filter_map(|wall| match wall.surface {
+        Surface::Plane { point, normal } if height(normal) > 0.0 => Some(height(point)),
+        _ => None,
+    });
+    let bottom = grains.iter().map(|grain| height(grain.position)).chain(floors).fold(f64::INFINITY, f64::min);
+    let top = grains.iter().map(|grain| height(grain.position)).fold(f64::NEG_INFINITY, f64::max);
+    let moving = grains.iter().map(|grain| grain.velocity).chain(assembly.walls.iter().map(|wall| wall.velocity));
+    let fastest = moving.map(DVec3::length).fold(0.0, f64::max) + (2.0 * g * (top - bottom)).sqrt();
+    let fall = (4.0 * smallest / g).sqrt() / 20.0;
+    let stride = 0.25 * 0.5 * smallest.min(assembly.solver.margin * mean) / fastest;
+    let dt = fall.min(stride);
+    if dt.is_finite() {
+        return Ok(dt);
+    }
+    Err(Error::Scene("solver.dt = \"auto\": nothing in this scene moves or falls; give solver.dt".to_owned()))
+}
+
 /// Steps that `"auto"` gives the shortest collision at least: a stable step is not yet an accurate one.
 const STEPS_PER_CONTACT: f64 = 50.0;
 
@@ -132,6 +161,7 @@ const STEPS_PER_CONTACT: f64 = 50.0;
 pub fn choose(assembly: &Assembly) -> Result<(f64, f64)> {
     let bound = bound(assembly);
     match assembly.solver.dt {
+        TimeStep::Auto { .. } if assembly.solver.method != Method::DiscreteElements => Ok((rigid_step(assembly)?, bound)),
         TimeStep::Auto { fraction } if bound.is_finite() => {
             Ok(((fraction * bound).min(shortest_contact(assembly) / STEPS_PER_CONTACT), bound))
         }

@@ -16,6 +16,11 @@ fn spring_of(slot: u32, entry: u32) -> Vec {
     return unpacked(spring[slot]);
 }
 
+/// The same, flagged or not.
+fn kept_spring(slot: u32) -> Vec {
+    return unpacked(spring[slot]);
+}
+
 /// The contact in this slot has this spring now.
 fn keep_spring(slot: u32, f: Vec) {
     spring[slot] = packed(f);

@@ -5,6 +5,10 @@ fn spring_of(slot: u32, entry: u32) -> Vec {
     return Vec();
 }
 
+fn kept_spring(slot: u32) -> Vec {
+    return Vec();
+}
+
 fn keep_spring(slot: u32, f: Vec) {}
 
 fn flag(slot: u32, entry: u32, closed: bool) {}

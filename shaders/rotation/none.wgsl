@@ -28,3 +28,25 @@ fn spin_at_step(here: Body, torque: Spin) -> Spin {
 fn spin_energy(here: Body, w: Spin) -> Real {
     return 0;
 }
+
+fn inverse_inertia(place: Place, inverse_mass: Real) -> Real {
+    return 0;
+}
+
+fn ahead_spin_of(i: u32) -> Spin {
+    return Spin();
+}
+
+fn keep_ahead_spin(i: u32, value: Spin) {}
+
+fn trial_spin_of(i: u32) -> Spin {
+    return Spin();
+}
+
+fn keep_trial_spin(i: u32, value: Spin) {}
+
+fn trial_spin_before_of(i: u32) -> Spin {
+    return Spin();
+}
+
+fn keep_trial_spin_before(i: u32, value: Spin) {}

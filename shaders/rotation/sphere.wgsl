@@ -6,6 +6,10 @@ var<storage, read> spin: array<Spin>;            // N, rad/s, at the half step n
 var<storage, read_write> spin_next: array<Spin>; // N, rad/s
 var<storage, read_write> torque: array<Spin>;    // N, N m, at step n; only where forces are asked for
 
+var<storage, read_write> ahead_spin: array<Spin>;        // N, rad/s; contact dynamics: what a pass starts from
+var<storage, read_write> trial_spin: array<Spin>;        // N, rad/s: after the last pass
+var<storage, read_write> trial_spin_before: array<Spin>; // N, rad/s: after the pass before
+
 /// 1/J.
 fn inverse_inertia(place: Place, inverse_mass: Real) -> Real {
     return Real(INVERSE_GYRATION) * inverse_mass / (place.radius * place.radius);
@@ -63,4 +67,28 @@ fn spin_energy(here: Body, w: Spin) -> Real {
         return 0;
     }
     return 0.5 * spin_squared(w) / inverse_inertia(here.place, here.motion.inverse_mass);
+}
+
+fn ahead_spin_of(i: u32) -> Spin {
+    return ahead_spin[i];
+}
+
+fn keep_ahead_spin(i: u32, value: Spin) {
+    ahead_spin[i] = value;
+}
+
+fn trial_spin_of(i: u32) -> Spin {
+    return trial_spin[i];
+}
+
+fn keep_trial_spin(i: u32, value: Spin) {
+    trial_spin[i] = value;
+}
+
+fn trial_spin_before_of(i: u32) -> Spin {
+    return trial_spin_before[i];
+}
+
+fn keep_trial_spin_before(i: u32, value: Spin) {
+    trial_spin_before[i] = value;
 }

@@ -9,7 +9,7 @@ use crate::{
     model::Model,
     plan::{Op, Plan},
     shaders,
-    state::{ARRAYS, Array, Column, Counters, Element, Params, Sizes, State},
+    state::{ARRAYS, Array, Column, Counters, Element, Params, Sizes, State, original},
 };
 use std::{
     collections::{HashMap, HashSet},
@@ -81,8 +81,7 @@ fn imageable(plan: &Plan, programs: &[(&'static Stage, Program)]) -> HashSet<&'s
     let bindings = || programs.iter().flat_map(|(stage, p)| p.bindings.iter().map(|b| (stage.array(&b.name), b)));
     let cleared =
         |name: &str| plan.parts().iter().any(|(_, ops)| ops.iter().any(|op| matches!(op, Op::Clear(a) if *a == name)));
-    let of =
-        |a: &'static Array| bindings().filter(|(name, _)| name.strip_suffix("_next").unwrap_or(name) == a.original());
+    let of = |a: &'static Array| bindings().filter(|(name, _)| original(name) == a.original());
     let possible =
         |a: &&'static Array| !cleared(a.name) && of(a).count() > 0 && of(a).all(|(_, b)| images::possible(b));
     ARRAYS.iter().filter(possible).map(|a| a.name).collect()

@@ -212,7 +212,7 @@ fn pushed_by_walls(
         }
         let w = (entry & INDEX) as usize - s.sizes.bodies;
         let contact = wall_contact(s, i, here, w, spring_of(entry, block.spring.get(slot)));
-        let closed = contact.gap < 0.0;
+        let closed = contact.closed;
         if closed {
             block.keep_spring(slot, contact.spring);
             sum.add(&contact);

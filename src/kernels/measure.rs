@@ -2,12 +2,11 @@
 
 use crate::{
     laws::{
-        contact::{Body, Gathered, body, closed_contacts, contact_of},
+        contact::{Body, Gathered, body, closed_contacts, contact_of, motion_now},
         friction::{spring_energy, spring_of},
-        leapfrog::at_step,
         materials::pair_of,
-        normal::{normal_energy, normal_force},
-        rotation::{spin_at_step, spin_energy},
+        normal::normal_energy,
+        rotation::spin_energy,
     },
     state::{INDEX, NONE, PARTS, Part, SPRUNG, State},
 };
@@ -36,19 +35,17 @@ fn add_body(s: &State, i: usize, sum: &mut Part) {
         let single = is_single(s, j);
         let share = share(single);
         let pair = pair_of(s, i, j);
-        let normal = normal_force(&pair, contact.gap);
         gathered.add(&contact);
         drag += contact.damping;
         sum.elastic += share * (normal_energy(&pair, contact.gap) + spring_energy(contact.spring, &pair));
-        sum.contact_force += share * (normal * normal + contact.spring.length_squared()).sqrt();
+        sum.contact_force += share * (contact.force - contact.damping).length();
         sum.dissipation += share * contact.dissipation;
         sum.overlap = sum.overlap.max(-contact.gap / smaller);
         sum.sides += 1;
         sum.single_sides += u32::from(single);
     }
     sum.dissipation += forgotten(s, i, &here) / p.dt;
-    let v = at_step(s, &here.motion, gathered.force);
-    let w = spin_at_step(s, &here, gathered.torque);
+    let (v, w) = motion_now(s, &here, &gathered);
     let kinetic = 0.5 * v.length_squared() / inverse_mass + spin_energy(s, &here, w);
     let total = gathered.force + p.gravity / inverse_mass;
     sum.kinetic += kinetic;
@@ -75,7 +72,7 @@ fn forgotten(s: &State, i: usize, here: &Body) -> f64 {
     let energy = |(slot, entry): (usize, u32)| {
         let j = (entry & INDEX) as usize;
         let old = spring_of(entry, s.spring.get(slot));
-        let open = !(contact_of(s, i, here, j, old).gap < 0.0);
+        let open = !contact_of(s, i, here, j, old).closed;
         if open { share(is_single(s, j)) * spring_energy(old, &pair_of(s, i, j)) } else { 0.0 }
     };
     sprung.map(energy).sum()

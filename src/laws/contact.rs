@@ -1,4 +1,4 @@
-//! Twin of `shaders/contact.wgsl` and `shaders/bodies.wgsl`: one contact, seen from one of its two sides.
+//! Twin of `shaders/contact.wgsl`, `shaders/method/dem.wgsl` and `shaders/bodies.wgsl`: one contact, seen from one of its two sides.
 
 use super::{
     Touch,
@@ -6,15 +6,17 @@ use super::{
     dashpot::dashpot_force,
     dimension::moment,
     friction::{slid_spring, sliding_power, spring_of, stretched_spring},
+    leapfrog::at_step,
     materials::pair_of,
     normal::normal_force,
     precision::residue_of,
-    rotation::{spin_of, surface_velocity},
+    rigid,
+    rotation::{spin_at_step, spin_of, surface_velocity},
     touch::{apart, touch_grain, unit_or, within},
     walls::{touch_wall, wall_normal_before, wall_velocity},
 };
 use crate::{
-    model::{Dashpot, Friction},
+    model::{Dashpot, Friction, Method},
     state::{INDEX, Motion, NONE, Pair, Place, Residue, State},
 };
 use glam::DVec3;
@@ -38,8 +40,10 @@ pub fn body(s: &State, i: usize) -> Body {
 /// What acts on one side of a contact.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Contact {
-    /// m; >= 0: no contact, and nothing below means anything.
+    /// m
     pub gap: f64,
+    /// If not, nothing below means anything.
+    pub closed: bool,
     /// N, on the grain of interest.
     pub force: DVec3,
     /// m, from its centre to the contact point.
@@ -159,7 +163,8 @@ pub fn grain_contact(law: Law, m: &Meeting) -> Contact {
     let v_rel = m.v + (surface_velocity(m.spin, arm) - surface_velocity(m.spin_to, arm_to));
     let n_before = unit_or(m.way + law.since * m.v, n);
     let p = push(law, &m.pair, gap, n, n_before, v_rel, m.inverse_mass, m.old);
-    Contact { gap, force: p.force, arm, spring: p.spring, damping: p.damping, dissipation: p.dissipation }
+    let closed = gap < 0.0;
+    Contact { gap, closed, force: p.force, arm, spring: p.spring, damping: p.damping, dissipation: p.dissipation }
 }
 
 /// The contact of grain i with wall w, whose spring was `old`.
@@ -175,13 +180,15 @@ pub fn wall_contact(s: &State, i: usize, here: &Body, w: usize, old: DVec3) -> C
     let n_before = wall_normal_before(s, wall, here.place.x - s.params.since * here.motion.v);
     let pair = pair_of(s, i, s.sizes.bodies + w);
     let p = push(Law::of(s), &pair, gap, n, n_before, v_rel, here.motion.inverse_mass, old);
-    Contact { gap, force: p.force, arm, spring: p.spring, damping: p.damping, dissipation: p.dissipation }
+    let closed = gap < 0.0;
+    Contact { gap, closed, force: p.force, arm, spring: p.spring, damping: p.damping, dissipation: p.dissipation }
 }
 
 /// The contact of grain i with neighbour j, whose spring was `old`.
 #[inline(always)]
 pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, old: DVec3) -> Contact {
     match j.checked_sub(s.sizes.bodies) {
+        _ if s.model.method == Method::ContactDynamics => rigid::contact(s, i, here, j, old),
         None => grain_contact(Law::of(s), &meeting(s, i, here, j, old)),
         Some(w) => wall_contact(s, i, here, w, old),
     }
@@ -209,7 +216,7 @@ pub fn closed_contacts<'a>(s: &'a State, i: usize, here: &'a Body) -> impl Itera
     let nearby = entries.filter(|&(_, _, j)| near(s, &here.place, j));
     let contacts =
         nearby.map(move |(slot, entry, j)| (j, contact_of(s, i, here, j, spring_of(entry, s.spring.get(slot)))));
-    contacts.filter(|(_, contact)| contact.gap < 0.0)
+    contacts.filter(|(_, contact)| contact.closed)
 }
 
 /// All contacts of grain i.
@@ -217,4 +224,12 @@ pub fn contacts_of(s: &State, i: usize, here: &Body) -> Gathered {
     let mut sum = Gathered::default();
     closed_contacts(s, i, here).for_each(|(_, contact)| sum.add(&contact));
     sum
+}
+
+/// Velocity of a grain at the time of its position, m/s, and its spin then, rad/s.
+pub fn motion_now(s: &State, here: &Body, sum: &Gathered) -> (DVec3, DVec3) {
+    match s.model.method {
+        Method::DiscreteElements => (at_step(s, &here.motion, sum.force), spin_at_step(s, here, sum.torque)),
+        Method::ContactDynamics => (here.motion.v, here.spin),
+    }
 }

@@ -16,6 +16,12 @@ pub fn spring_of(entry: u32, spring: Option<&Packed>) -> DVec3 {
     }
 }
 
+/// The same, flagged or not.
+#[inline(always)]
+pub fn kept_spring(spring: &Packed) -> DVec3 {
+    spring.0
+}
+
 /// The contact in this slot has this spring now.
 #[inline(always)]
 pub fn keep_spring(spring: &mut Packed, f: DVec3) {

@@ -10,9 +10,12 @@ use crate::{
 };
 use glam::DVec3;
 
-/// 1/J, 1/(kg m²).
+/// 1/J, 1/(kg m²); zero where nothing turns.
 #[inline(always)]
 pub fn inverse_inertia(s: &State, place: &Place, inverse_mass: f64) -> f64 {
+    if s.model.rotation == Rotation::None {
+        return 0.0;
+    }
     inverse_gyration(s.model.dimension) * inverse_mass / (place.radius * place.radius)
 }
 

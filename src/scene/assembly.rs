@@ -130,9 +130,40 @@ pub enum TimeStep {
     Fixed(f64),
 }
 
-/// Numbers of the discrete element method.
+/// How contacts act.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// Springs and dashpots.
+    DiscreteElements,
+    /// Rigid grains, restitution 0.
+    ContactDynamics(Relaxation),
+}
+
+/// How contact dynamics finds the impulses of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Relaxation {
+    pub solver: RelaxationSolver,
+    /// Relative residual of the natural map at which a step is solved.
+    pub tolerance: f64,
+    /// Passes after which a step goes on unsolved, which is counted.
+    pub max_iterations: u32,
+    /// At most this fast an overlap opens, m/s. None: a thousandth of the mean radius per step.
+    pub max_correction_velocity: Option<f64>,
+}
+
+/// What a pass over the contacts does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RelaxationSolver {
+    /// All contacts from the same iterate.
+    Jacobi,
+    /// The same with momentum.
+    JacobiAccelerated,
+}
+
+/// Numbers of the method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solver {
+    pub method: Method,
     pub dt: TimeStep,
     /// Accept a time step above the bound.
     pub allow_unstable: bool,

@@ -9,6 +9,8 @@ use crate::{Error, Result};
 pub struct Check<'a> {
     pub origin: &'a Origin,
     pub dimension: usize,
+    /// Whether grains are rigid, so that nobody asks for stiffness.
+    pub rigid: bool,
     /// Names of the materials, sorted.
     pub materials: Vec<&'a str>,
     /// Their densities, kg/m³.

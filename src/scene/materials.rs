@@ -1,7 +1,7 @@
 //! Materials and the contact parameters of their pairs.
 
 use super::check::Check;
-use super::schema::{File, Material, Pair as Override};
+use super::schema::{File, Material, Method, Pair as Override};
 use super::{Dashpot, Pair};
 use crate::Result;
 
@@ -19,6 +19,11 @@ pub fn pairs(file: &File, check: &Check) -> Result<Vec<Pair>> {
         }
     }
     one_kind(&mut pairs, check)?;
+    if file.solver.method == Method::Cd {
+        // Rigid grains have no springs, and no rebound.
+        let rigid = |pair: &mut Pair| (pair.normal_stiffness, pair.tangential_stiffness, pair.dashpot) = (0.0, 0.0, Dashpot::None);
+        pairs.iter_mut().for_each(rigid);
+    }
     Ok(pairs)
 }
 
@@ -37,7 +42,14 @@ fn material_pair(name: &str, material: &Material, check: &Check) -> Result<Pair>
     check_name(name, check)?;
     let key = |field: &str| format!("material.{name}.{field}");
     check.positive(&key("density"), material.density, " of kg/m³")?;
-    let normal_stiffness = material.normal_stiffness;
+    let normal_stiffness = match (material.normal_stiffness, check.rigid) {
+        (Some(stiffness), _) => stiffness,
+        (None, true) => 1.0, // forgotten below
+        (None, false) => {
+            let message = "missing key `normal_stiffness`, which method = \"dem\" needs";
+            return Err(check.origin.wrong(&format!("material.{name}"), message));
+        }
+    };
     check.positive(&key("normal_stiffness"), normal_stiffness, " of N/m")?;
     let tangential_stiffness = material.tangential_stiffness.unwrap_or(2.0 / 7.0 * normal_stiffness);
     Ok(Pair {

@@ -65,7 +65,7 @@ pub enum Face {
 #[serde(deny_unknown_fields)]
 pub struct Material {
     pub density: f64,
-    pub normal_stiffness: f64,
+    pub normal_stiffness: Option<f64>,
     pub tangential_stiffness: Option<f64>,
     #[serde(default)]
     pub friction: f64,
@@ -199,7 +199,11 @@ pub struct Solver {
     pub allow_unstable: bool,
     pub allow_overlap: bool,
     pub damping: f64,
-    pub margin: f64,
+    pub margin: Option<f64>,
+    pub relaxation: Option<Relaxation>,
+    pub tolerance: Option<f64>,
+    pub max_iterations: Option<u32>,
+    pub max_correction_velocity: Option<f64>,
 }
 
 impl Default for Solver {
@@ -211,7 +215,11 @@ impl Default for Solver {
             allow_unstable: false,
             allow_overlap: false,
             damping: 0.0,
-            margin: 0.2,
+            margin: None,
+            relaxation: None,
+            tolerance: None,
+            max_iterations: None,
+            max_correction_velocity: None,
         }
     }
 }
@@ -220,6 +228,14 @@ impl Default for Solver {
 #[serde(rename_all = "lowercase")]
 pub enum Method {
     Dem,
+    Cd,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(rename_all = "kebab-case")]
+pub enum Relaxation {
+    Jacobi,
+    JacobiAccelerated,
 }
 
 #[derive(Clone, Debug, Deserialize)]

@@ -8,7 +8,10 @@ use super::neighbours::Neighbours;
 use super::populate::{Site, populate};
 use super::schema::{self, Boundary, Face, File, Format, Spin};
 use super::walls::{distance, walls};
-use super::{Assembly, Domain, Grain, Material, Origin, Output, Solver, Stop, TimeStep, Wall, materials};
+use super::{
+    Assembly, Domain, Grain, Material, Method, Origin, Output, Relaxation, RelaxationSolver, Solver, Stop, TimeStep, Wall,
+    materials,
+};
 use crate::Result;
 
 /// Overlap that a start may have, in radii of the smaller grain.
@@ -23,6 +26,7 @@ pub fn assemble(file: &File, origin: &Origin) -> Result<Assembly> {
     let check = &Check {
         origin,
         dimension,
+        rigid: file.solver.method == schema::Method::Cd,
         materials: file.material.keys().map(String::as_str).collect(),
         densities: file.material.values().map(|material| material.density).collect(),
     };
@@ -81,7 +85,7 @@ fn domain(domain: Option<&schema::Domain>, check: &Check) -> Result<Domain> {
 }
 
 fn solver(solver: &schema::Solver, check: &Check) -> Result<Solver> {
-    let schema::Method::Dem = solver.method;
+    let method = method(solver, check)?;
     let fraction = check.fraction("solver.dt_fraction", solver.dt_fraction)?;
     let dt = match &solver.dt {
         schema::TimeStep::Seconds(dt) => TimeStep::Fixed(check.positive("solver.dt", *dt, " of s, or \"auto\"")?),
@@ -91,13 +95,47 @@ fn solver(solver: &schema::Solver, check: &Check) -> Result<Solver> {
             return Err(check.origin.bad("solver.dt", format!("\"{word}\""), rule));
         }
     };
+    // Rigid grains take long steps, in which they go far.
+    let margin = solver.margin.unwrap_or(if solver.method == schema::Method::Dem { 0.2 } else { 1.0 });
     Ok(Solver {
+        method,
         dt,
         allow_unstable: solver.allow_unstable,
         allow_overlap: solver.allow_overlap,
         damping: check.not_negative("solver.damping", solver.damping, " of 1/s")?,
-        margin: check.within("solver.margin", solver.margin, 1e-3, 10.0, " mean radii")?,
+        margin: check.within("solver.margin", margin, 1e-3, 10.0, " mean radii")?,
     })
+}
+
+/// The method, with the numbers of its own.
+fn method(solver: &schema::Solver, check: &Check) -> Result<Method> {
+    let own = [
+        ("relaxation", solver.relaxation.is_some()),
+        ("tolerance", solver.tolerance.is_some()),
+        ("max_iterations", solver.max_iterations.is_some()),
+        ("max_correction_velocity", solver.max_correction_velocity.is_some()),
+    ];
+    if solver.method == schema::Method::Dem {
+        return match own.iter().find(|(_, given)| *given) {
+            Some((key, _)) => Err(check.origin.wrong(&format!("solver.{key}"), "is for method = \"cd\" only")),
+            None => Ok(Method::DiscreteElements),
+        };
+    }
+    if solver.max_iterations == Some(0) {
+        return Err(check.origin.bad("solver.max_iterations", 0, "must be at least 1"));
+    }
+    let correction = solver.max_correction_velocity;
+    Ok(Method::ContactDynamics(Relaxation {
+        solver: match solver.relaxation.unwrap_or(schema::Relaxation::JacobiAccelerated) {
+            schema::Relaxation::Jacobi => RelaxationSolver::Jacobi,
+            schema::Relaxation::JacobiAccelerated => RelaxationSolver::JacobiAccelerated,
+        },
+        tolerance: check.positive("solver.tolerance", solver.tolerance.unwrap_or(1e-3), "")?,
+        max_iterations: solver.max_iterations.unwrap_or(1000),
+        max_correction_velocity: correction
+            .map(|v| check.not_negative("solver.max_correction_velocity", v, " of m/s"))
+            .transpose()?,
+    }))
 }
 
 fn stop(stop: &schema::Stop, check: &Check) -> Result<Stop> {

@@ -1,0 +1,39 @@
+// twin: src/kernels/displace.rs
+// Contact dynamics 8: the end of a step, positions n to n + 1 with the velocities n + 1.
+var<storage, read_write> trial: array<Motion>;       // N, m/s, 1/kg
+var<storage, read_write> place_next: array<Place>;   // N
+var<storage, read_write> motion_next: array<Motion>; // N
+var<storage, read_write> travel: array<Real>;        // N, m: way since the lists were made
+
+@compute @workgroup_size(WG)
+fn displace(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let i = linear(id, groups);
+    if (i >= params.bodies) {
+        return;
+    }
+    if (i == 0u) {
+        atomicAdd(&counters.done, 1u);
+    }
+    let end = slot_start[i + 1u];
+    for (var slot = slot_start[i]; slot < end; slot++) {
+        let entry = neighbour[slot];
+        if (entry == NONE) {
+            break;
+        }
+        let impulse = kept_spring(slot);
+        flag(slot, entry, dot(impulse, impulse) > 0);
+    }
+    let here = place[i];
+    let residue = residue_of(i);
+    let v = trial[i].v;
+    let point = wrapped(moved(here.x, residue.x, params.dt * v));
+    place_next[i] = Place(point.x, here.radius);
+    keep_residue(i, Residue(point.residue, residue.radius));
+    motion_next[i] = Motion(v, motion[i].inverse_mass);
+    keep_spin(i, trial_spin_of(i));
+    let stride = params.dt * sqrt(dot(v, v));
+    travel[i] += stride;
+    if (outside(point.x, params.lower, params.upper) || !(stride <= params.step_limit)) {
+        atomicMax(&counters.bad_body, params.bodies - number[i]);
+    }
+}

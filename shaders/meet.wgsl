@@ -1,0 +1,73 @@
+// twin: src/kernels/meet.rs
+// Contact dynamics 1: the contacts of a step, and the velocities that the impulses of the last step would give it.
+var<storage, read_write> trial: array<Motion>;        // N, m/s, 1/kg: after the last pass
+var<storage, read_write> trial_before: array<Motion>; // N: after the pass before
+
+/// Contacts of grain i; its free velocity, squared, is what residuals are relative to.
+fn met(i: u32) -> Effort {
+    let here = body(i);
+    let free = freed(here.motion);
+    let inertia = inverse_inertia(here.place, free.inverse_mass);
+    var impulse = Vec();
+    var twist = Spin();
+    let end = slot_start[i + 1u];
+    for (var slot = slot_start[i]; slot < end; slot++) {
+        let entry = neighbour[slot];
+        if (entry == NONE) {
+            break;
+        }
+        let j = entry & INDEX;
+        var touch = Touch();
+        var l = Lever();
+        if (j < params.bodies) {
+            touch = meet_grain(i, here, j);
+            l.other = place[j].radius + 0.5 * touch.gap;
+            let mass_to = freed(motion[j]).inverse_mass;
+            l.normal = free.inverse_mass + mass_to;
+            l.tangential = l.other * l.other * inverse_inertia(place[j], mass_to);
+        } else {
+            touch = touch_wall(j - params.bodies, here.place, here.residue);
+            l.normal = free.inverse_mass;
+            if (touch.gap < -here.place.radius) {
+                atomicMax(&counters.bad_body, params.bodies - number[i]);
+            }
+        }
+        l.own = here.place.radius + 0.5 * touch.gap;
+        l.tangential = l.normal + (l.tangential + l.own * l.own * inertia);
+        meeting[slot] = Meeting(touch.n, closing_of(touch.gap));
+        lever[slot] = l;
+        let old = spring_of(slot, entry);
+        keep_spring(slot, old);
+        spring_before[slot] = packed(old);
+        impulse += old;
+        twist += moment(l.own * touch.n, old);
+    }
+    let start = Motion(free.v + free.inverse_mass * impulse, free.inverse_mass);
+    let spin = freed_spin(here.motion, here.spin) + inertia * twist;
+    trial[i] = start;
+    trial_before[i] = start;
+    ahead[i] = start;
+    keep_trial_spin(i, spin);
+    keep_trial_spin_before(i, spin);
+    keep_ahead_spin(i, spin);
+    var effort = Effort();
+    if (free.inverse_mass != 0) {
+        let least = params.dt * params.dt * dot(params.gravity, params.gravity);
+        effort.reference = max(dot(free.v, free.v), least);
+    }
+    return effort;
+}
+
+@compute @workgroup_size(GROUP)
+fn meet(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let i = linear(id, groups);
+    of_lane[lane] = Effort();
+    if (i < params.bodies) {
+        of_lane[lane] = met(i);
+    }
+    add_group(lane, i / GROUP);
+}

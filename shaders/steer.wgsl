@@ -1,0 +1,29 @@
+// twin: src/kernels/steer.rs
+// Contact dynamics 4: momentum of the next pass. It is Nesterov's, dropped when it carries the wrong way, when the residual has
+// risen, or when the pass shows that its step was too long.
+@compute @workgroup_size(SUM_LANES)
+fn steer(@builtin(local_invocation_index) lane: u32) {
+    let sum = total(lane);
+    if (lane == 0u && relaxation.done == 0u) {
+        var next = relaxation;
+        next.passes++;
+        next.estimate = next.stretch * sqrt(sum.residual) / next.scale;
+        let theta = next.theta;
+        let squared = theta * theta;
+        next.theta = 0.5 * (theta * sqrt(squared + 4) - squared);
+        next.beta = min(theta * (1 - theta) / (squared + next.theta), params.momentum);
+        // Below the tolerance, velocities may change by rounding alone.
+        let short = sum.work > next.stretch * sum.way && next.estimate > 0.1 * params.tolerance;
+        let risen = next.estimate > 1.5 * next.best;
+        if (short) {
+            next.stretch = 1.02 * sum.work / sum.way;
+        }
+        if (short || risen || sum.turn > 0) {
+            next.theta = 1;
+            next.beta = 0;
+        }
+        next.best = select(min(next.best, next.estimate), next.estimate, short || risen);
+        next.done = select(0u, 1u, next.estimate <= params.tolerance);
+        relaxation = next;
+    }
+}

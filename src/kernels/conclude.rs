@@ -1,0 +1,11 @@
+//! Twin of `shaders/conclude.wgsl`: the judgement, for the host.
+
+use crate::{laws::rigid::total, state::State};
+
+pub fn conclude(s: &mut State) {
+    let sum = total(s);
+    let relaxation = &mut s.relaxation[0];
+    relaxation.residual = sum.residual.sqrt() / relaxation.scale;
+    relaxation.excess = sum.excess.max(0.0) / sum.pressing.max(1e-30);
+    relaxation.done = 0;
+}

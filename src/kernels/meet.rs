@@ -1,0 +1,52 @@
+//! Twin of `shaders/meet.wgsl`: the contacts of a step, and the velocities that the impulses of the last step would give it.
+
+use crate::{
+    laws::{
+        contact::body,
+        friction::{keep_spring, spring_of},
+        rigid::{by_group, filled, freed, gathered, lever, meet as touch, pushed, closing_of},
+    },
+    state::{Effort, INDEX, Meeting, State},
+};
+use rayon::prelude::*;
+
+pub fn meet(s: &mut State) {
+    let mut bad = 0;
+    for i in 0..s.sizes.bodies {
+        let here = body(s, i);
+        for slot in filled(s, i).collect::<Vec<_>>() {
+            let entry = s.neighbour[slot];
+            let j = (entry & INDEX) as usize;
+            let met = touch(s, i, &here, j);
+            s.meeting[slot] = Meeting { n: met.n, closing: closing_of(s, met.gap) };
+            s.lever[slot] = lever(s, i, j, met.gap);
+            let old = spring_of(entry, s.spring.get(slot));
+            keep_spring(&mut s.spring[slot], old);
+            keep_spring(&mut s.spring_before[slot], old);
+            if j >= s.sizes.bodies && met.gap < -here.place.radius {
+                bad = bad.max(s.params.bodies - s.number[i]);
+            }
+        }
+    }
+    let starts: Vec<_> = (0..s.sizes.bodies).into_par_iter().map(|i| pushed(s, i, &gathered(s, i))).collect();
+    for (i, (motion, spin)) in starts.into_iter().enumerate() {
+        (s.trial[i], s.trial_before[i], s.ahead[i]) = (motion, motion, motion);
+        for spins in [&mut s.trial_spin, &mut s.trial_spin_before, &mut s.ahead_spin] {
+            if let Some(kept) = spins.get_mut(i) {
+                kept.0 = spin;
+            }
+        }
+    }
+    s.effort = by_group(s, |i| reference(s, i));
+    s.counters[0].bad_body = s.counters[0].bad_body.max(bad);
+}
+
+/// What residuals are relative to: the free velocity, but at least what gravity gives in a step.
+fn reference(s: &State, i: usize) -> Effort {
+    let free = freed(s, &s.motion[i]);
+    if free.inverse_mass == 0.0 {
+        return Effort::default();
+    }
+    let least = s.params.dt * s.params.dt * s.params.gravity.length_squared();
+    Effort { reference: free.v.length_squared().max(least), ..Effort::default() }
+}

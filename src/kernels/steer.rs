@@ -1,0 +1,29 @@
+//! Twin of `shaders/steer.wgsl`: momentum of the next pass. It is Nesterov's, dropped when it carries the wrong way, when the
+//! residual has risen, or when the pass shows that its step was too long.
+
+use crate::{laws::rigid::total, state::State};
+
+pub fn steer(s: &mut State) {
+    let sum = total(s);
+    let next = &mut s.relaxation[0];
+    if next.done != 0 {
+        return;
+    }
+    next.passes += 1;
+    next.estimate = next.stretch * sum.residual.sqrt() / next.scale;
+    let theta = next.theta;
+    let squared = theta * theta;
+    next.theta = 0.5 * (theta * (squared + 4.0).sqrt() - squared);
+    next.beta = (theta * (1.0 - theta) / (squared + next.theta)).min(s.params.momentum);
+    // Below the tolerance, velocities may change by rounding alone.
+    let short = sum.work > next.stretch * sum.way && next.estimate > 0.1 * s.params.tolerance;
+    let risen = next.estimate > 1.5 * next.best;
+    if short {
+        next.stretch = 1.02 * sum.work / sum.way;
+    }
+    if short || risen || sum.turn > 0.0 {
+        (next.theta, next.beta) = (1.0, 0.0);
+    }
+    next.best = if short || risen { next.estimate } else { next.best.min(next.estimate) };
+    next.done = u32::from(next.estimate <= s.params.tolerance);
+}

@@ -1,0 +1,217 @@
+//! Twin of `shaders/method/cd.wgsl`: contact dynamics, section 2.2. Grains are rigid; a step is one
+//! implicit Euler step with restitution 0.
+
+use super::{
+    Touch,
+    contact::{Body, Contact, Gathered, way_to},
+    friction::kept_spring,
+    materials::pair_of,
+    precision::residue_of,
+    rotation::surface_velocity,
+    touch::touch_grain,
+    walls::{touch_wall, wall_velocity},
+};
+use crate::state::{Effort, GROUP, INDEX, Lever, Meeting, Motion, NONE, State};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Sums of two together.
+pub fn combined(a: Effort, b: Effort) -> Effort {
+    Effort {
+        reference: a.reference + b.reference,
+        residual: a.residual + b.residual,
+        turn: a.turn + b.turn,
+        work: a.work + b.work,
+        way: a.way + b.way,
+        pressing: a.pressing.max(b.pressing),
+        excess: a.excess.max(b.excess),
+    }
+}
+
+/// The sum over all groups.
+pub fn total(s: &State) -> Effort {
+    s.effort.iter().copied().fold(Effort::default(), combined)
+}
+
+/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that global damping,
+/// implicit like all else, leaves to impulses.
+pub fn freed(s: &State, motion: &Motion) -> Motion {
+    if motion.inverse_mass == 0.0 {
+        return *motion;
+    }
+    let held = 1.0 / (1.0 + s.params.dt * s.params.damping);
+    Motion { v: held * (motion.v + s.params.dt * s.params.gravity), inverse_mass: held * motion.inverse_mass }
+}
+
+/// The same for the spin.
+pub fn freed_spin(s: &State, motion: &Motion, spin: DVec3) -> DVec3 {
+    if motion.inverse_mass == 0.0 {
+        return spin;
+    }
+    1.0 / (1.0 + s.params.dt * s.params.damping) * spin
+}
+
+/// A contact as its first side sees it, the grain with the smaller index.
+#[derive(Clone, Copy, Debug)]
+pub struct Side {
+    /// 1: the grain of interest is that side; -1: the other.
+    pub turn: f64,
+    /// 1/2 of a contact that two grains add to a sum.
+    pub share: f64,
+    /// Away from that side.
+    pub n: DVec3,
+    /// m/s
+    pub closing: f64,
+    /// 1/kg, W in the direction of n, and across.
+    pub normal: f64,
+    pub tangential: f64,
+    pub friction: f64,
+    /// m/s, of that side past the other in the contact point.
+    pub velocity: DVec3,
+}
+
+/// The contact in a slot of grain i at the velocities that `at` gives for a grain: translation and spin.
+pub fn side_of(s: &State, i: usize, slot: usize, at: impl Fn(usize) -> (DVec3, DVec3)) -> Side {
+    let j = (s.neighbour[slot] & INDEX) as usize;
+    let (Meeting { n, closing }, l) = (s.meeting[slot], s.lever[slot]);
+    let (v, spin) = at(i);
+    let friction = pair_of(s, i, j).friction;
+    let side = Side {
+        turn: 1.0,
+        share: 1.0,
+        n,
+        closing,
+        normal: l.normal,
+        tangential: l.tangential,
+        friction,
+        velocity: DVec3::ZERO,
+    };
+    if let Some(w) = j.checked_sub(s.sizes.bodies) {
+        let arm = l.own * n;
+        let velocity = (v - wall_velocity(&s.wall[w], s.place[i].x + arm)) + surface_velocity(spin, arm);
+        return Side { velocity, ..side };
+    }
+    let there = at(j);
+    let turn = if i < j { 1.0 } else { -1.0 };
+    let n = turn * n;
+    let ((first, arm), (second, arm_to)) =
+        if i < j { (((v, spin), l.own), (there, l.other)) } else { ((there, l.other), ((v, spin), l.own)) };
+    let surface = surface_velocity(first.1, arm * n) - surface_velocity(second.1, -arm_to * n);
+    Side { turn, share: 0.5, n, velocity: (first.0 - second.0) + surface, ..side }
+}
+
+/// The speed that closes a gap within the step; an overlap opens at a bounded one. Gaps within rounding are none.
+pub fn closing_of(s: &State, gap: f64) -> f64 {
+    let distance = gap.abs() - s.params.gap_band;
+    if distance < 0.0 {
+        return 0.0;
+    }
+    (if gap > 0.0 { distance } else { -distance } / s.params.dt).max(-s.params.correction)
+}
+
+/// Vector shortened to a length.
+fn capped(v: DVec3, length: f64) -> DVec3 {
+    let squared = v.length_squared();
+    if squared > length * length { v * (length / squared.sqrt()) } else { v }
+}
+
+/// Impulse on the first side after a pass from `impulse`: the disc update. Its fixed points are contacts that are open,
+/// stick or slip as Algorithm 1 has them; with `step` = 1 it is that algorithm.
+pub fn relaxed(side: &Side, impulse: DVec3, step: f64) -> DVec3 {
+    let pressing = -impulse.dot(side.n);
+    let approach = side.velocity.dot(side.n);
+    let friction = impulse + pressing * side.n;
+    let slip = side.velocity - approach * side.n;
+    let pressing_next = (pressing + step / side.normal * (approach - side.closing)).max(0.0);
+    let friction_next = capped(friction - step / side.tangential * slip, side.friction * pressing_next);
+    friction_next - pressing_next * side.n
+}
+
+/// The natural map of a contact, m/s: r - P(r - rho (u + mu |u_T| n)), rho = 1/W_tt, over rho.
+pub fn natural_map(side: &Side, impulse: DVec3) -> DVec3 {
+    let weight = side.tangential;
+    let pressing = -impulse.dot(side.n);
+    let approach = side.velocity.dot(side.n);
+    let friction = impulse + pressing * side.n;
+    let slip = side.velocity - approach * side.n;
+    let mu = side.friction;
+    let normal = weight * pressing + (approach - side.closing) - mu * slip.length();
+    let across = weight * friction - slip;
+    let length = across.length();
+    let (mut kept, mut pressed) = (DVec3::ZERO, 0.0);
+    if normal > 0.0 && length <= mu * normal {
+        (kept, pressed) = (across, normal);
+    } else if mu * length > -normal {
+        pressed = (normal + mu * length) / (1.0 + mu * mu);
+        kept = across * (mu * pressed / length);
+    }
+    (weight * friction - kept) - (weight * pressing - pressed) * side.n
+}
+
+/// The contact of grain i with neighbour j, as samples and forces see it: what carries an impulse is closed.
+pub fn contact(s: &State, i: usize, here: &Body, j: usize, impulse: DVec3) -> Contact {
+    if impulse == DVec3::ZERO {
+        return Contact::default();
+    }
+    let Touch { gap, n } = meet(s, i, here, j);
+    let force = impulse * (1.0 / s.params.dt);
+    let arm = (here.place.radius + 0.5 * gap) * n;
+    Contact { gap, closed: true, force, arm, spring: force - force.dot(n) * n, ..Contact::default() }
+}
+
+/// Gap and normal of grain i and neighbour j, which may be a wall.
+pub fn meet(s: &State, i: usize, here: &Body, j: usize) -> Touch {
+    match j.checked_sub(s.sizes.bodies) {
+        None => {
+            let rest = here.residue.radius + residue_of(s, j).radius;
+            touch_grain(way_to(s, i, j), here.place.radius, s.place[j].radius, rest)
+        }
+        Some(w) => touch_wall(&s.wall[w], &here.place, here.residue),
+    }
+}
+
+/// What an impulse of a contact does to grain i and neighbour j.
+pub fn lever(s: &State, i: usize, j: usize, gap: f64) -> Lever {
+    let weight = |i: usize| freed(s, &s.motion[i]).inverse_mass;
+    let inertia = |i: usize| super::rotation::inverse_inertia(s, &s.place[i], weight(i));
+    let own = s.place[i].radius + 0.5 * gap;
+    let other = s.place.get(j).map_or(0.0, |there| there.radius + 0.5 * gap);
+    let normal = weight(i) + s.motion.get(j).map_or(0.0, |_| weight(j));
+    let turned = s.motion.get(j).map_or(0.0, |_| other * other * inertia(j));
+    Lever { own, other, normal, tangential: normal + (turned + own * own * inertia(i)) }
+}
+
+/// The slots of grain i that hold a neighbour.
+pub fn filled(s: &State, i: usize) -> impl Iterator<Item = usize> + '_ {
+    s.row(i).take_while(|&slot| s.neighbour[slot] != NONE)
+}
+
+/// Sum and moment of the impulses of grain i, N s and N m s.
+pub fn gathered(s: &State, i: usize) -> Gathered {
+    let mut sum = Gathered::default();
+    for slot in filled(s, i) {
+        add_impulse(&mut sum, s, slot, kept_spring(&s.spring[slot]));
+    }
+    sum
+}
+
+/// One more impulse.
+pub fn add_impulse(sum: &mut Gathered, s: &State, slot: usize, impulse: DVec3) {
+    sum.force += impulse;
+    sum.torque += super::dimension::moment(s.lever[slot].own * s.meeting[slot].n, impulse);
+}
+
+/// Velocity and spin that these impulses give grain i at the end of the step.
+pub fn pushed(s: &State, i: usize, sum: &Gathered) -> (Motion, DVec3) {
+    let free = freed(s, &s.motion[i]);
+    let inertia = super::rotation::inverse_inertia(s, &s.place[i], free.inverse_mass);
+    let spin = freed_spin(s, &s.motion[i], super::rotation::spin_of(s, i));
+    (Motion { v: free.v + free.inverse_mass * sum.force, ..free }, spin + inertia * sum.torque)
+}
+
+/// Sums over the grains of every group.
+pub fn by_group(s: &State, of_grain: impl Fn(usize) -> Effort + Sync) -> Vec<Effort> {
+    let groups = (0..s.sizes.bodies.div_ceil(GROUP)).into_par_iter();
+    let grains = |g: usize| g * GROUP..((g + 1) * GROUP).min(s.sizes.bodies);
+    groups.map(|g| grains(g).map(&of_grain).fold(Effort::default(), combined)).collect()
+}

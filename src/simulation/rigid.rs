@@ -1,0 +1,106 @@
+//! A step of contact dynamics: passes over the contacts until their residual is small enough.
+
+use super::Simulation;
+use crate::{error::Result, state::Params};
+
+/// Most passes that are begun without a look at the residual.
+const MOST_AT_ONCE: u32 = 256;
+
+/// How the contacts of the steps so far have been solved.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Solved {
+    pub steps: u64,
+    /// Steps that ended with a residual above the tolerance.
+    pub unconverged: u64,
+    /// Passes of all steps, and of the last one.
+    pub iterations: u64,
+    pub last_iterations: u32,
+    /// Relative residual of the natural map: sum over the steps, largest, and of the last one.
+    pub residual_sum: f64,
+    pub residual_max: f64,
+    pub last_residual: f64,
+    /// Largest friction beyond the Coulomb limit over the largest normal impulse, of the last step.
+    pub last_excess: f64,
+}
+
+impl Simulation {
+    /// One step.
+    ///
+    /// # Errors
+    /// As [`Simulation::advance`].
+    pub(super) fn advance_rigid(&mut self) -> Result<()> {
+        loop {
+            if self.life == 0 {
+                self.set_margin();
+                let counters = self.run(0)?;
+                if counters.bad_body > 0 {
+                    return Err(self.gone(counters.bad_body, self.step)?);
+                }
+            }
+            self.relax()?;
+            let params = self.params();
+            let step = (&self.plan.step[..], 1);
+            self.engine.execute(&params, &[step, (&self.plan.survey, 1)])?;
+            let counters = self.engine.counters()?;
+            // Lists have to reach to where the step ends, because grains meet on their way there.
+            self.note_drift(&counters);
+            if counters.bad_body > 0 {
+                let reason = self.gone(counters.bad_body, self.step)?;
+                self.engine.execute(&params, &[(&self.plan.turn, 1)])?;
+                (self.spent, self.life) = (true, 0);
+                return Err(reason);
+            }
+            if !self.spent {
+                self.life = self.life.saturating_sub(1);
+                self.step += 1;
+                return Ok(());
+            }
+            self.engine.execute(&params, &[(&self.plan.turn, 1)])?;
+            self.life = 0;
+            self.replayed += 1;
+        }
+    }
+
+    /// Passes until the step is solved, or its iterations are used up.
+    fn relax(&mut self) -> Result<()> {
+        let tolerance = self.state.params.tolerance;
+        let mut params = Params { tolerance, ..self.params() };
+        let (begin, meet) = ((&self.plan.begin[..], 1), (&self.plan.meet[..], 1));
+        self.engine.execute(&params, &[begin, meet])?;
+        let mut passes = 0;
+        // Most steps take about as many passes as the one before.
+        let mut batch = self.solved.last_iterations.clamp(4, MOST_AT_ONCE);
+        loop {
+            batch = batch.min(self.most_passes - passes);
+            self.engine.execute(&params, &[(&self.plan.relax, batch), (&self.plan.judge, 1)])?;
+            self.engine.read(&["relaxation"], &mut self.state)?;
+            let relaxation = self.state.relaxation[0];
+            passes = relaxation.passes;
+            if relaxation.residual <= tolerance || passes >= self.most_passes || relaxation.residual.is_nan() {
+                self.solved.add(passes, relaxation.residual, relaxation.excess, tolerance);
+                return Ok(());
+            }
+            // The estimate that ends passes early is only about right.
+            if relaxation.estimate <= params.tolerance {
+                params.tolerance = relaxation.estimate * 0.7 * tolerance / relaxation.residual;
+            }
+            batch = (passes / 2).clamp(8, MOST_AT_ONCE);
+        }
+    }
+
+    /// How the contacts have been solved so far; None outside of contact dynamics.
+    pub fn solved(&self) -> Option<&Solved> {
+        (self.most_passes > 0).then_some(&self.solved)
+    }
+}
+
+impl Solved {
+    fn add(&mut self, passes: u32, residual: f64, excess: f64, tolerance: f64) {
+        self.steps += 1;
+        self.unconverged += u64::from(!(residual <= tolerance));
+        self.iterations += u64::from(passes);
+        self.residual_sum += residual;
+        self.residual_max = if residual.is_nan() { f64::INFINITY } else { self.residual_max.max(residual) };
+        (self.last_iterations, self.last_residual, self.last_excess) = (passes, residual, excess);
+    }
+}
