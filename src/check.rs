@@ -18,7 +18,7 @@ use crate::{
     plan::Op,
     scene::Assembly,
     simulation::{EngineChoice, Options, Setup, Simulation},
-    state::{ARRAYS, INDEX, NONE, State},
+    state::{ARRAYS, INDEX, Length, NONE, State, Wall},
 };
 use glam::DVec3;
 use serde::Serialize;
@@ -53,6 +53,9 @@ pub struct Row {
     pub calls: u64,
     pub passed: bool,
 }
+
+/// Passes of contact dynamics that are compared in a step.
+const PASSES: usize = 8;
 
 /// Unit round-off of a precision.
 fn epsilon(precision: Precision) -> f64 {
@@ -90,7 +93,8 @@ pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64) -> R
 
     let mut checker = Checker { gpu: &mut gpu, state: &mut state, precision, present, rows: Vec::new(), contacts: 0 };
     for step in 0..steps {
-        if step == 0 || checker.state.halt[0] != 0 {
+        // Steps of rigid grains are long: every one gets lists of its own.
+        if step == 0 || checker.state.halt[0] != 0 || !plan.meet.is_empty() {
             checker.run(&plan.begin)?;
             checker.run(&plan.sort)?;
             checker.run(&plan.list)?;
@@ -98,6 +102,9 @@ pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64) -> R
         checker.run(&plan.sample)?;
         checker.run(&plan.forces)?;
         checker.run(&plan.synchronise)?;
+        checker.run(&plan.meet)?;
+        (0..PASSES).try_for_each(|_| checker.run(&plan.relax))?;
+        checker.run(&plan.judge)?;
         checker.run(&plan.step)?;
         checker.state.params.since = checker.state.params.dt;
     }
@@ -149,7 +156,8 @@ impl Checker<'_> {
         let bodies = self.state.sizes.bodies;
         match op {
             Op::Run(stage) if stage.name == "neighbours" => {
-                self.grow(&["neighbour", "spring"], self.state.slot_start[bodies] as usize)?;
+                let lists = ARRAYS.iter().filter(|a| a.length == Length::Slots).map(|a| a.name).collect::<Vec<_>>();
+                self.grow(&lists, self.state.slot_start[bodies] as usize)?;
             }
             Op::Run(stage) if stage.name == "remember" => {
                 self.grow(&["history_other", "history_spring"], self.state.history_start[bodies] as usize)?;
@@ -206,6 +214,8 @@ impl Checker<'_> {
             {
                 16.0 * epsilon * (1.0 / overlap).max(1.0)
             }
+            // Sums of small differences, some of either sign.
+            ("relax" | "judge", "effort") => 1e4 * epsilon,
             _ => 64.0 * epsilon,
         }
     }
@@ -268,7 +278,7 @@ fn at_the_reach(s: &State, precision: Precision) -> Vec<bool> {
         let slack = 1e-5 * s.place[i].radius;
         [0.0, slack].iter().any(|more| (distance - (reach + more)).abs() < rounding * reach)
     };
-    let wall = |i: usize, wall: &crate::state::Wall| {
+    let wall = |i: usize, wall: &Wall| {
         let here = &s.place[i];
         let gap = touch_wall(wall, here, residue_of(s, i)).gap;
         let scale = (here.x - wall.point).length() + here.radius;
@@ -329,7 +339,12 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
         ("advance" | "forces", "force" | "spring") => contact_force(),
         ("forces", "torque") => contact_force() * twin.place.iter().map(|p| p.radius).fold(0.0, f64::max),
         // A residue is what is left of a step when whole quanta are taken off.
-        ("move_walls", "wall") => twin.params.quantum,
+        ("move_walls", "wall") => {
+            let step = |wall: &Wall| twin.params.dt * wall.velocity.length();
+            twin.wall.iter().map(step).fold(twin.params.quantum, f64::max)
+        }
+        // Friction at the Coulomb limit is beyond it by rounding.
+        ("judge", "effort") => twin.effort.iter().map(|e| e.pressing).fold(0.0, f64::max),
         _ => 0.0,
     };
     // Members of a record have different units, so each is compared with its own largest value; vectors as a whole.

@@ -181,7 +181,9 @@ impl Model {
                 for (method, friction, rotation) in surfaces {
                     let rigid = method == ContactDynamics;
                     for &dashpot in if rigid { &[Dashpot::None] } else { Dashpot::ALL } {
-                        for &materials in Materials::ALL {
+                        // Smooth rigid grains are all alike.
+                        let alike = rigid && rotation == Rotation::None;
+                        for &materials in if alike { &[Materials::One] } else { Materials::ALL } {
                             for (walls, moving_walls) in
                                 [(Walls::None, false), (Walls::Some, false), (Walls::Some, true)]
                             {

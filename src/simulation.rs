@@ -199,7 +199,10 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
     if let Method::ContactDynamics(relaxation) = assembly.solver.method {
         p.tolerance = relaxation.tolerance;
         p.momentum = if relaxation.solver == RelaxationSolver::Jacobi { 0.0 } else { 1.0 };
-        p.correction = relaxation.max_correction_velocity.unwrap_or(1e-3 * mean_radius / dt);
+        // Slower than what gravity takes away in a step, so that nothing flies up; without gravity something small.
+        let pull = assembly.gravity.length() * dt;
+        let gentle = if pull > 0.0 { 0.1 * pull } else { 1e-3 * mean_radius / dt };
+        p.correction = relaxation.max_correction_velocity.unwrap_or(gentle);
     }
     let reach = landmarks(assembly).map(|x| x.abs().max_element()).fold(0.0, f64::max);
     p.quantum = quantum(reach + largest);

@@ -12,7 +12,10 @@ use packstone::{
         leapfrog::advanced,
         rotation::advanced_spin,
     },
-    model::{Boundary, Dashpot as DashpotSlot, Dimension, Friction, Materials, Model, Precision, Rotation, Walls},
+    model::{
+        Boundary, Dashpot as DashpotSlot, Dimension, Friction, Materials, Method as MethodSlot, Model, Precision, Rotation,
+        Walls,
+    },
     plan::plan,
     scene::*,
     simulation::{EngineChoice, Options, Setup},
@@ -52,10 +55,12 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
     let periodic = model.boundary == Boundary::Periodic;
     let axis = |a: usize| periodic && a < dims && a != 1;
     let bounds = |value: f64, open: f64| DVec3::from_array(std::array::from_fn(|a| if axis(a) { value } else { open }));
+    let rigid = model.method == MethodSlot::ContactDynamics;
+    let rough = model.friction == Friction::Coulomb && model.rotation == Rotation::Sphere;
     let pair = |k: usize| Pair {
-        normal_stiffness: 1e4 * (1.0 + k as f64),
-        tangential_stiffness: 3e3,
-        friction: if model.friction == Friction::Coulomb { 0.4 + 0.1 * k as f64 } else { 0.0 },
+        normal_stiffness: if rigid { 0.0 } else { 1e4 * (1.0 + k as f64) },
+        tangential_stiffness: if rigid { 0.0 } else { 3e3 },
+        friction: if rough { 0.4 + 0.1 * k as f64 } else { 0.0 },
         dashpot: match model.dashpot {
             DashpotSlot::None => Dashpot::None,
             DashpotSlot::Restitution => Dashpot::Restitution(0.6),
@@ -77,11 +82,21 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
         walls: if model.walls == Walls::Some { walls(model, edge, materials) } else { Vec::new() },
         grains,
         solver: Solver {
+            method: if rigid {
+                Method::ContactDynamics(Relaxation {
+                    solver: RelaxationSolver::JacobiAccelerated,
+                    tolerance: 1e-4,
+                    max_iterations: 30,
+                    max_correction_velocity: Some(0.01),
+                })
+            } else {
+                Method::DiscreteElements
+            },
             dt: TimeStep::Auto { fraction: 0.1 },
             allow_unstable: false,
             allow_overlap: true,
             damping: 3.0,
-            margin: 0.2,
+            margin: if rigid { 1.0 } else { 0.2 },
         },
         stop: Stop { steps: Some(1), ..Stop::default() },
         output: Output { history: None, snapshots: None, csv: false, vtp: false },
@@ -151,7 +166,9 @@ fn twins_agree(precision: Precision, arrays: Arrays) {
             Ok(report) => {
                 let failed: Vec<_> = report.rows.iter().filter(|r| !r.passed).collect();
                 assert!(failed.is_empty(), "{model:?}: {failed:#?}");
-                assert!(report.contacts > 200, "only {} contacts were exercised", report.contacts);
+                // Rigid grains push each other apart; what carries an impulse are few of those that have met.
+                let enough = if model.method == MethodSlot::ContactDynamics { 20 } else { 200 };
+                assert!(report.contacts > enough, "only {} contacts were exercised", report.contacts);
             }
         }
     }
@@ -175,7 +192,8 @@ fn double_precision_kernels_agree_with_their_twins() {
 /// The CPU engine's step computes many contacts at a time, the other stages one by one: the same bits.
 #[test]
 fn many_contacts_at_a_time_are_as_one_by_one() {
-    for (k, model) in covering(Precision::Double).into_iter().enumerate() {
+    let advancing = |model: &Model| model.method == MethodSlot::DiscreteElements;
+    for (k, model) in covering(Precision::Double).into_iter().filter(advancing).enumerate() {
         let options = Options { engine: EngineChoice::Cpu, slots: Some(100_000), ..Options::default() };
         let Setup { mut state, plan, .. } = Setup::new(&random_scene(&model, k as u64), &options).unwrap();
         let ops = [&plan.begin, &plan.sort, &plan.list, &plan.step, &plan.step];

@@ -158,11 +158,10 @@ fn side_of(i: u32, slot: u32, j: u32, here: Motion, spin: Spin) -> Side {
 
 /// The speed that closes a gap within the step; an overlap opens at a bounded one. Gaps within rounding are none.
 fn closing_of(gap: Real) -> Real {
-    let distance = max(gap, -gap) - params.gap_band;
-    if (distance < 0) {
+    if (max(gap, -gap) < params.gap_band) {
         return 0;
     }
-    return max(select(-distance, distance, gap > 0) / params.dt, -params.correction);
+    return max(gap / params.dt, -params.correction);
 }
 
 /// Vector shortened to a length.

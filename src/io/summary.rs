@@ -5,7 +5,7 @@ use crate::{
     error::{Error, Result},
     measure::{self, Sample},
     scene::{self, Assembly, Grain, Surface},
-    simulation::Simulation,
+    simulation::{Simulation, rigid::Solved},
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -41,11 +41,37 @@ pub struct Summary {
     /// About the origin, kg m²/s.
     pub angular_momentum: Option<DVec3>,
     pub converged: bool,
+    /// Of contact dynamics.
+    #[serde(flatten)]
+    pub relaxation: Option<Relaxation>,
     /// Why the run ended before its time.
     pub stopped: Option<String>,
     pub version: &'static str,
     #[serde(flatten)]
     pub surroundings: Surroundings,
+}
+
+/// How the contacts of the steps of contact dynamics have been solved.
+#[derive(Clone, Debug, Serialize)]
+pub struct Relaxation {
+    /// Steps that ended with a residual above the tolerance.
+    pub unconverged_steps: u64,
+    /// Relative residual of the natural map.
+    pub residual_max: f64,
+    pub residual_mean: f64,
+    pub iterations_mean: f64,
+}
+
+impl Relaxation {
+    fn new(solved: &Solved) -> Relaxation {
+        let steps = solved.steps.max(1) as f64;
+        Relaxation {
+            unconverged_steps: solved.unconverged,
+            residual_max: solved.residual_max,
+            residual_mean: solved.residual_sum / steps,
+            iterations_mean: solved.iterations as f64 / steps,
+        }
+    }
 }
 
 /// How a run ended.
@@ -96,6 +122,7 @@ impl Summary {
             momentum: measure::momentum(grains, &masses),
             angular_momentum: measure::angular_momentum(assembly, grains, &masses),
             converged: ending.converged,
+            relaxation: s.solved().map(Relaxation::new),
             stopped: ending.stopped,
             version: env!("CARGO_PKG_VERSION"),
             surroundings: Surroundings::new(assembly, &walls),

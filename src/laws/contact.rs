@@ -213,7 +213,8 @@ impl Gathered {
 pub fn closed_contacts<'a>(s: &'a State, i: usize, here: &'a Body) -> impl Iterator<Item = (usize, Contact)> + 'a {
     let slots = s.row(i).take_while(|&slot| s.neighbour[slot] != NONE);
     let entries = slots.map(|slot| (slot, s.neighbour[slot], (s.neighbour[slot] & INDEX) as usize));
-    let nearby = entries.filter(|&(_, _, j)| near(s, &here.place, j));
+    let rigid = s.model.method == Method::ContactDynamics;
+    let nearby = entries.filter(move |&(_, _, j)| rigid || near(s, &here.place, j));
     let contacts =
         nearby.map(move |(slot, entry, j)| (j, contact_of(s, i, here, j, spring_of(entry, s.spring.get(slot)))));
     contacts.filter(|(_, contact)| contact.closed)

@@ -102,11 +102,10 @@ pub fn side_of(s: &State, i: usize, slot: usize, at: impl Fn(usize) -> (DVec3, D
 
 /// The speed that closes a gap within the step; an overlap opens at a bounded one. Gaps within rounding are none.
 pub fn closing_of(s: &State, gap: f64) -> f64 {
-    let distance = gap.abs() - s.params.gap_band;
-    if distance < 0.0 {
+    if gap.abs() < s.params.gap_band {
         return 0.0;
     }
-    (if gap > 0.0 { distance } else { -distance } / s.params.dt).max(-s.params.correction)
+    (gap / s.params.dt).max(-s.params.correction)
 }
 
 /// Vector shortened to a length.

@@ -147,7 +147,8 @@ pub struct Relaxation {
     pub tolerance: f64,
     /// Passes after which a step goes on unsolved, which is counted.
     pub max_iterations: u32,
-    /// At most this fast an overlap opens, m/s. None: a thousandth of the mean radius per step.
+    /// At most this fast an overlap opens, m/s. None: a tenth of what gravity
+    /// gives in a step, or a thousandth of the mean radius per step without.
     pub max_correction_velocity: Option<f64>,
 }
 

@@ -8,7 +8,10 @@ use glam::DVec3;
 use packstone::{
     gpu::adapters,
     model::Precision,
-    scene::{Assembly, Dashpot, Domain, Grain, Material, Output, Pair, Solver, Stop, Surface, TimeStep, Wall},
+    scene::{
+        Assembly, Dashpot, Domain, Grain, Material, Method, Output, Pair, Relaxation, RelaxationSolver, Solver, Stop, Surface,
+        TimeStep, Wall,
+    },
     simulation::{EngineChoice, Options, Simulation},
 };
 
@@ -94,6 +97,7 @@ pub fn blank(dimension: usize) -> Assembly {
         walls: vec![],
         grains: vec![],
         solver: Solver {
+            method: Method::DiscreteElements,
             dt: TimeStep::Fixed(1e-6),
             allow_unstable: false,
             allow_overlap: true,
@@ -109,6 +113,20 @@ pub fn blank(dimension: usize) -> Assembly {
 pub fn blank_dt(dimension: usize, dt: f64) -> Assembly {
     let mut assembly = blank(dimension);
     assembly.solver.dt = TimeStep::Fixed(dt);
+    assembly
+}
+
+/// `blank` for rigid grains with this friction, solved to this tolerance.
+pub fn rigid(dimension: usize, dt: f64, friction: f64, tolerance: f64) -> Assembly {
+    let mut assembly = blank_dt(dimension, dt);
+    assembly.solver.margin = 1.0;
+    assembly.solver.method = Method::ContactDynamics(Relaxation {
+        solver: RelaxationSolver::JacobiAccelerated,
+        tolerance,
+        max_iterations: 2_000,
+        max_correction_velocity: None,
+    });
+    assembly.pairs = vec![Pair { normal_stiffness: 0.0, tangential_stiffness: 0.0, friction, dashpot: Dashpot::None }];
     assembly
 }
 

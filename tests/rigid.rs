@@ -1,0 +1,220 @@
+//! Contact dynamics against closed forms: rigid grains, restitution 0, implicit Euler. Cases by the names of the
+//! verification suite.
+
+mod common;
+
+use common::*;
+use glam::DVec3;
+use packstone::scene::{Assembly, Grain};
+
+const DT: f64 = 1e-3;
+
+fn falling(mut scene: Assembly) -> Assembly {
+    scene.gravity = -G * up(&scene);
+    scene.walls = vec![plane(DVec3::ZERO, up(&scene))];
+    scene
+}
+
+fn up(scene: &Assembly) -> DVec3 {
+    DVec3::AXES[scene.dimension - 1]
+}
+
+fn at(scene: &Assembly, height: f64) -> Grain {
+    Grain { position: height * up(scene), ..grain(0.0, 0.0, 0.0) }
+}
+
+/// N1 and N12: free fall of implicit Euler, x0 - 1/2 g t² - 1/2 g t Δt; a grain lands with gap 0 and rests from the next
+/// step on.
+#[test]
+fn landing() {
+    for bench in engines() {
+        for dimension in [2, 3] {
+            let mut scene = falling(rigid(dimension, DT, 0.5, bench.pick(1e-8, 1e-5)));
+            scene.grains = vec![at(&scene, 1.5 * R)];
+            let mut simulation = bench.start(&scene);
+            let rounding = bench.pick(1e-12, 1e-6);
+            let mut before = 0.5 * R;
+            for step in 1.. {
+                simulation.advance(1).unwrap();
+                let g = simulation.grains().unwrap()[0];
+                let (gap, v) = (g.position.dot(up(&scene)) - R, g.velocity.dot(up(&scene)));
+                let t = f64::from(step) * DT;
+                let free = 0.5 * R - 0.5 * G * t * t - 0.5 * G * t * DT;
+                if free > 0.0 {
+                    close("gap in flight", gap, free, R, rounding);
+                } else {
+                    close("gap on landing", gap, 0.0, R, bench.pick(1e-9, 1e-6));
+                    close("speed on landing", v, -before / DT, before / DT, bench.pick(1e-8, 1e-4));
+                    break;
+                }
+                before = gap;
+            }
+            simulation.advance(1).unwrap();
+            let rest = simulation.grains().unwrap()[0].velocity.length();
+            close("speed at rest", rest, 0.0, G * DT, bench.pick(1e-6, 1e-5));
+        }
+    }
+}
+
+/// T6: oblique impact on a wall, e = 0, sticks if ψ < 1 + 1/β_I, else slips by μ v_n.
+#[test]
+fn oblique_impact() {
+    let (mu, vn) = (0.3, 0.1);
+    for bench in engines() {
+        for dimension in [2, 3] {
+            let c = 1.0 + 1.0 / gyration(dimension);
+            for psi in [0.5, 2.0, 0.99 * c, 1.01 * c, 8.0] {
+                let mut scene = rigid(dimension, DT, mu, bench.pick(1e-8, 1e-5));
+                scene.walls = vec![plane(DVec3::ZERO, up(&scene))];
+                let vt = psi * mu * vn;
+                let velocity = vt * DVec3::X - vn * up(&scene);
+                scene.grains = vec![Grain { velocity, ..at(&scene, R) }];
+                let g = bench.after(&scene, 1)[0];
+                let axis = up(&scene).cross(DVec3::X);
+                let slip = g.velocity.x + R * (g.spin.cross(-up(&scene))).x;
+                let expected = if psi < c { vt * (1.0 - 1.0 / c) } else { vt - mu * vn };
+                close("tangential", g.velocity.x, expected, vt, bench.pick(1e-6, 1e-5));
+                close("slip", slip, if psi < c { 0.0 } else { (psi - c) * mu * vn }, vt, bench.pick(1e-6, 1e-5));
+                close("normal", g.velocity.dot(up(&scene)), 0.0, vn, bench.pick(1e-6, 1e-5));
+                assert!(g.spin.cross(axis).length() <= 1e-5 * g.spin.length(), "spin {:?}", g.spin);
+            }
+        }
+    }
+}
+
+/// R1: a sliding grain ends up rolling at 1/(1 + β_I) of its speed, whatever μ and Δt; the slip ends within a step of
+/// v0 / (c μ g).
+#[test]
+fn sliding_to_rolling() {
+    for bench in engines() {
+        for dimension in [2, 3] {
+            let (mu, v0) = (0.2, 0.1);
+            let beta = gyration(dimension);
+            let mut scene = falling(rigid(dimension, DT, mu, bench.pick(1e-8, 1e-5)));
+            scene.grains = vec![Grain { velocity: v0 * DVec3::X, ..at(&scene, R) }];
+            let expected = v0 / (1.0 + beta);
+            let slipping = v0 / ((1.0 + 1.0 / beta) * mu * G) / DT;
+            let mut simulation = bench.start(&scene);
+            simulation.advance(slipping as u64 - 1).unwrap();
+            assert!(simulation.grains().unwrap()[0].velocity.x > 1.001 * expected, "still slipping");
+            simulation.advance(20).unwrap();
+            let g = simulation.grains().unwrap()[0];
+            close("rolling", g.velocity.x, expected, v0, bench.pick(1e-6, 1e-5));
+            close("spin", g.spin.length() * R, expected, v0, bench.pick(1e-6, 1e-5));
+        }
+    }
+}
+
+/// R2: on an incline a grain slips if tan θ > c μ, and rolls without slip below, to 1e-6 in tan φ.
+#[test]
+fn incline() {
+    for bench in engines() {
+        for dimension in [2, 3] {
+            let c = 1.0 + 1.0 / gyration(dimension);
+            let mu = 0.1;
+            let slip = |tan: f64| {
+                let theta = tan.atan();
+                let mut scene = falling(rigid(dimension, DT, mu, bench.pick(1e-10, 1e-5)));
+                scene.gravity = G * (theta.sin() * DVec3::X - theta.cos() * up(&scene));
+                scene.grains = vec![at(&scene, R)];
+                let g = bench.after(&scene, 50)[0];
+                (g.velocity.x + R * (g.spin.cross(-up(&scene))).x) / (50.0 * DT * G * theta.cos())
+            };
+            // Beyond the threshold the contact point accelerates by g cos θ (tan θ - c μ).
+            let difference = bench.pick(1e-6, 1e-4);
+            assert!(slip(c * mu - difference).abs() < 0.01 * difference, "{}: slips below", bench.name);
+            close("slip", slip(c * mu + difference), difference, difference, 0.05);
+        }
+    }
+}
+
+/// A column: the force on the floor is the weight, and on every contact the weight above.
+#[test]
+fn columns() {
+    for bench in engines() {
+        for (n, tolerance) in [(10, 1e-5), (100, 1e-5)] {
+            let mut scene = falling(rigid(3, DT, 0.5, tolerance));
+            scene.grains = (0..n).map(|k| at(&scene, R * (1.0 + 2.0 * f64::from(k)))).collect();
+            let mut simulation = bench.start(&scene);
+            simulation.advance(1).unwrap();
+            let solved = *simulation.solved().unwrap();
+            println!("{} {n}: {solved:?}", bench.name);
+            assert_eq!(solved.unconverged, 0);
+            // Forces of all contacts of a grain: on the floor's grain they hold its own weight, so does every other.
+            let weight = mass(3, R) * G;
+            for (force, _) in simulation.forces().unwrap() {
+                close("held", force.z, weight, weight, bench.pick(1e-3, 1e-3));
+            }
+            simulation.advance(20).unwrap();
+            let grains = simulation.grains().unwrap();
+            let fastest = grains.iter().map(|g| g.velocity.length()).fold(0.0, f64::max);
+            assert!(fastest < 1e-3 * G * DT, "{} {n}: {:e} of g dt", bench.name, fastest / (G * DT));
+        }
+    }
+}
+
+/// N11: rigid grains in a row, hit at one end, go on together with the momentum of the first.
+#[test]
+fn cradle() {
+    for bench in engines() {
+        let mut scene = rigid(3, DT, 0.0, bench.pick(1e-8, 1e-5));
+        scene.grains = (0..5).map(|k| grain(2.0 * R * f64::from(k), 0.0, 0.0)).collect();
+        scene.grains[0].velocity = 0.1 * DVec3::X;
+        for g in bench.after(&scene, 1) {
+            close(bench.name, g.velocity.x, 0.02, 0.1, bench.pick(1e-6, 1e-5));
+        }
+    }
+}
+
+/// CO7: two grains with opposite velocities and opposite spins meet without slip: nothing turns.
+#[test]
+fn meeting_without_slip() {
+    for bench in engines() {
+        let mut scene = rigid(3, DT, 0.4, bench.pick(1e-8, 1e-5));
+        let spin = 10.0 * DVec3::Z;
+        scene.grains = vec![
+            Grain { velocity: 0.2 * DVec3::X, spin, ..grain(-R, 0.0, 0.0) },
+            Grain { velocity: -0.2 * DVec3::X, spin: -spin, ..grain(R, 0.0, 0.0) },
+        ];
+        let after = bench.after(&scene, 1);
+        for (g, spin) in after.iter().zip([spin, -spin]) {
+            close("velocity", g.velocity.length(), 0.0, 0.2, bench.pick(1e-7, 1e-6));
+            close("spin", (g.spin - spin).length(), 0.0, 10.0, bench.pick(1e-7, 1e-6));
+        }
+    }
+}
+
+/// Momentum and angular momentum of isolated grains that hit each other, to rounding; no energy appears.
+#[test]
+fn collisions_conserve_momentum() {
+    use packstone::measure::{angular_momentum, masses, momentum};
+    for bench in engines() {
+        for dimension in [2, 3] {
+            let mut scene = rigid(dimension, 2e-4, 0.4, 1e-4);
+            scene.grains = cloud(dimension, 6, 0.2, 7);
+            let m = masses(&scene);
+            let first = momentum(&scene.grains, &m);
+            let turning = angular_momentum(&scene, &scene.grains, &m).unwrap();
+            let energy = |grains: &[Grain]| -> f64 {
+                let beta = gyration(dimension);
+                let of = |g: &Grain, m: f64| m * (g.velocity.length_squared() + beta * (g.radius * g.spin.length()).powi(2));
+                grains.iter().zip(&m).map(|(g, m)| 0.5 * of(g, *m)).sum()
+            };
+            let mut simulation = bench.start(&scene);
+            let mut last = energy(&scene.grains);
+            for _ in 0..30 {
+                simulation.advance(1).unwrap();
+                let now = energy(&simulation.grains().unwrap());
+                assert!(now <= last * (1.0 + bench.pick(1e-9, 1e-5)), "{}: energy {last:e} to {now:e}", bench.name);
+                last = now;
+            }
+            assert!(simulation.solved().unwrap().unconverged == 0 && simulation.lost_contacts() == 0);
+            let grains = simulation.grains().unwrap();
+            let scale: f64 = m.iter().sum::<f64>() * 0.2;
+            let error = (momentum(&grains, &m) - first).length();
+            close("momentum", error, 0.0, scale, bench.pick(1e-13, 1e-6));
+            let turned = (angular_momentum(&scene, &grains, &m).unwrap() - turning).length();
+            close("angular momentum", turned, 0.0, scale * 6.0 * R, bench.pick(1e-12, 1e-5));
+        }
+    }
+}
