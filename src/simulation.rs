@@ -163,7 +163,7 @@ fn pair(pair: &crate::scene::Pair) -> Pair {
 
 /// Gaps and overlaps that are none, in radii of the smallest grain: what a step leaves within its tolerance must not cost the
 /// next one passes.
-const GAP_BAND: f64 = 1e-5;
+const GAP_BAND: f64 = 1e-4;
 
 /// Stands for "no bound" in both precisions; infinities are not safe on every device.
 const UNBOUNDED: f64 = 3e38;
