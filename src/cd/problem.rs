@@ -72,7 +72,7 @@ impl Problem {
         let mut blocks = BTreeMap::<(usize, usize), DMat3>::new();
         for &(i, j, value) in &w.entries {
             if value != 0.0 {
-                blocks.entry((i / dims, j / dims)).or_default().col_mut(j % dims)[i % dims] += value;
+                blocks.entry((i / dims, j / dims)).or_insert(DMat3::ZERO).col_mut(j % dims)[i % dims] += value;
             }
         }
         Problem::assemble(dims, blocks, q, mu)
@@ -109,7 +109,7 @@ impl Problem {
             for (&i, x) in &touched {
                 q[i] += dot(x, &y);
                 for (&j, z) in &touched {
-                    blocks.entry((i / dims, j / dims)).or_default().col_mut(j % dims)[i % dims] += dot(x, z);
+                    blocks.entry((i / dims, j / dims)).or_insert(DMat3::ZERO).col_mut(j % dims)[i % dims] += dot(x, z);
                 }
             }
         }
@@ -120,7 +120,7 @@ impl Problem {
         let n = mu.len();
         let mut diagonal = Vec::with_capacity(n);
         for k in 0..n {
-            let block = blocks.get(&(k, k)).copied().unwrap_or_default();
+            let block = blocks.get(&(k, k)).copied().unwrap_or(DMat3::ZERO);
             check_diagonal(k, &block)?;
             diagonal.push(block);
         }

@@ -1,0 +1,159 @@
+//! `packstone solve`
+
+use super::{UNCONVERGED, say};
+use packstone::{
+    Error,
+    cd::{
+        self, Operator, Options, Order, Problem, Solution, Solver,
+        residual::{self, Report, contacts},
+    },
+    io,
+};
+use serde_json::json;
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+    time::Instant,
+};
+
+/// Solve a frictional contact problem from a file
+#[derive(clap::Args)]
+#[command(after_help = "Solvers:\n  \
+    gauss-seidel          one contact after the other; see --order\n  \
+    jacobi                all contacts from the same iterate\n  \
+    jacobi-accelerated    the same with momentum\n  \
+    coloured-accelerated  Gauss-Seidel colour by colour with momentum\n  \
+    socp                  cone programs by an interior point method, to a fixed point\n  \
+    lemke                 complementary pivoting; small problems in the plane\n\n\
+    Files: .dat (text) or .hdf5 (FCLIB), see docs/contact-problems.md. Exit code 3: the tolerance was not reached.\n\n\
+    Example:\n  packstone solve tests/problems/NESpheres_10_1.dat --solver jacobi-accelerated --tolerance 1e-8")]
+pub struct SolveArgs {
+    /// File of the problem
+    problem: PathBuf,
+    #[arg(long, value_name = "NAME", default_value = "coloured-accelerated")]
+    solver: Solver,
+    /// Order of gauss-seidel: random-sweep, random-sequential, shuffled-once or fixed [default: fixed]
+    #[arg(long, value_name = "NAME")]
+    order: Option<Order>,
+    /// Seed of the random orders
+    #[arg(long, default_value_t = Options::default().seed)]
+    seed: u64,
+    /// Relative residual to reach
+    #[arg(long, value_name = "RESIDUAL", default_value_t = Options::default().tolerance, allow_negative_numbers = true)]
+    tolerance: f64,
+    /// Passes at most; cone programs of socp, pivots of lemke
+    #[arg(long, value_name = "COUNT", default_value_t = Options::default().max_iterations)]
+    max_iterations: usize,
+    /// Solve the associated problem instead, in which sliding contacts open (socp only)
+    #[arg(long)]
+    associated: bool,
+    /// File for pass, residual and seconds of each pass
+    #[arg(long, value_name = "FILE.csv")]
+    history: Option<PathBuf>,
+    /// Print everything as JSON, forces and velocities included
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn solve(args: &SolveArgs) -> anyhow::Result<ExitCode> {
+    if args.order.is_some() && args.solver != Solver::GaussSeidel {
+        let solver = args.solver.label();
+        return Err(Error::Problem(format!("--order is for gauss-seidel, and {solver} has none")).into());
+    }
+    let problem = io::problem::read(&args.problem)?;
+    let options = Options {
+        tolerance: args.tolerance,
+        max_iterations: args.max_iterations,
+        order: args.order.unwrap_or_default(),
+        seed: args.seed,
+        associated: args.associated,
+    };
+    let started = Instant::now();
+    let solution = cd::solve(&problem, args.solver, &options)?;
+    let seconds = started.elapsed().as_secs_f64();
+    if let Some(path) = &args.history {
+        write_history(path, &solution)?;
+    }
+    let contacts = contacts(&problem);
+    let siconos = residual::siconos(&contacts, &solution.r, &solution.u, problem.reference());
+    let report = residual::report(&contacts, &solution.r, &solution.u);
+    if args.json {
+        say(serde_json::to_string_pretty(&as_json(args, &problem, &solution, siconos, &report, seconds))?);
+    } else {
+        print(args, &problem, &solution, siconos, &report, seconds);
+    }
+    Ok(if solution.converged { ExitCode::SUCCESS } else { ExitCode::from(UNCONVERGED) })
+}
+
+fn print(args: &SolveArgs, problem: &Problem, solution: &Solution, siconos: f64, report: &Report, seconds: f64) {
+    let Solution { passes, other_passes, residual, local_failures, .. } = solution;
+    let Report { open, stick, slip, penetration_velocity, coulomb_excess } = report;
+    let (n, dims, blocks, solver) = (problem.len(), problem.dims(), problem.blocks(), args.solver.label());
+    let what = if args.associated { " of the ASSOCIATED problem, which is not Coulomb's law" } else { "" };
+    say(format!("problem      {n} contacts in {dims}D, {blocks} blocks"));
+    say(format!("residual     {residual:.3e} of ‖q‖{what}; {siconos:.3e} in the norm of Siconos"));
+    say(format!("contacts     {open} open, {stick} stick, {slip} slip"));
+    say(format!("worst        penetration velocity {penetration_velocity:.3e}, Coulomb excess {coulomb_excess:.3e}"));
+    say(format!("cost         {seconds:.3e} s, {passes} {}, {other_passes} others", unit(args.solver)));
+    if *local_failures > 0 {
+        say(format!("warning      {local_failures} updates of single contacts found no solution"));
+    }
+    say(match solution.converged {
+        true => format!("converged    {solver} reached {:e}", args.tolerance),
+        false => format!("UNCONVERGED  {solver} did not reach {:e}; this is its best iterate", args.tolerance),
+    });
+}
+
+fn unit(solver: Solver) -> &'static str {
+    match solver {
+        Solver::Socp => "interior point steps",
+        Solver::Lemke => "pivots",
+        _ => "passes",
+    }
+}
+
+fn as_json(
+    args: &SolveArgs,
+    problem: &Problem,
+    solution: &Solution,
+    siconos: f64,
+    report: &Report,
+    seconds: f64,
+) -> serde_json::Value {
+    let vectors = |v: &[glam::DVec3]| v.iter().map(|v| v.to_array()[..problem.dims()].to_vec()).collect::<Vec<_>>();
+    json!({
+        "problem": args.problem,
+        "contacts": problem.len(),
+        "dims": problem.dims(),
+        "blocks": problem.blocks(),
+        "solver": args.solver.label(),
+        "order": (args.solver == Solver::GaussSeidel).then(|| args.order.unwrap_or_default().label()),
+        "associated": args.associated,
+        "tolerance": args.tolerance,
+        "converged": solution.converged,
+        "residual": solution.residual,
+        "residual_siconos": siconos,
+        "report": report,
+        "passes": solution.passes,
+        "other_passes": solution.other_passes,
+        "local_failures": solution.local_failures,
+        "seconds": seconds,
+        "r": vectors(&solution.r),
+        "u": vectors(&solution.u),
+    })
+}
+
+fn write_history(path: &Path, solution: &Solution) -> anyhow::Result<()> {
+    io::replace(path, |part| {
+        let at = |source: csv::Error| Error::Io { path: path.to_owned(), source: source.into() };
+        let mut file = csv::Writer::from_path(part).map_err(at)?;
+        file.write_record(["pass", "residual", "exact", "seconds"]).map_err(at)?;
+        for record in &solution.history {
+            let (pass, residual) = (record.pass.to_string(), format!("{:e}", record.residual));
+            let (exact, seconds) = (u8::from(record.exact).to_string(), format!("{:e}", record.seconds));
+            file.write_record([pass, residual, exact, seconds]).map_err(at)?;
+        }
+        file.flush().map_err(|source| Error::Io { path: path.to_owned(), source })
+    })?;
+    Ok(())
+}
