@@ -14,6 +14,9 @@ use rand::{Rng, SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
 use std::time::Instant;
 
+/// Sweeps after which velocities are computed anew from the impulses.
+const REFRESH: usize = 64;
+
 /// The order of the contacts in a sweep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Order {
@@ -51,24 +54,42 @@ impl std::str::FromStr for Order {
     }
 }
 
-/// Update the contacts of `order` one by one. The residual, each contact's share as it was before its update, and how
-/// many updates found no solution.
-fn sweep<O: Operator>(operator: &O, contacts: &[Contact], order: &[usize], r: &mut [DVec3]) -> (f64, usize) {
-    let mut state = operator.state(r);
-    let (mut sum, mut failures) = (0.0, 0);
-    for &k in order {
-        let contact = &contacts[k];
-        let u = operator.velocity(&state, r, k);
-        sum += contact.natural_map(r[k], u).length_squared();
-        let (new, found) = contact.solve(contact.without(r[k], u), r[k]);
-        failures += usize::from(!found);
-        let change = new - r[k];
-        if change != DVec3::ZERO {
-            operator.add(&mut state, k, change);
-            r[k] = new;
+/// Contacts with their impulses and the state that belongs to them.
+struct Sweep<'a, O: Operator> {
+    operator: &'a O,
+    contacts: &'a [Contact],
+    r: Vec<DVec3>,
+    state: O::State,
+}
+
+impl<O: Operator> Sweep<'_, O> {
+    /// Update the contacts of `order` one by one. How many updates found no solution.
+    fn run(&mut self, order: &[usize]) -> usize {
+        let mut failures = 0;
+        for &k in order {
+            let u = self.operator.velocity(&self.state, k);
+            let (new, found) = self.contacts[k].solve(self.contacts[k].without(self.r[k], u), self.r[k]);
+            failures += usize::from(!found);
+            let change = new - self.r[k];
+            if change != DVec3::ZERO {
+                self.operator.add(&mut self.state, k, change);
+                self.r[k] = new;
+            }
         }
+        failures
     }
-    (sum.sqrt() / operator.reference(), failures)
+
+    /// Free the state from the round-off that sweeps leave in it.
+    fn refresh(&mut self) {
+        self.operator.set(&mut self.state, &self.r);
+    }
+
+    /// Relative to the reference. The velocities are known, so this is no pass.
+    fn residual(&self) -> f64 {
+        let part = |k: usize| self.contacts[k].natural_map(self.r[k], self.operator.velocity(&self.state, k));
+        let sum: f64 = (0..self.r.len()).map(|k| part(k).length_squared()).sum();
+        sum.sqrt() / self.operator.reference()
+    }
 }
 
 /// Gauss-Seidel from `start`, in the order of the options.
@@ -82,25 +103,28 @@ pub fn solve<O: Operator>(operator: &O, start: Vec<DVec3>, options: &Options) ->
     if options.order == Order::ShuffledOnce {
         order.shuffle(&mut rng);
     }
-    let mut r = start;
+    let mut sweep = Sweep { operator, contacts: &contacts, r: start, state: operator.free() };
     let mut pass = 0;
-    let mut stop = watch.estimated(0, 0.0, &r);
-    while !stop {
+    loop {
+        if pass % REFRESH == 0 {
+            watch.other_passes += 1;
+            sweep.refresh();
+        }
+        if watch.stop(pass, sweep.residual(), &sweep.r) {
+            return watch.finish();
+        }
         pass += 1;
         match options.order {
             Order::RandomSweep => order.shuffle(&mut rng),
             Order::RandomSequential => order.fill_with(|| rng.random_range(0..n)),
             Order::ShuffledOnce | Order::Fixed => {}
         }
-        let (estimate, failures) = sweep(operator, &contacts, &order, &mut r);
-        watch.local_failures += failures;
-        stop = watch.estimated(pass, estimate, &r);
+        watch.local_failures += sweep.run(&order);
     }
-    watch.finish(&r)
 }
 
 /// Sweeps colour by colour from `start`, with momentum between them. Contacts of one colour do not see each other, so
-/// the sweep could be done in parallel.
+/// that they could be updated all at once.
 pub fn coloured<O: Operator>(operator: &O, start: Vec<DVec3>, options: &Options) -> Solution {
     let started = Instant::now();
     let contacts = contacts(operator);
@@ -108,24 +132,39 @@ pub fn coloured<O: Operator>(operator: &O, start: Vec<DVec3>, options: &Options)
     let colours = colours(operator);
     let mut order: Vec<usize> = (0..contacts.len()).collect();
     order.sort_by_key(|&k| colours[k]);
-    let (mut x, mut y, mut next) = (start.clone(), start.clone(), start);
+    // The iterate before (x), where the sweep begins (y), and the sweep itself, which makes of y the next iterate.
+    let mut sweep = Sweep { operator, contacts: &contacts, r: start, state: operator.free() };
+    sweep.refresh();
+    watch.other_passes += 1;
+    let (mut x, mut y) = (sweep.r.clone(), sweep.r.clone());
+    let mut state_x = sweep.state.clone();
     let mut momentum = Momentum::default();
     let mut pass = 0;
-    let mut stop = watch.estimated(0, 0.0, &x);
-    while !stop {
-        pass += 1;
-        next.copy_from_slice(&y);
-        let (estimate, failures) = sweep(operator, &contacts, &order, &mut next);
-        watch.local_failures += failures;
-        stop = watch.estimated(pass, estimate, &next);
-        let uphill = (0..x.len()).map(|k| contacts[k].dot(y[k] - next[k], next[k] - x[k])).sum();
-        let beta = momentum.next(uphill, estimate);
+    while !watch.stop(pass, sweep.residual(), &sweep.r) {
+        let beta = if pass == 0 {
+            0.0
+        } else {
+            let uphill = (0..x.len()).map(|k| contacts[k].dot(y[k] - sweep.r[k], sweep.r[k] - x[k])).sum();
+            momentum.next(uphill, sweep.residual())
+        };
         for k in 0..x.len() {
-            y[k] = next[k] + beta * (next[k] - x[k]);
+            y[k] = sweep.r[k] + beta * (sweep.r[k] - x[k]);
         }
-        std::mem::swap(&mut x, &mut next);
+        x.copy_from_slice(&sweep.r);
+        sweep.r.copy_from_slice(&y);
+        pass += 1;
+        if pass % REFRESH == 0 {
+            watch.other_passes += 2;
+            operator.set(&mut state_x, &x);
+            sweep.refresh();
+        } else {
+            let newer = sweep.state.clone();
+            operator.extrapolate(&mut sweep.state, &newer, &state_x, beta);
+            state_x = newer;
+        }
+        watch.local_failures += sweep.run(&order);
     }
-    watch.finish(&x)
+    watch.finish()
 }
 
 /// The smallest colour that no neighbour has, contact by contact: at most one more colour than the largest number of

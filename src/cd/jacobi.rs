@@ -27,22 +27,22 @@ pub fn solve<O: Operator>(operator: &O, start: Vec<DVec3>, accelerated: bool, op
     let mut watch = Watch::new(operator, &contacts, options, started);
     let n = contacts.len();
     let (mut x, mut y, mut next) = (start.clone(), start, vec![DVec3::ZERO; n]);
-    let mut u_x = vec![DVec3::ZERO; n];
-    velocities(operator, &x, &mut u_x);
+    let (mut state, mut u_x) = (operator.free(), vec![DVec3::ZERO; n]);
+    velocities(operator, &mut state, &x, &mut u_x);
     let (mut u_y, mut u_next) = (u_x.clone(), u_x.clone());
     watch.other_passes = POWER + 1;
     let mut largest = MARGIN * largest_eigenvalue(operator, &contacts, POWER);
     let mut momentum = Momentum::default();
     let mut pass = 0;
-    let mut stop = watch.known(0, relative(&contacts, &x, &u_x, operator.reference()), &x);
+    let mut stop = watch.stop(0, relative(&contacts, &x, &u_x, operator.reference()), &x);
     while !stop {
         pass += 1;
         for k in 0..n {
             next[k] = contacts[k].disc(y[k], u_y[k], 1.0 / largest);
         }
-        velocities(operator, &next, &mut u_next);
+        velocities(operator, &mut state, &next, &mut u_next);
         let residual = relative(&contacts, &next, &u_next, operator.reference());
-        stop = watch.known(pass, residual, &next);
+        stop = watch.stop(pass, residual, &next);
 
         // Along the step W may be no larger than L, or the estimate was low: raise it and go back. Steps so short that
         // round-off decides are let through.
@@ -67,8 +67,7 @@ pub fn solve<O: Operator>(operator: &O, start: Vec<DVec3>, accelerated: bool, op
         std::mem::swap(&mut x, &mut next);
         std::mem::swap(&mut u_x, &mut u_next);
     }
-    let last = if pass == 0 { x } else { next };
-    watch.finish(&last)
+    watch.finish()
 }
 
 /// The largest eigenvalue of the scaled operator, from below, by power iteration from a start that hides from no mode.
@@ -83,14 +82,15 @@ pub fn largest_eigenvalue<O: Operator>(operator: &O, contacts: &[Contact], passe
     let mut v: Vec<DVec3> =
         (0..n).map(|_| planar * DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)))).collect();
     let (mut q, mut u) = (vec![DVec3::ZERO; n], vec![DVec3::ZERO; n]);
-    velocities(operator, &u, &mut q);
+    let mut state = operator.free();
+    velocities(operator, &mut state, &u, &mut q);
     let mut value = 0.0;
     for _ in 0..passes {
         let norm = v.iter().map(|v| v.length_squared()).sum::<f64>().sqrt();
         for (k, v) in v.iter_mut().enumerate() {
             *v = *v * scale(k) / norm;
         }
-        velocities(operator, &v, &mut u);
+        velocities(operator, &mut state, &v, &mut u);
         for k in 0..n {
             v[k] = (u[k] - q[k]) * scale(k);
         }

@@ -4,11 +4,12 @@ use glam::{DMat3, DVec3};
 
 /// The affine map from impulses to relative velocities at contacts, `u = W r + q`.
 ///
-/// A matrix gathers rows of W. Bodies keep their velocities, `v = v_free + M⁻¹ H r`, as the state, and read `u = Hᵀ v`;
-/// then a change of one impulse costs two bodies and not a row. Vectors are (n, t1, t2), with t2 = 0 in the plane.
+/// Velocities are kept as a state that follows the impulses: those of bodies, `v = v_free + M⁻¹ H r`, of which
+/// `u = Hᵀ v` is read, or those of the contacts themselves where all there is is a matrix. A change of one impulse then
+/// costs two bodies, or a column. Vectors are (n, t1, t2), with t2 = 0 in the plane.
 pub trait Operator {
-    /// What follows from all impulses together; nothing for a matrix.
-    type State;
+    /// Affine in the impulses.
+    type State: Clone;
 
     /// Contacts.
     fn len(&self) -> usize;
@@ -29,23 +30,29 @@ pub trait Operator {
     /// The velocity that residuals are relative to, > 0.
     fn reference(&self) -> f64;
 
-    /// The state that belongs to the impulses `r`.
-    fn state(&self, r: &[DVec3]) -> Self::State;
+    /// The state without any impulse.
+    fn free(&self) -> Self::State;
 
-    /// `u_k`, where `state` belongs to `r`.
-    fn velocity(&self, state: &Self::State, r: &[DVec3], k: usize) -> DVec3;
+    /// Makes the state that of the impulses `r`. One pass.
+    fn set(&self, state: &mut Self::State, r: &[DVec3]);
+
+    /// `u_k` in that state.
+    fn velocity(&self, state: &Self::State, k: usize) -> DVec3;
 
     /// Brings the state up to date after `r_k` changed by `change`.
     fn add(&self, state: &mut Self::State, k: usize, change: DVec3);
+
+    /// `state ← newer + β (newer − older)`, which belongs to impulses that go beyond in the same way.
+    fn extrapolate(&self, state: &mut Self::State, newer: &Self::State, older: &Self::State, beta: f64);
 
     /// Contacts whose velocity depends on `r_k`; k itself may be among them.
     fn neighbours(&self, k: usize) -> impl Iterator<Item = usize>;
 }
 
-/// `W r + q` at all contacts, into `u`. One pass.
-pub fn velocities<O: Operator>(operator: &O, r: &[DVec3], u: &mut [DVec3]) {
-    let state = operator.state(r);
+/// `W r + q` at all contacts, into `u`, by way of the state. One pass.
+pub fn velocities<O: Operator>(operator: &O, state: &mut O::State, r: &[DVec3], u: &mut [DVec3]) {
+    operator.set(state, r);
     for (k, u) in u.iter_mut().enumerate() {
-        *u = operator.velocity(&state, r, k);
+        *u = operator.velocity(state, k);
     }
 }

@@ -40,6 +40,9 @@ impl Matrix {
     }
 }
 
+/// W as printed with six digits, or summed in another order, may differ from its transpose by this fraction.
+const ASYMMETRY: f64 = 1e-5;
+
 /// Find r with `u = W r + q` and `K* ∋ u + μ‖u_T‖ n ⟂ r ∈ K_μ`: velocities u and impulses r of contacts, in blocks of
 /// (n, t1, t2) or (n, t). W is symmetric and stored by rows of 3×3 blocks; blocks that are zero are not there, and in
 /// the plane the places of t2 hold zeros.
@@ -124,14 +127,17 @@ impl Problem {
             check_diagonal(k, &block)?;
             diagonal.push(block);
         }
-        let zero = DMat3::ZERO;
+        let mut symmetric = BTreeMap::new();
         for (&(i, j), block) in &blocks {
-            let mirror = blocks.get(&(j, i)).unwrap_or(&zero).transpose();
+            let mirror = blocks.get(&(j, i)).copied().unwrap_or(DMat3::ZERO).transpose();
             let scale = (largest(&diagonal[i]) * largest(&diagonal[j])).sqrt();
-            if largest(&(*block - mirror)) > 1e-6 * scale {
+            if largest(&(*block - mirror)) > ASYMMETRY * scale {
                 return bad(format!("W is not symmetric: block ({i}, {j}) is not the transpose of block ({j}, {i})"));
             }
+            let mean = (*block + mirror) * 0.5;
+            symmetric.extend([((i, j), mean), ((j, i), mean.transpose())]);
         }
+        let blocks = symmetric;
         let mut starts = vec![0; n + 1];
         blocks.keys().for_each(|&(i, _)| starts[i + 1] += 1);
         (0..n).for_each(|i| starts[i + 1] += starts[i]);
@@ -169,9 +175,9 @@ impl Problem {
     }
 }
 
-/// `W r + q` row by row: impulses are all the state there is.
+/// The state are the velocities of the contacts.
 impl Operator for Problem {
-    type State = ();
+    type State = Vec<DVec3>;
 
     fn len(&self) -> usize {
         self.mu.len()
@@ -193,13 +199,32 @@ impl Operator for Problem {
         self.reference
     }
 
-    fn state(&self, _: &[DVec3]) {}
-
-    fn velocity(&self, _: &(), r: &[DVec3], k: usize) -> DVec3 {
-        self.row(k).fold(self.q[k], |u, (j, block)| u + *block * r[j])
+    fn free(&self) -> Vec<DVec3> {
+        self.q.clone()
     }
 
-    fn add(&self, _: &mut (), _: usize, _: DVec3) {}
+    fn set(&self, u: &mut Vec<DVec3>, r: &[DVec3]) {
+        for (k, u) in u.iter_mut().enumerate() {
+            *u = self.row(k).fold(self.q[k], |u, (j, block)| u + *block * r[j]);
+        }
+    }
+
+    fn velocity(&self, u: &Vec<DVec3>, k: usize) -> DVec3 {
+        u[k]
+    }
+
+    fn add(&self, u: &mut Vec<DVec3>, k: usize, change: DVec3) {
+        // W is symmetric: its column k is the transpose of its row k.
+        for (j, block) in self.row(k) {
+            u[j] += block.transpose() * change;
+        }
+    }
+
+    fn extrapolate(&self, u: &mut Vec<DVec3>, newer: &Vec<DVec3>, older: &Vec<DVec3>, beta: f64) {
+        for ((u, &newer), &older) in u.iter_mut().zip(newer).zip(older) {
+            *u = newer + beta * (newer - older);
+        }
+    }
 
     fn neighbours(&self, k: usize) -> impl Iterator<Item = usize> {
         self.row(k).map(|(j, _)| j)

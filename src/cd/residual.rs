@@ -16,7 +16,7 @@ pub fn contacts<O: Operator>(operator: &O) -> Vec<Contact> {
 /// in velocities, so that neither units nor masses matter. The divisor is [`Operator::reference`].
 pub fn residual<O: Operator>(operator: &O, r: &[DVec3]) -> f64 {
     let mut u = vec![DVec3::ZERO; r.len()];
-    velocities(operator, r, &mut u);
+    velocities(operator, &mut operator.free(), r, &mut u);
     relative(&contacts(operator), r, &u, operator.reference())
 }
 

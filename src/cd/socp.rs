@@ -6,7 +6,7 @@
 
 use super::{
     contact::tangent,
-    operator::{Operator, velocities},
+    operator::Operator,
     problem::Problem,
     residual::{associated, contacts, relative},
     solver::{Options, Record, Solution},
@@ -31,7 +31,7 @@ pub fn solve(problem: &Problem, options: &Options) -> Solution {
         measure(&contacts, r, u, reference)
     };
     let mut best = (measure(&r, &u), r.clone(), u.clone());
-    let mut history = vec![Record { pass: 0, residual: best.0, exact: true, seconds: 0.0 }];
+    let mut history = vec![Record { pass: 0, residual: best.0, seconds: 0.0 }];
     let (mut passes, mut programs) = (0, 0);
 
     // One scale per contact, so that cones stay cones, and impulses of order 1.
@@ -84,9 +84,9 @@ pub fn solve(problem: &Problem, options: &Options) -> Solution {
         for (k, part) in solver.solution.x.chunks(dims).enumerate() {
             r[k] = DVec3::new(part[0], part[1], part.get(2).copied().unwrap_or(0.0)) * (scale[k] * unit);
         }
-        velocities(problem, &r, &mut u);
+        problem.set(&mut u, &r);
         let residual = measure(&r, &u);
-        history.push(Record { pass: passes, residual, exact: true, seconds: started.elapsed().as_secs_f64() });
+        history.push(Record { pass: passes, residual, seconds: started.elapsed().as_secs_f64() });
         if !residual.is_finite() {
             break;
         }

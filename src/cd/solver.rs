@@ -89,9 +89,6 @@ impl Default for Options {
 pub struct Record {
     pub pass: usize,
     pub residual: f64,
-    /// Sweeps see the velocity of each contact as it is when its turn comes; their residual is confirmed (`exact`)
-    /// where it matters.
-    pub exact: bool,
     /// Since the start, of the wall clock.
     pub seconds: f64,
 }
@@ -103,7 +100,7 @@ pub struct Solution {
     pub u: Vec<DVec3>,
     /// Applications of W by the iteration; for `socp` steps of the interior point method, for `lemke` pivots.
     pub passes: usize,
-    /// Applications of W besides: to find the step, and to confirm residuals of sweeps.
+    /// Applications of W besides: to find the step, to free velocities from round-off, to confirm the residual.
     pub other_passes: usize,
     /// See [`residual::residual`]; that of the associated problem if this is what was asked for.
     pub residual: f64,
@@ -136,7 +133,7 @@ pub fn solve(problem: &Problem, solver: Solver, options: &Options) -> Result<Sol
 }
 
 /// Keeps the best iterate, the history and the clock, and says when to stop.
-pub(super) struct Watch<'a, O> {
+pub(super) struct Watch<'a, O: Operator> {
     operator: &'a O,
     contacts: &'a [Contact],
     options: &'a Options,
@@ -145,8 +142,7 @@ pub(super) struct Watch<'a, O> {
     best: Vec<DVec3>,
     best_residual: f64,
     passes: usize,
-    /// Exact over estimated residual, when both were known last.
-    ratio: f64,
+    state: O::State,
     u: Vec<DVec3>,
     pub other_passes: usize,
     pub local_failures: usize,
@@ -163,62 +159,41 @@ impl<'a, O: Operator> Watch<'a, O> {
             best: vec![DVec3::ZERO; contacts.len()],
             best_residual: f64::INFINITY,
             passes: 0,
-            ratio: 0.1,
+            state: operator.free(),
             u: vec![DVec3::ZERO; contacts.len()],
             other_passes: 0,
             local_failures: 0,
         }
     }
 
+    /// By one more pass, without whatever round-off the caller's velocities have gathered.
     fn exact(&mut self, r: &[DVec3]) -> f64 {
         self.other_passes += 1;
-        velocities(self.operator, r, &mut self.u);
+        velocities(self.operator, &mut self.state, r, &mut self.u);
         residual::relative(self.contacts, r, &self.u, self.operator.reference())
     }
 
-    /// After a pass whose residual is known. Whether to stop.
-    pub fn known(&mut self, pass: usize, residual: f64, r: &[DVec3]) -> bool {
-        self.note(pass, residual, true, r)
-    }
-
-    /// After a pass whose residual is estimated: confirmed as soon as it may be below the tolerance. Whether to stop.
-    pub fn estimated(&mut self, pass: usize, estimate: f64, r: &[DVec3]) -> bool {
-        if !(estimate * self.ratio <= self.options.tolerance) {
-            return self.note(pass, estimate, false, r);
+    /// After a pass that led to `r`: whether to stop.
+    pub fn stop(&mut self, pass: usize, mut residual: f64, r: &[DVec3]) -> bool {
+        if residual <= self.options.tolerance {
+            residual = self.exact(r);
         }
-        let exact = self.exact(r);
-        // Slightly early, so that no pass is wasted.
-        self.ratio = if estimate > 0.0 { (0.9 * exact / estimate).min(1.0) } else { 1.0 };
-        self.note(pass, exact, true, r)
-    }
-
-    fn note(&mut self, pass: usize, residual: f64, exact: bool, r: &[DVec3]) -> bool {
         let seconds = self.started.elapsed().as_secs_f64();
-        self.history.push(Record { pass, residual, exact, seconds });
+        self.history.push(Record { pass, residual, seconds });
         self.passes = pass;
         if residual < self.best_residual {
             self.best_residual = residual;
             self.best.copy_from_slice(r);
         }
-        let converged = exact && residual <= self.options.tolerance;
         // Written so that NaN stops.
-        converged || pass >= self.options.max_iterations || !(residual <= DIVERGED * self.best_residual)
+        let going = residual > self.options.tolerance && residual <= DIVERGED * self.best_residual;
+        !going || pass >= self.options.max_iterations
     }
 
-    /// The best iterate and what is to be said about it; `last` is the one before the stop.
-    pub fn finish(mut self, last: &[DVec3]) -> Solution {
-        let known = self.history.last().is_some_and(|record| record.exact && record.residual == self.best_residual);
-        let mut r = std::mem::take(&mut self.best);
-        let mut residual = self.exact(&r);
-        if !known && last != r {
-            // Estimates may have misjudged the two.
-            let other = self.exact(last);
-            if other < residual {
-                r.copy_from_slice(last);
-                residual = other;
-            }
-        }
-        velocities(self.operator, &r, &mut self.u);
+    /// The best iterate and what is to be said about it.
+    pub fn finish(mut self) -> Solution {
+        let r = std::mem::take(&mut self.best);
+        let residual = self.exact(&r);
         Solution {
             converged: residual <= self.options.tolerance,
             r,

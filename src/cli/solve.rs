@@ -147,11 +147,10 @@ fn write_history(path: &Path, solution: &Solution) -> anyhow::Result<()> {
     io::replace(path, |part| {
         let at = |source: csv::Error| Error::Io { path: path.to_owned(), source: source.into() };
         let mut file = csv::Writer::from_path(part).map_err(at)?;
-        file.write_record(["pass", "residual", "exact", "seconds"]).map_err(at)?;
+        file.write_record(["pass", "residual", "seconds"]).map_err(at)?;
         for record in &solution.history {
             let (pass, residual) = (record.pass.to_string(), format!("{:e}", record.residual));
-            let (exact, seconds) = (u8::from(record.exact).to_string(), format!("{:e}", record.seconds));
-            file.write_record([pass, residual, exact, seconds]).map_err(at)?;
+            file.write_record([pass, residual, format!("{:e}", record.seconds)]).map_err(at)?;
         }
         file.flush().map_err(|source| Error::Io { path: path.to_owned(), source })
     })?;
