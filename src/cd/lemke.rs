@@ -25,7 +25,9 @@ const SMALLEST: f64 = 1e-11;
 pub fn solve(problem: &Problem, options: &Options) -> Result<Solution> {
     let n = problem.len();
     if problem.dims() != 2 {
-        return Err(Error::Problem("lemke solves problems in the plane only, but this one has three dimensions".into()));
+        return Err(Error::Problem(
+            "lemke solves problems in the plane only, but this one has three dimensions".into(),
+        ));
     }
     if n > MOST_CONTACTS {
         return Err(Error::Problem(format!("lemke is dense and takes at most {MOST_CONTACTS} contacts, not {n}")));

@@ -361,7 +361,11 @@ mod tests {
     #[test]
     fn global_and_local_form_agree() {
         // Two bodies of two degrees of freedom; M couples those of the second. Checked by hand.
-        let m = Matrix { rows: 4, columns: 4, entries: vec![(0, 0, 2.0), (1, 1, 4.0), (2, 2, 2.0), (2, 3, 1.0), (3, 2, 1.0), (3, 3, 2.0)] };
+        let m = Matrix {
+            rows: 4,
+            columns: 4,
+            entries: vec![(0, 0, 2.0), (1, 1, 4.0), (2, 2, 2.0), (2, 3, 1.0), (3, 2, 1.0), (3, 3, 2.0)],
+        };
         let h = Matrix { rows: 4, columns: 2, entries: vec![(0, 0, 1.0), (1, 1, 1.0), (2, 0, -1.0), (3, 1, -1.0)] };
         let problem = Problem::global(2, &m, &h, &[2.0, 4.0, 3.0, 3.0], &[0.5, 0.0], &[0.3]).unwrap();
         // M⁻¹ of the second body is (2, −1; −1, 2)/3.

@@ -18,8 +18,13 @@ use clarabel::{
 use glam::DVec3;
 use std::time::Instant;
 
-/// Of the interior point method, in the scaled problem.
-const INNER: f64 = 1e-12;
+/// Of the interior point method, in the scaled problem. Forces at a cone's edge are as exact as the root of the gap; a
+/// feasibility much below 1e-9 instead ends the method early, for lack of progress, where forces are not unique.
+const GAP: f64 = 1e-14;
+const FEASIBILITY: f64 = 1e-9;
+
+/// Cone programs without any improvement after which the fixed point is not attained.
+const PATIENCE: usize = 50;
 
 pub fn solve(problem: &Problem, options: &Options) -> Solution {
     let started = Instant::now();
@@ -32,7 +37,7 @@ pub fn solve(problem: &Problem, options: &Options) -> Solution {
     };
     let mut best = (measure(&r, &u), r.clone(), u.clone());
     let mut history = vec![Record { pass: 0, residual: best.0, seconds: 0.0 }];
-    let (mut passes, mut programs) = (0, 0);
+    let (mut passes, mut programs, mut best_program) = (0, 0, 0);
 
     // One scale per contact, so that cones stay cones, and impulses of order 1.
     let scale: Vec<f64> = contacts.iter().map(|c| c.lambda.sqrt().recip()).collect();
@@ -44,7 +49,8 @@ pub fn solve(problem: &Problem, options: &Options) -> Solution {
         .filter(|&(i, j, value)| i <= j && value != 0.0)
         .collect();
     let matrix = |m: usize, columns: usize, entries: &[(usize, usize, f64)]| {
-        let (i, (j, value)) = entries.iter().map(|&(i, j, value)| (i, (j, value))).unzip::<_, _, Vec<_>, (Vec<_>, Vec<_>)>();
+        let (i, (j, value)) =
+            entries.iter().map(|&(i, j, value)| (i, (j, value))).unzip::<_, _, Vec<_>, (Vec<_>, Vec<_>)>();
         CscMatrix::new_from_triplets(m, columns, i, j, value)
     };
     let w = matrix(n * dims, n * dims, &triplets);
@@ -62,13 +68,13 @@ pub fn solve(problem: &Problem, options: &Options) -> Solution {
     let settings = DefaultSettingsBuilder::default()
         .verbose(false)
         .presolve_enable(false)
-        .tol_gap_abs(INNER)
-        .tol_gap_rel(INNER)
-        .tol_feas(INNER)
+        .tol_gap_abs(GAP)
+        .tol_gap_rel(GAP)
+        .tol_feas(FEASIBILITY)
         .build()
         .expect("the settings are valid");
 
-    while best.0 > options.tolerance && programs < options.max_iterations {
+    while best.0 > options.tolerance && programs < options.max_iterations.min(best_program + PATIENCE) {
         programs += 1;
         let linear: Vec<f64> = (0..n)
             .flat_map(|k| {
@@ -92,6 +98,7 @@ pub fn solve(problem: &Problem, options: &Options) -> Solution {
         }
         if residual < best.0 {
             best = (residual, r.clone(), u.clone());
+            best_program = programs;
         }
         if options.associated {
             break;

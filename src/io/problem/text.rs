@@ -50,7 +50,8 @@ fn full(input: &mut Input, rows: usize, columns: usize) -> Result<Matrix> {
 fn blocks(input: &mut Input, rows: usize, columns: usize) -> Result<Matrix> {
     let count: usize = input.number("number of blocks")?;
     let (down, across) = (input.number("block rows")?, input.number("block columns")?);
-    let (row_ends, column_ends) = (input.ends("block rows", down, rows)?, input.ends("block columns", across, columns)?);
+    let (row_ends, column_ends) =
+        (input.ends("block rows", down, rows)?, input.ends("block columns", across, columns)?);
     let (filled, indices) = (input.number("length of the row index")?, input.number("length of the column index")?);
     let (starts, places): (Vec<usize>, Vec<usize>) =
         (input.vector("row index", filled)?, input.vector("column index", indices)?);
