@@ -1,6 +1,7 @@
 //! `packstone solve`
 
 use super::{UNCONVERGED, say};
+use glam::DVec3;
 use packstone::{
     Error,
     cd::{
@@ -50,6 +51,9 @@ pub struct SolveArgs {
     /// File for pass, residual and seconds of each pass
     #[arg(long, value_name = "FILE.csv")]
     history: Option<PathBuf>,
+    /// Judge the impulses in this file (numbers, contact by contact) by the same measures, instead of solving
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["solver", "order", "seed", "associated", "history", "max_iterations"])]
+    judge: Option<PathBuf>,
     /// Print everything as JSON, forces and velocities included
     #[arg(long)]
     json: bool,
@@ -69,7 +73,10 @@ pub fn solve(args: &SolveArgs) -> anyhow::Result<ExitCode> {
         associated: args.associated,
     };
     let started = Instant::now();
-    let solution = cd::solve(&problem, args.solver, &options)?;
+    let solution = match &args.judge {
+        Some(path) => judge(&problem, path, args.tolerance)?,
+        None => cd::solve(&problem, args.solver, &options)?,
+    };
     let seconds = started.elapsed().as_secs_f64();
     if let Some(path) = &args.history {
         write_history(path, &solution)?;
@@ -85,10 +92,29 @@ pub fn solve(args: &SolveArgs) -> anyhow::Result<ExitCode> {
     Ok(if solution.converged { ExitCode::SUCCESS } else { ExitCode::from(UNCONVERGED) })
 }
 
+/// The answer of somebody else, as if it were ours.
+fn judge(problem: &Problem, path: &Path, tolerance: f64) -> anyhow::Result<Solution> {
+    let text = std::fs::read_to_string(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+    let numbers = text.split_whitespace().map(str::parse).collect::<Result<Vec<f64>, _>>();
+    let (dims, n) = (problem.dims(), problem.len());
+    let Some(numbers) = numbers.ok().filter(|x| x.len() == n * dims && x.iter().all(|x| x.is_finite())) else {
+        let reason = format!("{}: must be {} finite numbers, {dims} for each contact", path.display(), n * dims);
+        return Err(Error::Problem(reason).into());
+    };
+    let third = |r: &[f64]| r.get(2).copied().unwrap_or(0.0);
+    let r: Vec<DVec3> = numbers.chunks(dims).map(|r| DVec3::new(r[0], r[1], third(r))).collect();
+    let mut u = vec![DVec3::ZERO; n];
+    cd::velocities(problem, &mut problem.free(), &r, &mut u);
+    let residual = residual::residual(problem, &r);
+    let converged = residual <= tolerance;
+    Ok(Solution { r, u, passes: 0, other_passes: 2, residual, converged, local_failures: 0, history: Vec::new() })
+}
+
 fn print(args: &SolveArgs, problem: &Problem, solution: &Solution, siconos: f64, report: &Report, seconds: f64) {
     let Solution { passes, other_passes, residual, local_failures, .. } = solution;
     let Report { open, stick, slip, penetration_velocity, coulomb_excess } = report;
-    let (n, dims, blocks, solver) = (problem.len(), problem.dims(), problem.blocks(), args.solver.label());
+    let (n, dims, blocks) = (problem.len(), problem.dims(), problem.blocks());
+    let solver = if args.judge.is_some() { "the answer given" } else { args.solver.label() };
     let what = if args.associated { " of the ASSOCIATED problem, which is not Coulomb's law" } else { "" };
     say(format!("problem      {n} contacts in {dims}D, {blocks} blocks"));
     say(format!("residual     {residual:.3e} of ‖q‖{what}; {siconos:.3e} in the norm of Siconos"));
@@ -100,7 +126,7 @@ fn print(args: &SolveArgs, problem: &Problem, solution: &Solution, siconos: f64,
     }
     say(match solution.converged {
         true => format!("converged    {solver} reached {:e}", args.tolerance),
-        false => format!("UNCONVERGED  {solver} did not reach {:e}; this is its best iterate", args.tolerance),
+        false => format!("UNCONVERGED  {solver} did not reach {:e}", args.tolerance),
     });
 }
 
@@ -120,14 +146,14 @@ fn as_json(
     report: &Report,
     seconds: f64,
 ) -> serde_json::Value {
-    let vectors = |v: &[glam::DVec3]| v.iter().map(|v| v.to_array()[..problem.dims()].to_vec()).collect::<Vec<_>>();
+    let vectors = |v: &[DVec3]| v.iter().map(|v| v.to_array()[..problem.dims()].to_vec()).collect::<Vec<_>>();
     json!({
         "problem": args.problem,
         "contacts": problem.len(),
         "dims": problem.dims(),
         "blocks": problem.blocks(),
-        "solver": args.solver.label(),
-        "order": (args.solver == Solver::GaussSeidel).then(|| args.order.unwrap_or_default().label()),
+        "solver": args.judge.is_none().then(|| args.solver.label()),
+        "order": (args.judge.is_none() && args.solver == Solver::GaussSeidel).then(|| args.order.unwrap_or_default().label()),
         "associated": args.associated,
         "tolerance": args.tolerance,
         "converged": solution.converged,
