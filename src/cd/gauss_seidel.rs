@@ -132,37 +132,36 @@ pub fn coloured<O: Operator>(operator: &O, start: Vec<DVec3>, options: &Options)
     let colours = colours(operator);
     let mut order: Vec<usize> = (0..contacts.len()).collect();
     order.sort_by_key(|&k| colours[k]);
-    // The iterate before (x), where the sweep begins (y), and the sweep itself, which makes of y the next iterate.
     let mut sweep = Sweep { operator, contacts: &contacts, r: start, state: operator.free() };
     sweep.refresh();
     watch.other_passes += 1;
+    // The iterate before, and where the sweep began.
     let (mut x, mut y) = (sweep.r.clone(), sweep.r.clone());
-    let mut state_x = sweep.state.clone();
+    let (mut state_x, mut newer) = (sweep.state.clone(), sweep.state.clone());
     let mut momentum = Momentum::default();
     let mut pass = 0;
-    while !watch.stop(pass, sweep.residual(), &sweep.r) {
-        let beta = if pass == 0 {
-            0.0
-        } else {
-            let uphill = (0..x.len()).map(|k| contacts[k].dot(y[k] - sweep.r[k], sweep.r[k] - x[k])).sum();
-            momentum.next(uphill, sweep.residual())
-        };
-        for k in 0..x.len() {
-            y[k] = sweep.r[k] + beta * (sweep.r[k] - x[k]);
-        }
-        x.copy_from_slice(&sweep.r);
-        sweep.r.copy_from_slice(&y);
+    let mut stop = watch.stop(0, sweep.residual(), &sweep.r);
+    while !stop {
         pass += 1;
+        y.copy_from_slice(&sweep.r);
+        watch.local_failures += sweep.run(&order);
+        let residual = sweep.residual();
+        stop = watch.stop(pass, residual, &sweep.r);
+
+        let uphill = (0..x.len()).map(|k| contacts[k].dot(y[k] - sweep.r[k], sweep.r[k] - x[k])).sum();
+        let beta = momentum.next(uphill, residual);
+        for (x, r) in x.iter_mut().zip(&mut sweep.r) {
+            let older = std::mem::replace(x, *r);
+            *r += beta * (*r - older);
+        }
+        newer.clone_from(&sweep.state);
+        operator.extrapolate(&mut sweep.state, &newer, &state_x, beta);
+        std::mem::swap(&mut state_x, &mut newer);
         if pass % REFRESH == 0 {
             watch.other_passes += 2;
             operator.set(&mut state_x, &x);
             sweep.refresh();
-        } else {
-            let newer = sweep.state.clone();
-            operator.extrapolate(&mut sweep.state, &newer, &state_x, beta);
-            state_x = newer;
         }
-        watch.local_failures += sweep.run(&order);
     }
     watch.finish()
 }
