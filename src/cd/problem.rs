@@ -5,8 +5,8 @@ use crate::error::{Error, Result};
 use glam::{DMat2, DMat3, DVec3};
 use std::collections::BTreeMap;
 
-/// Bodies of more degrees of freedom than this are no bodies: M would be a mesh.
-const LARGEST_BODY: usize = 64;
+/// Degrees of freedom of a body at most: its block of M is factored as a full matrix.
+const LARGEST_BODY: usize = 1000;
 
 /// A sparse matrix as it comes from a file: entries (row, column, value) in any order, those of one place adding up.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -40,8 +40,8 @@ impl Matrix {
     }
 }
 
-/// W as printed with six digits, or summed in another order, may differ from its transpose by this fraction.
-const ASYMMETRY: f64 = 1e-5;
+/// W as printed with a few digits, or summed in another order, may differ from its transpose by this fraction.
+const ASYMMETRY: f64 = 1e-3;
 
 /// Find r with `u = W r + q` and `K* ∋ u + μ‖u_T‖ n ⟂ r ∈ K_μ`: velocities u and impulses r of contacts, in blocks of
 /// (n, t1, t2) or (n, t). W is symmetric and stored by rows of 3×3 blocks; blocks that are zero are not there, and in
@@ -57,6 +57,7 @@ pub struct Problem {
     q: Vec<DVec3>,
     mu: Vec<f64>,
     reference: f64,
+    asymmetry: f64,
 }
 
 fn bad<T>(reason: String) -> Result<T> {
@@ -127,13 +128,15 @@ impl Problem {
             check_diagonal(k, &block)?;
             diagonal.push(block);
         }
-        let mut symmetric = BTreeMap::new();
+        let (mut symmetric, mut asymmetry) = (BTreeMap::new(), 0.0f64);
         for (&(i, j), block) in &blocks {
             let mirror = blocks.get(&(j, i)).copied().unwrap_or(DMat3::ZERO).transpose();
             let scale = (largest(&diagonal[i]) * largest(&diagonal[j])).sqrt();
-            if largest(&(*block - mirror)) > ASYMMETRY * scale {
+            let difference = largest(&(*block - mirror)) / scale;
+            if difference > ASYMMETRY {
                 return bad(format!("W is not symmetric: block ({i}, {j}) is not the transpose of block ({j}, {i})"));
             }
+            asymmetry = asymmetry.max(difference);
             let mean = (*block + mirror) * 0.5;
             symmetric.extend([((i, j), mean), ((j, i), mean.transpose())]);
         }
@@ -146,6 +149,9 @@ impl Problem {
             DVec3::new(part[0], part[1], part.get(2).copied().unwrap_or(0.0))
         };
         let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if !norm.is_finite() {
+            return bad("the norm of q is not finite".to_owned());
+        }
         Ok(Problem {
             dims,
             starts,
@@ -156,6 +162,7 @@ impl Problem {
             mu: mu.to_vec(),
             // Where q = 0 so is r, and any divisor serves.
             reference: if norm > 0.0 { norm } else { 1.0 },
+            asymmetry,
         })
     }
 
@@ -168,6 +175,11 @@ impl Problem {
     /// Blocks of W that are stored.
     pub fn blocks(&self) -> usize {
         self.blocks.len()
+    }
+
+    /// By how much W differed from its transpose, relative to the diagonal; the mean of the two was taken.
+    pub fn asymmetry(&self) -> f64 {
+        self.asymmetry
     }
 
     pub fn q(&self) -> &[DVec3] {

@@ -117,6 +117,12 @@ fn print(args: &SolveArgs, problem: &Problem, solution: &Solution, siconos: f64,
     let solver = if args.judge.is_some() { "the answer given" } else { args.solver.label() };
     let what = if args.associated { " of the ASSOCIATED problem, which is not Coulomb's law" } else { "" };
     say(format!("problem      {n} contacts in {dims}D, {blocks} blocks"));
+    if problem.asymmetry() > 1e-8 {
+        say(format!(
+            "warning      W is not quite symmetric ({:.1e}); the mean with its transpose is solved",
+            problem.asymmetry()
+        ));
+    }
     say(format!("residual     {residual:.3e} of ‖q‖{what}; {siconos:.3e} in the norm of Siconos"));
     say(format!("contacts     {open} open, {stick} stick, {slip} slip"));
     say(format!("worst        penetration velocity {penetration_velocity:.3e}, Coulomb excess {coulomb_excess:.3e}"));
@@ -152,6 +158,7 @@ fn as_json(
         "contacts": problem.len(),
         "dims": problem.dims(),
         "blocks": problem.blocks(),
+        "asymmetry": problem.asymmetry(),
         "solver": args.judge.is_none().then(|| args.solver.label()),
         "order": (args.judge.is_none() && args.solver == Solver::GaussSeidel).then(|| args.order.unwrap_or_default().label()),
         "associated": args.associated,

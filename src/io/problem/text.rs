@@ -15,9 +15,11 @@ pub fn parse(text: &str) -> Result<Problem> {
     }
     let n: usize = input.number("number of contacts")?;
     let first = matrix(&mut input)?;
-    // Nothing in the file names its form. What follows the matrix of a local one are exactly q and μ.
     let Some(size) = n.checked_mul(dims) else { return input.bad(format!("{n} contacts are too many")) };
-    if first.rows == size && input.remaining() <= size + n {
+    // Nothing in the file names its form, but a second matrix begins with three integers of which two are known.
+    let mut ahead = input.clone();
+    let header: [Option<usize>; 3] = std::array::from_fn(|_| ahead.number("").ok());
+    if header[1..] != [Some(first.rows), Some(size)] {
         let (q, mu) = (input.vector("q", size)?, input.vector("mu", n)?);
         return Problem::local(dims, &first, &q, &mu);
     }
@@ -115,6 +117,7 @@ fn csparse(input: &mut Input, rows: usize, columns: usize) -> Result<Matrix> {
 }
 
 /// Words, and lines where the format has them; knows where it is.
+#[derive(Clone)]
 struct Input<'a> {
     lines: Vec<&'a str>,
     /// Line whose words are next, from 0.
@@ -177,11 +180,5 @@ impl<'a> Input<'a> {
             true => Ok(ends),
             false => self.bad(format!("the ends of the {what} must ascend to {size}")),
         }
-    }
-
-    /// Words to the end.
-    fn remaining(&self) -> usize {
-        let rest = self.lines.get(self.line + 1..).unwrap_or_default();
-        self.words.clone().count() + rest.iter().map(|line| line.split_whitespace().count()).sum::<usize>()
     }
 }
