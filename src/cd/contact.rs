@@ -74,7 +74,8 @@ impl Contact {
     }
 
     /// The impulse that obeys the laws of contact with `u = W_kk r + b`, and whether one was found (it exists whenever
-    /// W_kk is positive definite). `guess` only chooses where the search for the direction of slip begins.
+    /// W_kk is positive definite). The search for the direction of slip begins at `guess`; if nothing is found, that is
+    /// relaxed a little.
     pub fn solve(&self, b: DVec3, guess: DVec3) -> (DVec3, bool) {
         if b.x >= 0.0 {
             return (DVec3::ZERO, true);
@@ -91,9 +92,11 @@ impl Contact {
             .into_iter()
             .find_map(DVec2::try_normalize)
             .unwrap_or(DVec2::X);
-        match self.slip(b, start) {
+        // Where a push hardly moves the contact off, the equation may have huge roots that solve nothing.
+        let solves = |r: &DVec3| self.natural_map(*r, self.w * *r + b).length() <= 1e-6 * b.length();
+        match self.slip(b, start).filter(solves) {
             Some(r) => (r, true),
-            None => (project(stick, self.mu), false),
+            None => (self.disc(guess, self.w * guess + b, 0.5), false),
         }
     }
 
@@ -312,19 +315,19 @@ mod tests {
     fn spheres_have_a_closed_form() {
         let contact = Contact::new(DMat3::from_diagonal(DVec3::new(2.0, 7.0, 7.0)), 0.5);
         assert_eq!(contact.solve(DVec3::new(1.0, 3.0, 0.0), DVec3::ZERO).0, DVec3::ZERO);
-        assert_eq!(contact.solve(DVec3::new(-2.0, 0.7, 0.0), DVec3::ZERO).0, DVec3::new(1.0, -0.1, 0.0));
+        assert_eq!(contact.solve(DVec3::new(-2.0, 1.75, 0.0), DVec3::ZERO).0, DVec3::new(1.0, -0.25, 0.0));
         assert_eq!(contact.solve(DVec3::new(-2.0, 0.0, 70.0), DVec3::ZERO).0, DVec3::new(1.0, 0.0, -0.5));
     }
 
     #[test]
     fn a_block_without_solution_is_reported() {
-        // Impulses cannot turn this contact: W has rank 1, and pushing also slides it.
+        // W has rank 1: a push also slides the contact, and friction that stops the sliding opens it. Nothing solves
+        // this one.
         let v = DVec3::new(1.0, 10.0, 0.0);
         let contact = Contact::new(DMat3::from_cols(v * v.x, v * v.y, v * v.z), 5.0);
         let b = DVec3::new(-1.0, 3.0, 0.0);
         let (r, found) = contact.solve(b, DVec3::ZERO);
-        let error = contact.natural_map(r, contact.w * r + b).length();
-        assert_eq!(found, error < 1e-9, "{r:?} {error:e}");
+        assert!(!found && r.is_finite() && tangent(r).length() <= 5.0 * r.x, "{r:?}");
     }
 
     #[test]
