@@ -7,6 +7,7 @@ mod describe;
 mod progress;
 mod render;
 mod run;
+mod solve;
 mod table;
 mod tune;
 
@@ -31,13 +32,14 @@ use std::{
 /// Exit codes besides 0; 2 is also clap's for wrong usage.
 const STOPPED: u8 = 1;
 const BAD_INPUT: u8 = 2;
+const UNCONVERGED: u8 = 3;
 const INTERRUPTED: u8 = 130;
 
 /// Simulate packings of grains with the discrete element method, on GPU or CPU.
 #[derive(Parser)]
 #[command(
     version,
-    after_help = "Exit codes: 0 done, 1 run stopped, check exceeded, bench failed or tune without success, 2 bad input, 130 interrupted."
+    after_help = "Exit codes: 0 done, 1 run stopped, check exceeded, bench failed or tune without success, 2 bad input, 3 solve without convergence, 130 interrupted."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -52,6 +54,7 @@ enum Command {
     Describe(describe::DescribeArgs),
     Bench(bench::BenchArgs),
     Tune(tune::TuneArgs),
+    Solve(solve::SolveArgs),
     Adapters(adapters::AdaptersArgs),
 }
 
@@ -64,6 +67,7 @@ pub fn main() -> ExitCode {
         Command::Describe(args) => describe::describe(&args),
         Command::Bench(args) => bench::bench(&args),
         Command::Tune(args) => tune::tune(&args),
+        Command::Solve(args) => solve::solve(&args),
         Command::Adapters(_) => adapters::adapters(),
     };
     outcome.unwrap_or_else(|error| {

@@ -8,6 +8,9 @@ pub enum Error {
     /// The scene (file, `--set` override or data file it names) is not usable. Exit code 2.
     #[error("{0}")]
     Scene(String),
+    /// A frictional contact problem (its file, its numbers, or what is asked of it) is not usable. Exit code 2.
+    #[error("{0}")]
+    Problem(String),
     /// The machine cannot do what was asked: no adapter, not enough memory, missing feature. Exit code 2.
     #[error("{0}")]
     Device(String),

@@ -2,6 +2,7 @@
 //! complete, so that nothing half-written ever carries the name of a result.
 
 pub mod csv;
+pub mod problem;
 pub mod summary;
 pub mod vtp;
 

@@ -50,6 +50,7 @@
 //! ([`laws`]). `ARCHITECTURE.md` says what to touch to add a law, a kernel or a scene key.
 
 pub mod bench;
+pub mod cd;
 pub mod check;
 pub mod engine;
 pub mod error;

@@ -33,6 +33,7 @@ fn relative(path: &Path) -> String {
 const LAYERS: &[(&str, u32)] = &[
     ("error", 0),
     ("memory", 1),
+    ("cd", 1),
     ("shaders", 0),
     ("gpu", 1),
     ("scene", 2),
