@@ -190,10 +190,8 @@ pub static STEER: Stage = Stage { dispatch: Dispatch::OneGroup, ..Stage::new("st
 /// Contact dynamics 5: velocities, carried ahead by momentum.
 pub static EXTRAPOLATE: Stage = Stage::new("extrapolate", extrapolate::extrapolate, bodies);
 /// Contact dynamics 6: residual.
-pub static JUDGE: Stage = Stage {
-    bind: &[("ahead", "trial"), ("ahead_spin", "trial_spin")],
-    ..Stage::new("judge", judge::judge, bodies)
-};
+pub static JUDGE: Stage =
+    Stage { bind: &[("ahead", "trial"), ("ahead_spin", "trial_spin")], ..Stage::new("judge", judge::judge, bodies) };
 /// Contact dynamics 7: the judgement.
 pub static CONCLUDE: Stage =
     Stage { dispatch: Dispatch::OneGroup, ..Stage::new("conclude", conclude::conclude, |_| 1) };

@@ -1,10 +1,12 @@
 //! Simulation = scene + plan + engine + state: advances in chunks, replays a chunk that did not fit, and hands out
 //! samples and states.
 
+mod host;
 pub mod profile;
 pub mod rigid;
 
 use crate::{
+    cd,
     engine::{Cpu, Engine, Gpu, gpu},
     error::{Error, Result},
     gpu::{Arrays, Device},
@@ -17,10 +19,8 @@ use crate::{
     memory,
     model::{Model, Precision, Rotation},
     plan::{Plan, plan},
-    scene::{Assembly, Dashpot, Grain, Method, RelaxationSolver, Surface},
-    state::{
-        ARRAYS, Array, Counters, Length, Motion, PARTS, Pair, Params, Place, Residue, Sizes, Spin, State, Wall,
-    },
+    scene::{Assembly, Dashpot, Grain, Method, Surface},
+    state::{ARRAYS, Array, Counters, Length, Motion, PARTS, Pair, Params, Place, Residue, Sizes, Spin, State, Wall},
     time_step,
 };
 use glam::{DVec3, UVec3};
@@ -198,7 +198,7 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
     };
     if let Method::ContactDynamics(relaxation) = assembly.solver.method {
         p.tolerance = relaxation.tolerance;
-        p.momentum = if relaxation.solver == RelaxationSolver::Jacobi { 0.0 } else { 1.0 };
+        p.momentum = if relaxation.solver == cd::Solver::Jacobi { 0.0 } else { 1.0 };
         // Slower than what gravity takes away in a step, so that nothing flies up; without gravity something small.
         let pull = assembly.gravity.length() * dt;
         let gentle = if pull > 0.0 { 0.1 * pull } else { 1e-3 * mean_radius / dt };
@@ -363,6 +363,18 @@ fn build(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engin
         let notice = format!("engine gpu ({real}, {}): {why}", gpu.adapter());
         Ok((setup, Box::new(gpu), notice))
     };
+    let of_host = match assembly.solver.method {
+        Method::ContactDynamics(relaxation) if !host::on_engine(relaxation.solver) => Some(relaxation.solver.label()),
+        _ => None,
+    };
+    if let Some(solver) = of_host {
+        return match options.engine {
+            EngineChoice::Gpu => {
+                Err(Error::Scene(format!("solver.relaxation = \"{solver}\" runs on the cpu engine only")))
+            }
+            _ => on_cpu(&format!("{solver} runs there")),
+        };
+    }
     match options.engine {
         EngineChoice::Cpu => on_cpu("asked for"),
         EngineChoice::Gpu => on_gpu(),
@@ -622,7 +634,8 @@ impl Simulation {
         let sample = Sample::new(self.step, self.time(), free, &self.state.part);
         let Some(solved) = self.solved().copied() else { return Ok(sample) };
         let p = &self.state.params;
-        let mass: f64 = masses(&self.assembly).iter().zip(&self.assembly.grains).filter(|(_, g)| !g.fixed).map(|(m, _)| m).sum();
+        let mass: f64 =
+            masses(&self.assembly).iter().zip(&self.assembly.grains).filter(|(_, g)| !g.fixed).map(|(m, _)| m).sum();
         Ok(Sample {
             iterations: Some(solved.last_iterations),
             residual: Some(solved.last_residual),

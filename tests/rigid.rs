@@ -197,7 +197,8 @@ fn collisions_conserve_momentum() {
             let turning = angular_momentum(&scene, &scene.grains, &m).unwrap();
             let energy = |grains: &[Grain]| -> f64 {
                 let beta = gyration(dimension);
-                let of = |g: &Grain, m: f64| m * (g.velocity.length_squared() + beta * (g.radius * g.spin.length()).powi(2));
+                let of =
+                    |g: &Grain, m: f64| m * (g.velocity.length_squared() + beta * (g.radius * g.spin.length()).powi(2));
                 grains.iter().zip(&m).map(|(g, m)| 0.5 * of(g, *m)).sum()
             };
             let mut simulation = bench.start(&scene);
@@ -215,6 +216,48 @@ fn collisions_conserve_momentum() {
             close("momentum", error, 0.0, scale, bench.pick(1e-13, 1e-6));
             let turned = (angular_momentum(&scene, &grains, &m).unwrap() - turning).length();
             close("angular momentum", turned, 0.0, scale * 6.0 * R, bench.pick(1e-12, 1e-5));
+        }
+    }
+}
+
+/// Every solver, in one step of a heap that falls together: the same velocities, whatever the forces.
+#[test]
+fn solvers_agree() {
+    use packstone::{
+        cd::{Order, Solver},
+        scene::Method,
+    };
+    for dimension in [2, 3] {
+        let mut scene = falling(rigid(dimension, DT, 0.4, 1e-9));
+        scene.grains = cloud(dimension, 4, 0.2, 5);
+        let lower = 0.3 * R * up(&scene);
+        scene.grains.iter_mut().for_each(|g| g.position -= lower);
+        let side = SPACING * 4.0;
+        scene.walls.push(plane(DVec3::ZERO, DVec3::X));
+        scene.walls.push(plane(side * DVec3::X, -DVec3::X));
+        let mut expected: Option<Vec<Grain>> = None;
+        let choices = Solver::ALL.into_iter().flat_map(|solver| Order::ALL.map(|order| (solver, order)));
+        for (solver, order) in choices.filter(|(s, o)| *s == Solver::GaussSeidel || *o == Order::Fixed) {
+            if solver == Solver::Lemke && dimension == 3 {
+                continue;
+            }
+            let Method::ContactDynamics(relaxation) = &mut scene.solver.method else { unreachable!() };
+            (relaxation.solver, relaxation.order, relaxation.max_iterations) = (solver, order, 50_000);
+            relaxation.tolerance = if solver == Solver::Jacobi { 1e-7 } else { 1e-8 };
+            let mut simulation = CPU.start(&scene);
+            simulation.advance(1).unwrap();
+            let solved = *simulation.solved().unwrap();
+            println!(
+                "{dimension}D {} {}: {} passes, {:.1e}",
+                solver.label(),
+                order.label(),
+                solved.iterations,
+                solved.residual_max
+            );
+            assert_eq!(solved.unconverged, 0, "{}", solver.label());
+            let grains = simulation.grains().unwrap();
+            let reference = expected.get_or_insert_with(|| grains.clone());
+            assert!(distance(&scene, &grains, reference) < 1e-5, "{} finds something else", solver.label());
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 use packstone::{
-    Result,
+    Result, cd,
     check::{Report, check},
     engine::{cpu::apply, gpu::layouts},
     gpu::Arrays,
@@ -13,8 +13,8 @@ use packstone::{
         rotation::advanced_spin,
     },
     model::{
-        Boundary, Dashpot as DashpotSlot, Dimension, Friction, Materials, Method as MethodSlot, Model, Precision, Rotation,
-        Walls,
+        Boundary, Dashpot as DashpotSlot, Dimension, Friction, Materials, Method as MethodSlot, Model, Precision,
+        Rotation, Walls,
     },
     plan::plan,
     scene::*,
@@ -84,7 +84,8 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
         solver: Solver {
             method: if rigid {
                 Method::ContactDynamics(Relaxation {
-                    solver: RelaxationSolver::JacobiAccelerated,
+                    solver: cd::Solver::JacobiAccelerated,
+                    order: cd::Order::default(),
                     tolerance: 1e-4,
                     max_iterations: 30,
                     max_correction_velocity: Some(0.01),

@@ -120,6 +120,31 @@ impl Problem {
         Problem::assemble(dims, blocks, &q, mu)
     }
 
+    /// The matrix of an operator, column by column, with its reference.
+    ///
+    /// # Errors
+    /// As above.
+    pub fn of<O: Operator>(operator: &O) -> Result<Problem> {
+        let (n, dims) = (operator.len(), operator.dims());
+        let free = operator.free();
+        let q: Vec<DVec3> = (0..n).map(|k| operator.velocity(&free, k)).collect();
+        let mut blocks = BTreeMap::<(usize, usize), DMat3>::new();
+        for k in 0..n {
+            for (axis, unit) in DVec3::AXES.into_iter().enumerate().take(dims) {
+                let mut state = free.clone();
+                operator.add(&mut state, k, unit);
+                for j in operator.neighbours(k).chain([k]) {
+                    let change = operator.velocity(&state, j) - q[j];
+                    *blocks.entry((j, k)).or_insert(DMat3::ZERO).col_mut(axis) = change;
+                }
+            }
+        }
+        let flat: Vec<f64> = q.iter().flat_map(|q| q.to_array().into_iter().take(dims)).collect();
+        let mu: Vec<f64> = (0..n).map(|k| operator.mu(k)).collect();
+        let problem = Problem::assemble(dims, blocks, &flat, &mu)?;
+        Ok(Problem { reference: operator.reference(), ..problem })
+    }
+
     fn assemble(dims: usize, blocks: BTreeMap<(usize, usize), DMat3>, q: &[f64], mu: &[f64]) -> Result<Problem> {
         let n = mu.len();
         let mut diagonal = Vec::with_capacity(n);

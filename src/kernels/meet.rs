@@ -4,7 +4,7 @@ use crate::{
     laws::{
         contact::body,
         friction::{keep_spring, spring_of},
-        rigid::{by_group, filled, freed, gathered, lever, meet as touch, pushed, closing_of},
+        rigid::{by_group, closing_of, filled, freed, gathered, lever, meet as touch, pushed},
     },
     state::{Effort, INDEX, Meeting, State},
 };

@@ -1,6 +1,7 @@
 //! What a validated scene comes down to: numbers in SI units, grains in input order, materials by index.
 //! Everything below `scene` in the crate reads this and nothing else of the scene file.
 
+use crate::cd;
 use glam::DVec3;
 
 /// A scene with every default filled in, every population placed and every value checked.
@@ -142,7 +143,9 @@ pub enum Method {
 /// How contact dynamics finds the impulses of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relaxation {
-    pub solver: RelaxationSolver,
+    pub solver: cd::Solver,
+    /// Of `gauss-seidel`.
+    pub order: cd::Order,
     /// Relative residual of the natural map at which a step is solved.
     pub tolerance: f64,
     /// Passes after which a step goes on unsolved, which is counted.
@@ -150,15 +153,6 @@ pub struct Relaxation {
     /// At most this fast an overlap opens, m/s. None: a tenth of what gravity
     /// gives in a step, or a thousandth of the mean radius per step without.
     pub max_correction_velocity: Option<f64>,
-}
-
-/// What a pass over the contacts does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RelaxationSolver {
-    /// All contacts from the same iterate.
-    Jacobi,
-    /// The same with momentum.
-    JacobiAccelerated,
 }
 
 /// Numbers of the method.

@@ -21,7 +21,9 @@ pub fn pairs(file: &File, check: &Check) -> Result<Vec<Pair>> {
     one_kind(&mut pairs, check)?;
     if file.solver.method == Method::Cd {
         // Rigid grains have no springs, and no rebound.
-        let rigid = |pair: &mut Pair| (pair.normal_stiffness, pair.tangential_stiffness, pair.dashpot) = (0.0, 0.0, Dashpot::None);
+        let rigid = |pair: &mut Pair| {
+            (pair.normal_stiffness, pair.tangential_stiffness, pair.dashpot) = (0.0, 0.0, Dashpot::None)
+        };
         pairs.iter_mut().for_each(rigid);
     }
     Ok(pairs)

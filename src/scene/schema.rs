@@ -200,7 +200,8 @@ pub struct Solver {
     pub allow_overlap: bool,
     pub damping: f64,
     pub margin: Option<f64>,
-    pub relaxation: Option<Relaxation>,
+    pub relaxation: Option<String>,
+    pub order: Option<String>,
     pub tolerance: Option<f64>,
     pub max_iterations: Option<u32>,
     pub max_correction_velocity: Option<f64>,
@@ -217,6 +218,7 @@ impl Default for Solver {
             damping: 0.0,
             margin: None,
             relaxation: None,
+            order: None,
             tolerance: None,
             max_iterations: None,
             max_correction_velocity: None,
@@ -229,13 +231,6 @@ impl Default for Solver {
 pub enum Method {
     Dem,
     Cd,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
-#[serde(rename_all = "kebab-case")]
-pub enum Relaxation {
-    Jacobi,
-    JacobiAccelerated,
 }
 
 #[derive(Clone, Debug, Deserialize)]

@@ -9,10 +9,10 @@ use super::populate::{Site, populate};
 use super::schema::{self, Boundary, Face, File, Format, Spin};
 use super::walls::{distance, walls};
 use super::{
-    Assembly, Domain, Grain, Material, Method, Origin, Output, Relaxation, RelaxationSolver, Solver, Stop, TimeStep, Wall,
-    materials,
+    Assembly, Domain, Grain, Material, Method, Origin, Output, Relaxation, Solver, Stop, TimeStep, Wall, materials,
 };
-use crate::Result;
+use crate::{Error, Result, cd};
+use std::str::FromStr;
 
 /// Overlap that a start may have, in radii of the smaller grain.
 const OVERLAP: f64 = 0.1;
@@ -107,10 +107,17 @@ fn solver(solver: &schema::Solver, check: &Check) -> Result<Solver> {
     })
 }
 
+/// What the word at a key of the solver stands for.
+fn word<T: FromStr<Err = Error>>(key: &str, given: Option<&str>, default: T, check: &Check) -> Result<T> {
+    let Some(given) = given else { return Ok(default) };
+    given.parse().map_err(|error: Error| check.origin.wrong(&format!("solver.{key}"), error))
+}
+
 /// The method, with the numbers of its own.
 fn method(solver: &schema::Solver, check: &Check) -> Result<Method> {
     let own = [
         ("relaxation", solver.relaxation.is_some()),
+        ("order", solver.order.is_some()),
         ("tolerance", solver.tolerance.is_some()),
         ("max_iterations", solver.max_iterations.is_some()),
         ("max_correction_velocity", solver.max_correction_velocity.is_some()),
@@ -126,10 +133,8 @@ fn method(solver: &schema::Solver, check: &Check) -> Result<Method> {
     }
     let correction = solver.max_correction_velocity;
     Ok(Method::ContactDynamics(Relaxation {
-        solver: match solver.relaxation.unwrap_or(schema::Relaxation::JacobiAccelerated) {
-            schema::Relaxation::Jacobi => RelaxationSolver::Jacobi,
-            schema::Relaxation::JacobiAccelerated => RelaxationSolver::JacobiAccelerated,
-        },
+        solver: word("relaxation", solver.relaxation.as_deref(), cd::Solver::JacobiAccelerated, check)?,
+        order: word("order", solver.order.as_deref(), cd::Order::default(), check)?,
         tolerance: check.positive("solver.tolerance", solver.tolerance.unwrap_or(1e-3), "")?,
         max_iterations: solver.max_iterations.unwrap_or(1000),
         max_correction_velocity: correction

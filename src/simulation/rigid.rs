@@ -1,7 +1,7 @@
 //! A step of contact dynamics: passes over the contacts until their residual is small enough.
 
-use super::Simulation;
-use crate::{error::Result, state::Params};
+use super::{Simulation, host};
+use crate::{error::Result, scene::Method, state::Params};
 
 /// Most passes that are begun without a look at the residual.
 const MOST_AT_ONCE: u32 = 256;
@@ -67,6 +67,16 @@ impl Simulation {
         let mut params = Params { tolerance, ..self.params() };
         let (begin, meet) = ((&self.plan.begin[..], 1), (&self.plan.meet[..], 1));
         self.engine.execute(&params, &[begin, meet])?;
+        if let Method::ContactDynamics(relaxation) = self.assembly.solver.method
+            && !host::on_engine(relaxation.solver)
+        {
+            let passes = self.relax_on_host(&relaxation)?;
+            self.engine.execute(&params, &[(&self.plan.judge, 1)])?;
+            self.engine.read(&["relaxation"], &mut self.state)?;
+            let judged = self.state.relaxation[0];
+            self.solved.add(passes, judged.residual, judged.excess, tolerance);
+            return Ok(());
+        }
         let mut passes = 0;
         // Most steps take about as many passes as the one before.
         let mut batch = self.solved.last_iterations.clamp(4, MOST_AT_ONCE);

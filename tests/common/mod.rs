@@ -6,11 +6,12 @@ pub mod stiffness;
 
 use glam::DVec3;
 use packstone::{
+    cd,
     gpu::adapters,
     model::Precision,
     scene::{
-        Assembly, Dashpot, Domain, Grain, Material, Method, Output, Pair, Relaxation, RelaxationSolver, Solver, Stop, Surface,
-        TimeStep, Wall,
+        Assembly, Dashpot, Domain, Grain, Material, Method, Output, Pair, Relaxation, Solver, Stop, Surface, TimeStep,
+        Wall,
     },
     simulation::{EngineChoice, Options, Simulation},
 };
@@ -121,7 +122,8 @@ pub fn rigid(dimension: usize, dt: f64, friction: f64, tolerance: f64) -> Assemb
     let mut assembly = blank_dt(dimension, dt);
     assembly.solver.margin = 1.0;
     assembly.solver.method = Method::ContactDynamics(Relaxation {
-        solver: RelaxationSolver::JacobiAccelerated,
+        solver: cd::Solver::JacobiAccelerated,
+        order: cd::Order::default(),
         tolerance,
         max_iterations: 2_000,
         max_correction_velocity: None,
