@@ -1,5 +1,6 @@
 // twin: src/kernels/judge.rs
-// Contact dynamics 6: how far the impulses are from a solution, by the natural map, which anyone can compute again.
+// Contact dynamics 6: how far the impulses are from a solution, by the natural map, which anyone can compute again. Pairs that
+// were left out and meet after all take part from now on.
 
 fn judged(i: u32) -> Effort {
     let here = ahead[i];
@@ -12,6 +13,7 @@ fn judged(i: u32) -> Effort {
             break;
         }
         let side = side_of(i, slot, entry & INDEX, here, spin);
+        flag(slot, entry, (entry & SPRUNG) != 0u || dot(side.velocity, side.n) > side.closing);
         let impulse = side.turn * kept_spring(slot);
         let far = natural_map(side, impulse);
         let pressing = -dot(impulse, side.n);

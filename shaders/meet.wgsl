@@ -10,6 +10,7 @@ fn met(i: u32) -> Effort {
     let inertia = inverse_inertia(here.place, free.inverse_mass);
     var impulse = Vec();
     var twist = Spin();
+    let slack = params.dt * sqrt(dot(params.gravity, params.gravity));
     let end = slot_start[i + 1u];
     for (var slot = slot_start[i]; slot < end; slot++) {
         let entry = neighbour[slot];
@@ -19,22 +20,29 @@ fn met(i: u32) -> Effort {
         let j = entry & INDEX;
         var touch = Touch();
         var l = Lever();
+        var velocity_to = Vec();
         if (j < params.bodies) {
             touch = meet_grain(i, here, j);
             l.other = place[j].radius + 0.5 * touch.gap;
-            let mass_to = freed(motion[j]).inverse_mass;
-            l.normal = free.inverse_mass + mass_to;
-            l.tangential = l.other * l.other * inverse_inertia(place[j], mass_to);
+            let there = freed(motion[j]);
+            velocity_to = there.v;
+            l.normal = free.inverse_mass + there.inverse_mass;
+            l.tangential = l.other * l.other * inverse_inertia(place[j], there.inverse_mass);
         } else {
             touch = touch_wall(j - params.bodies, here.place, here.residue);
             l.normal = free.inverse_mass;
+            velocity_to = wall_velocity(j - params.bodies, here.place.x);
             if (touch.gap < -here.place.radius) {
                 atomicMax(&counters.bad_body, params.bodies - number[i]);
             }
         }
         l.own = here.place.radius + 0.5 * touch.gap;
         l.tangential = l.normal + (l.tangential + l.own * l.own * inertia);
-        meeting[slot] = Meeting(touch.n, closing_of(touch.gap));
+        let closing = closing_of(touch.gap);
+        // Pairs that are not about to touch take no part in passes, unless the judgement finds that they should.
+        let part = (entry & SPRUNG) != 0u || closing <= dot(free.v - velocity_to, touch.n) + slack;
+        flag(slot, entry, part);
+        meeting[slot] = Meeting(touch.n, closing);
         lever[slot] = l;
         let old = spring_of(slot, entry);
         keep_spring(slot, old);

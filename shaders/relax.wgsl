@@ -1,17 +1,7 @@
 // twin: src/kernels/relax.rs
 // Contact dynamics 3: a pass. Every contact takes a step of Jacobi's kind from the impulses and velocities that momentum has
 // carried ahead, and every grain gathers what its contacts do to it.
-var<storage, read_write> trial: array<Motion>;        // N, m/s, 1/kg
 var<storage, read_write> trial_before: array<Motion>; // N, m/s, 1/kg: written anew
-
-/// The impulses and velocities of the last pass once more, for the exchange of arrays that follows.
-fn repeat(i: u32) {
-    for (var slot = slot_start[i]; slot < slot_start[i + 1u]; slot++) {
-        spring_before[slot] = packed(kept_spring(slot));
-    }
-    trial_before[i] = trial[i];
-    keep_trial_spin_before(i, trial_spin_of(i));
-}
 
 fn pass_of(i: u32) -> Effort {
     let here = ahead[i];
@@ -25,6 +15,9 @@ fn pass_of(i: u32) -> Effort {
         let entry = neighbour[slot];
         if (entry == NONE) {
             break;
+        }
+        if ((entry & SPRUNG) == 0u) {
+            continue;
         }
         let side = side_of(i, slot, entry & INDEX, here, spin);
         let old = side.turn * kept_spring(slot);
@@ -67,12 +60,6 @@ fn relax(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let i = linear(id, groups);
-    if (relaxation.done != 0u) {
-        if (i < params.bodies) {
-            repeat(i);
-        }
-        return;
-    }
     of_lane[lane] = Effort();
     if (i < params.bodies) {
         of_lane[lane] = pass_of(i);

@@ -1,13 +1,12 @@
 // twin: src/kernels/set_out.rs
-// Contact dynamics 2: the relaxation of a step begins. What is known of the largest eigenvalue of W serves on, a little less,
-// since contacts change.
+// Contact dynamics 2: the relaxation of a step begins. What is known of the largest eigenvalue of W serves on.
 @compute @workgroup_size(SUM_LANES)
 fn set_out(@builtin(local_invocation_index) lane: u32) {
     let sum = total(lane);
     if (lane == 0u) {
         var next = Relaxation();
         next.scale = max(sqrt(sum.reference), Real(1e-30));
-        next.stretch = max(0.99 * relaxation.stretch, Real(1));
+        next.stretch = max(relaxation.stretch, Real(1));
         next.theta = 1;
         next.best = 1e30;
         relaxation = next;

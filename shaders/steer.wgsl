@@ -4,7 +4,7 @@
 @compute @workgroup_size(SUM_LANES)
 fn steer(@builtin(local_invocation_index) lane: u32) {
     let sum = total(lane);
-    if (lane == 0u && relaxation.done == 0u) {
+    if (lane == 0u) {
         var next = relaxation;
         next.passes++;
         next.estimate = next.stretch * sqrt(sum.residual) / next.scale;
@@ -23,7 +23,6 @@ fn steer(@builtin(local_invocation_index) lane: u32) {
             next.beta = 0;
         }
         next.best = select(min(next.best, next.estimate), next.estimate, short || risen);
-        next.done = select(0u, 1u, next.estimate <= params.tolerance);
         relaxation = next;
     }
 }

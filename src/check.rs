@@ -103,6 +103,9 @@ pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64) -> R
         checker.run(&plan.forces)?;
         checker.run(&plan.synchronise)?;
         checker.run(&plan.meet)?;
+        checker.run(&plan.seed)?;
+        (0..PASSES).try_for_each(|_| checker.run(&plan.probe))?;
+        checker.run(&plan.meet)?;
         (0..PASSES).try_for_each(|_| checker.run(&plan.relax))?;
         checker.run(&plan.judge)?;
         checker.run(&plan.step)?;
@@ -215,7 +218,7 @@ impl Checker<'_> {
                 16.0 * epsilon * (1.0 / overlap).max(1.0)
             }
             // Sums of small differences, some of either sign.
-            ("relax" | "judge", "effort") => 1e4 * epsilon,
+            ("relax" | "judge" | "probe", "effort") => 1e4 * epsilon,
             _ => 64.0 * epsilon,
         }
     }

@@ -10,6 +10,7 @@ mod count;
 mod displace;
 mod extrapolate;
 mod forces;
+mod gauge;
 mod half_kick;
 mod judge;
 mod measure;
@@ -18,9 +19,11 @@ mod move_walls;
 mod neighbours;
 mod order;
 mod permute;
+mod probe;
 mod relax;
 mod remember;
 mod scan;
+mod seed;
 mod set_out;
 mod sort;
 mod steer;
@@ -181,6 +184,12 @@ pub static MOVE_WALLS: Stage = Stage::new("move_walls", move_walls::move_walls, 
 pub static SURVEY: Stage = Stage::new("survey", survey::survey, bodies);
 /// Contact dynamics 1: contacts of a step.
 pub static MEET: Stage = Stage::new("meet", meet::meet, bodies);
+/// Contact dynamics, length of the passes' steps 1: where the power iteration starts.
+pub static SEED: Stage = Stage::new("seed", seed::seed, bodies);
+/// Contact dynamics, length of the passes' steps 2: a pass of the power iteration.
+pub static PROBE: Stage = Stage::new("probe", probe::probe, bodies);
+/// Contact dynamics, length of the passes' steps 3: the largest eigenvalue of W.
+pub static GAUGE: Stage = Stage { dispatch: Dispatch::OneGroup, ..Stage::new("gauge", gauge::gauge, |_| 1) };
 /// Contact dynamics 2: the relaxation of a step begins.
 pub static SET_OUT: Stage = Stage { dispatch: Dispatch::OneGroup, ..Stage::new("set_out", set_out::set_out, |_| 1) };
 /// Contact dynamics 3: a pass.

@@ -40,6 +40,10 @@ pub struct Plan {
     pub list: Vec<Op>,
     /// Contact dynamics: the contacts of a step, with the impulses of the last one.
     pub meet: Vec<Op>,
+    /// Contact dynamics: where a power iteration for the largest eigenvalue of W starts, and a pass of it. Contacts have to be
+    /// met before, and again after.
+    pub seed: Vec<Op>,
+    pub probe: Vec<Op>,
     /// Contact dynamics: a pass over the contacts.
     pub relax: Vec<Op>,
     /// Contact dynamics: the residual that the passes have left.
@@ -107,6 +111,8 @@ pub fn plan(model: &Model) -> Plan {
         sort,
         list,
         meet: if rigid { vec![Run(&MEET), Run(&SET_OUT)] } else { Vec::new() },
+        seed: if rigid { vec![Run(&SEED)] } else { Vec::new() },
+        probe: if rigid { vec![Run(&PROBE), Run(&GAUGE), Run(&EXTRAPOLATE)] } else { Vec::new() },
         relax: if rigid { relax } else { Vec::new() },
         judge: if rigid { vec![Run(&JUDGE), Run(&CONCLUDE)] } else { Vec::new() },
         step,
@@ -142,13 +148,15 @@ fn turns(model: &Model) -> impl Iterator<Item = Op> + use<> {
 
 impl Plan {
     /// All sequences with their names, in the order of a run.
-    pub fn parts(&self) -> [(&'static str, &[Op]); 12] {
+    pub fn parts(&self) -> [(&'static str, &[Op]); 14] {
         [
             ("begin", &self.begin),
             ("sort", &self.sort),
             ("list", &self.list),
             ("kick", &self.kick),
             ("meet", &self.meet),
+            ("seed", &self.seed),
+            ("probe", &self.probe),
             ("relax", &self.relax),
             ("judge", &self.judge),
             ("step", &self.step),

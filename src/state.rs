@@ -187,7 +187,6 @@ record!(
         residual: f64,
         excess: f64,
         passes: u32,
-        done: u32,
     }
 );
 record!(

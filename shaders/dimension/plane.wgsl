@@ -3,6 +3,7 @@
 alias Vec = Real2;
 alias Spin = Real;
 alias Whole = vec2<i32>;
+const DIMENSIONS = 2u;
 
 /// A vector without the padding that arrays of vectors may have.
 struct Packed {

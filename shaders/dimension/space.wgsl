@@ -3,6 +3,7 @@
 alias Vec = Real3;
 alias Spin = Real3;
 alias Whole = vec3<i32>;
+const DIMENSIONS = 3u;
 
 /// A vector without the padding that arrays of vectors have.
 struct Packed {

@@ -31,7 +31,6 @@ struct Relaxation {
     residual: Real,  // relative residual of the natural map, as last judged
     excess: Real,    // largest friction beyond the Coulomb limit, over the largest normal impulse, as last judged
     passes: u32,
-    done: u32,       // 1: the estimate is below the tolerance, and passes do nothing until the residual has been judged
 }
 
 var<storage, read_write> meeting: array<Meeting>; // slots

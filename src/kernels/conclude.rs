@@ -7,5 +7,4 @@ pub fn conclude(s: &mut State) {
     let relaxation = &mut s.relaxation[0];
     relaxation.residual = sum.residual.sqrt() / relaxation.scale;
     relaxation.excess = sum.excess.max(0.0) / sum.pressing.max(1e-30);
-    relaxation.done = 0;
 }

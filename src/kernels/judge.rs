@@ -2,22 +2,37 @@
 
 use crate::{
     laws::{
-        friction::kept_spring,
+        friction::{flag, kept_spring},
         rigid::{by_group, filled, natural_map, side_of},
     },
-    state::{Effort, State},
+    state::{Effort, SPRUNG, State},
 };
 use glam::DVec3;
+use rayon::prelude::*;
 
 pub fn judge(s: &mut State) {
     s.effort = by_group(s, |i| judged(s, i));
+    let late: Vec<usize> = (0..s.sizes.bodies).into_par_iter().flat_map_iter(|i| late(s, i)).collect();
+    late.into_iter().for_each(|slot| flag(&mut s.neighbour[slot], true));
+}
+
+/// Velocity and spin after the last pass.
+fn at(s: &State, i: usize) -> (DVec3, DVec3) {
+    (s.trial[i].v, s.trial_spin.get(i).map_or(DVec3::ZERO, |spin| spin.0))
+}
+
+/// Slots of pairs that were left out and meet after all: they take part from now on.
+fn late(s: &State, i: usize) -> impl Iterator<Item = usize> + '_ {
+    filled(s, i).filter(move |&slot| {
+        let side = side_of(s, i, slot, |i| at(s, i));
+        s.neighbour[slot] & SPRUNG == 0 && side.velocity.dot(side.n) > side.closing
+    })
 }
 
 fn judged(s: &State, i: usize) -> Effort {
-    let at = |i: usize| (s.trial[i].v, s.trial_spin.get(i).map_or(DVec3::ZERO, |spin| spin.0));
     let mut effort = Effort::default();
     for slot in filled(s, i) {
-        let side = side_of(s, i, slot, at);
+        let side = side_of(s, i, slot, |i| at(s, i));
         let impulse = side.turn * kept_spring(&s.spring[slot]);
         let pressing = -impulse.dot(side.n);
         let friction = impulse + pressing * side.n;

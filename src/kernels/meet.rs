@@ -3,22 +3,32 @@
 use crate::{
     laws::{
         contact::body,
-        friction::{keep_spring, spring_of},
+        friction::{flag, keep_spring, spring_of},
         rigid::{by_group, closing_of, filled, freed, gathered, lever, meet as touch, pushed},
+        walls::wall_velocity,
     },
-    state::{Effort, INDEX, Meeting, State},
+    state::{Effort, INDEX, Meeting, SPRUNG, State},
 };
 use rayon::prelude::*;
 
 pub fn meet(s: &mut State) {
     let mut bad = 0;
+    let slack = s.params.dt * s.params.gravity.length();
     for i in 0..s.sizes.bodies {
         let here = body(s, i);
         for slot in filled(s, i).collect::<Vec<_>>() {
             let entry = s.neighbour[slot];
             let j = (entry & INDEX) as usize;
             let met = touch(s, i, &here, j);
-            s.meeting[slot] = Meeting { n: met.n, closing: closing_of(s, met.gap) };
+            let closing = closing_of(s, met.gap);
+            let velocity_to = match j.checked_sub(s.sizes.bodies) {
+                None => freed(s, &s.motion[j]).v,
+                Some(w) => wall_velocity(&s.wall[w], here.place.x),
+            };
+            // Pairs that are not about to touch take no part in passes, unless the judgement finds that they should.
+            let approach = (freed(s, &here.motion).v - velocity_to).dot(met.n);
+            flag(&mut s.neighbour[slot], entry & SPRUNG != 0 || closing <= approach + slack);
+            s.meeting[slot] = Meeting { n: met.n, closing };
             s.lever[slot] = lever(s, i, j, met.gap);
             let old = spring_of(entry, s.spring.get(slot));
             keep_spring(&mut s.spring[slot], old);

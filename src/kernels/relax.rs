@@ -7,7 +7,7 @@ use crate::{
         contact::Gathered,
         dimension::spin_squared,
         friction::{keep_spring, kept_spring},
-        rigid::{add_impulse, by_group, filled, pushed, relaxed, side_of},
+        rigid::{add_impulse, by_group, pushed, relaxed, side_of, taking_part},
         rotation::inverse_inertia,
     },
     state::{Effort, Motion, Packed, Spin, State},
@@ -16,13 +16,6 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 pub fn relax(s: &mut State) {
-    if s.relaxation[0].done != 0 {
-        // Once more, for the exchange of arrays that follows.
-        s.spring_before.clone_from(&s.spring);
-        s.trial_before.clone_from(&s.trial);
-        s.trial_spin_before.clone_from(&s.trial_spin);
-        return;
-    }
     let mut before = std::mem::take(&mut s.spring_before);
     let grains: Vec<(Motion, DVec3, Effort)> = by_slot(&mut before, s)
         .enumerate()
@@ -49,7 +42,7 @@ fn pass_of(s: &State, i: usize, before: &mut [Packed], begin: usize) -> (Motion,
     let (step, beta) = (1.0 / s.relaxation[0].stretch, s.relaxation[0].beta);
     let mut effort = Effort::default();
     let mut sum = Gathered::default();
-    for slot in filled(s, i) {
+    for slot in taking_part(s, i) {
         let side = side_of(s, i, slot, at);
         let before = &mut before[slot - begin];
         let old = side.turn * kept_spring(&s.spring[slot]);

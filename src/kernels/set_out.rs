@@ -7,6 +7,6 @@ use crate::{
 
 pub fn set_out(s: &mut State) {
     let scale = total(s).reference.sqrt().max(1e-30);
-    let stretch = (0.99 * s.relaxation[0].stretch).max(1.0);
+    let stretch = s.relaxation[0].stretch.max(1.0);
     s.relaxation[0] = Relaxation { scale, stretch, theta: 1.0, best: 1e30, ..Relaxation::default() };
 }

@@ -6,9 +6,6 @@ use crate::{laws::rigid::total, state::State};
 pub fn steer(s: &mut State) {
     let sum = total(s);
     let next = &mut s.relaxation[0];
-    if next.done != 0 {
-        return;
-    }
     next.passes += 1;
     next.estimate = next.stretch * sum.residual.sqrt() / next.scale;
     let theta = next.theta;
@@ -25,5 +22,4 @@ pub fn steer(s: &mut State) {
         (next.theta, next.beta) = (1.0, 0.0);
     }
     next.best = if short || risen { next.estimate } else { next.best.min(next.estimate) };
-    next.done = u32::from(next.estimate <= s.params.tolerance);
 }

@@ -11,7 +11,7 @@ use super::{
     touch::touch_grain,
     walls::{touch_wall, wall_velocity},
 };
-use crate::state::{Effort, GROUP, INDEX, Lever, Meeting, Motion, NONE, State};
+use crate::state::{Effort, GROUP, INDEX, Lever, Meeting, Motion, NONE, SPRUNG, State};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -183,6 +183,11 @@ pub fn lever(s: &State, i: usize, j: usize, gap: f64) -> Lever {
 /// The slots of grain i that hold a neighbour.
 pub fn filled(s: &State, i: usize) -> impl Iterator<Item = usize> + '_ {
     s.row(i).take_while(|&slot| s.neighbour[slot] != NONE)
+}
+
+/// Those of them that take part in passes.
+pub fn taking_part(s: &State, i: usize) -> impl Iterator<Item = usize> + '_ {
+    filled(s, i).filter(|&slot| s.neighbour[slot] & SPRUNG != 0)
 }
 
 /// Sum and moment of the impulses of grain i, N s and N m s.

@@ -1,10 +1,13 @@
 //! A step of contact dynamics: passes over the contacts until their residual is small enough.
 
 use super::{Simulation, host};
-use crate::{error::Result, scene::Method, state::Params};
+use crate::{error::Result, scene::Method};
 
 /// Most passes that are begun without a look at the residual.
 const MOST_AT_ONCE: u32 = 256;
+
+/// Passes of the power iteration when lists have been made.
+const PROBES: u32 = 40;
 
 /// How the contacts of the steps so far have been solved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -64,18 +67,30 @@ impl Simulation {
     /// Passes until the step is solved, or its iterations are used up.
     fn relax(&mut self) -> Result<()> {
         let tolerance = self.state.params.tolerance;
-        let mut params = Params { tolerance, ..self.params() };
+        let params = self.params();
         let (begin, meet) = ((&self.plan.begin[..], 1), (&self.plan.meet[..], 1));
+        if self.age == 0 {
+            // Contacts are others than before.
+            let (seed, probe) = ((&self.plan.seed[..], 1), (&self.plan.probe[..], PROBES));
+            self.engine.execute(&params, &[begin, meet, seed, probe])?;
+        }
         self.engine.execute(&params, &[begin, meet])?;
         if let Method::ContactDynamics(relaxation) = self.assembly.solver.method
             && !host::on_engine(relaxation.solver)
         {
-            let passes = self.relax_on_host(&relaxation)?;
-            self.engine.execute(&params, &[(&self.plan.judge, 1)])?;
-            self.engine.read(&["relaxation"], &mut self.state)?;
-            let judged = self.state.relaxation[0];
-            self.solved.add(passes, judged.residual, judged.excess, tolerance);
-            return Ok(());
+            let mut passes = 0;
+            loop {
+                let more = self.relax_on_host(&relaxation, self.most_passes - passes)?;
+                passes += more;
+                self.engine.execute(&params, &[(&self.plan.judge, 1)])?;
+                self.engine.read(&["relaxation"], &mut self.state)?;
+                let judged = self.state.relaxation[0];
+                // Pairs that were left out may have met; without passes to take, nothing can be done about them.
+                if judged.residual <= tolerance || passes >= self.most_passes || more == 0 {
+                    self.solved.add(passes, judged.residual, judged.excess, tolerance);
+                    return Ok(());
+                }
+            }
         }
         let mut passes = 0;
         // Most steps take about as many passes as the one before.
@@ -90,11 +105,7 @@ impl Simulation {
                 self.solved.add(passes, relaxation.residual, relaxation.excess, tolerance);
                 return Ok(());
             }
-            // The estimate that ends passes early is only about right.
-            if relaxation.estimate <= params.tolerance {
-                params.tolerance = relaxation.estimate * 0.7 * tolerance / relaxation.residual;
-            }
-            batch = (passes / 2).clamp(8, MOST_AT_ONCE);
+            batch = (passes / 4).clamp(4, MOST_AT_ONCE);
         }
     }
 

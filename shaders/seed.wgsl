@@ -1,0 +1,26 @@
+// twin: src/kernels/seed.rs
+// Contact dynamics, the step's length 1: velocities that hide from no mode, for a power iteration.
+@compute @workgroup_size(WG)
+fn seed(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let i = linear(id, groups);
+    if (i >= params.bodies) {
+        return;
+    }
+    if (i == 0u) {
+        relaxation.stretch = 0;
+        relaxation.beta = 0;
+    }
+    let free = freed(motion[i]);
+    var v = Vec();
+    if (free.inverse_mass != 0) {
+        // One of two directions along every axis, by the bits of a scrambled number.
+        var bits = (number[i] + 1u) * 2654435769u;
+        bits = (bits ^ (bits >> 15u)) * 2246822519u;
+        bits = bits ^ (bits >> 13u);
+        for (var axis = 0u; axis < DIMENSIONS; axis++) {
+            v[axis] = select(Real(-1), Real(1), ((bits >> axis) & 1u) == 0u);
+        }
+    }
+    ahead[i] = Motion(v, free.inverse_mass);
+    keep_ahead_spin(i, Spin());
+}
