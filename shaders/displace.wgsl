@@ -3,6 +3,7 @@
 var<storage, read_write> trial: array<Motion>;       // N, m/s, 1/kg
 var<storage, read_write> place_next: array<Place>;   // N
 var<storage, read_write> motion_next: array<Motion>; // N
+var<storage, read_write> halt: atomic<u32>;
 var<storage, read_write> travel: array<Real>;        // N, m: way since the lists were made
 
 @compute @workgroup_size(WG)
@@ -21,7 +22,7 @@ fn displace(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroup
             break;
         }
         let impulse = kept_spring(slot);
-        flag(slot, entry, dot(impulse, impulse) > 0);
+        flag(slot, entry, any(impulse != Vec()));
     }
     let here = place[i];
     let residue = residue_of(i);
@@ -32,8 +33,13 @@ fn displace(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroup
     motion_next[i] = Motion(v, motion[i].inverse_mass);
     keep_spin(i, trial_spin_of(i));
     let stride = params.dt * sqrt(dot(v, v));
-    travel[i] += stride;
-    if (outside(point.x, params.lower, params.upper) || !(stride <= params.step_limit)) {
+    let way = travel[i] + stride;
+    travel[i] = way;
+    let lost = outside(point.x, params.lower, params.upper) || !(stride <= params.step_limit);
+    if (lost) {
         atomicMax(&counters.bad_body, params.bodies - number[i]);
+    }
+    if (lost || !(way <= params.drift_limit)) {
+        atomicStore(&halt, 1u); // the host will take the step back, and walls must not have moved
     }
 }

@@ -10,6 +10,7 @@ fn met(i: u32) -> Effort {
     let inertia = inverse_inertia(here.place, free.inverse_mass);
     var impulse = Vec();
     var twist = Spin();
+    var effort = Effort();
     let slack = params.dt * sqrt(dot(params.gravity, params.gravity));
     let end = slot_start[i + 1u];
     for (var slot = slot_start[i]; slot < end; slot++) {
@@ -42,6 +43,11 @@ fn met(i: u32) -> Effort {
         // Pairs that are not about to touch take no part in passes, unless the judgement finds that they should.
         let part = (entry & SPRUNG) != 0u || closing <= dot(free.v - velocity_to, touch.n) + slack;
         flag(slot, entry, part);
+        effort.crowd += 1;
+        if (part) {
+            let wall = select(Vec(), velocity_to, j >= params.bodies);
+            effort.imposed = max(effort.imposed, max(sqrt(dot(wall, wall)), -closing));
+        }
         meeting[slot] = Meeting(touch.n, closing);
         lever[slot] = l;
         let old = spring_of(slot, entry);
@@ -58,10 +64,9 @@ fn met(i: u32) -> Effort {
     keep_trial_spin(i, spin);
     keep_trial_spin_before(i, spin);
     keep_ahead_spin(i, spin);
-    var effort = Effort();
     if (free.inverse_mass != 0) {
-        let least = params.dt * params.dt * dot(params.gravity, params.gravity);
-        effort.reference = max(dot(free.v, free.v), least);
+        effort.reference = dot(free.v, free.v);
+        effort.least = slack * slack;
     }
     return effort;
 }

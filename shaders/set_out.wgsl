@@ -5,7 +5,8 @@ fn set_out(@builtin(local_invocation_index) lane: u32) {
     let sum = total(lane);
     if (lane == 0u) {
         var next = Relaxation();
-        next.scale = max(sqrt(sum.reference), Real(1e-30));
+        next.scale = max(sqrt(max(sum.reference, sum.least)), max(sum.imposed, Real(1e-30)));
+        next.crowd = sum.crowd;
         next.stretch = max(relaxation.stretch, Real(1));
         next.theta = 1;
         next.best = 1e30;

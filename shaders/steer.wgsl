@@ -16,7 +16,7 @@ fn steer(@builtin(local_invocation_index) lane: u32) {
         let short = sum.work > next.stretch * sum.way && next.estimate > 0.1 * params.tolerance;
         let risen = next.estimate > 1.5 * next.best;
         if (short) {
-            next.stretch = 1.02 * sum.work / sum.way;
+            next.stretch = min(1.02 * sum.work / sum.way, max(next.crowd, next.stretch));
         }
         if (short || risen || sum.turn > 0) {
             next.theta = 1;

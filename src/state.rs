@@ -179,6 +179,7 @@ record!(
     /// The state of a step's relaxation.
     Relaxation {
         scale: f64,
+        crowd: f64,
         stretch: f64,
         theta: f64,
         beta: f64,
@@ -193,6 +194,9 @@ record!(
     /// Sums of a group of grains.
     Effort {
         reference: f64,
+        least: f64,
+        imposed: f64,
+        crowd: f64,
         residual: f64,
         turn: f64,
         work: f64,

@@ -4,7 +4,7 @@ use crate::{
     error::{Error, Result},
     laws::{dashpot::damping_ratio, dimension::inverse_gyration},
     model::Dimension,
-    scene::{Assembly, Dashpot, Grain, Method, Pair, Surface, TimeStep},
+    scene::{Assembly, Dashpot, Grain, Method, Pair, Surface, TimeStep, Wall},
 };
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -140,8 +140,12 @@ fn rigid_step(assembly: &Assembly) -> Result<f64> {
     });
     let bottom = grains.iter().map(|grain| height(grain.position)).chain(floors).fold(f64::INFINITY, f64::min);
     let top = grains.iter().map(|grain| height(grain.position)).fold(f64::NEG_INFINITY, f64::max);
-    let moving = grains.iter().map(|grain| grain.velocity).chain(assembly.walls.iter().map(|wall| wall.velocity));
-    let fastest = moving.map(DVec3::length).fold(0.0, f64::max) + (2.0 * g * (top - bottom)).sqrt();
+    let surface = |wall: &Wall| match wall.surface {
+        Surface::Cylinder { radius, .. } => wall.velocity.length() + wall.spin.abs() * radius,
+        Surface::Plane { .. } => wall.velocity.length(),
+    };
+    let moving = grains.iter().map(|grain| grain.velocity.length()).chain(assembly.walls.iter().map(surface));
+    let fastest = moving.fold(0.0, f64::max) + (2.0 * g * (top - bottom)).sqrt();
     let fall = (4.0 * smallest / g).sqrt() / 20.0;
     let stride = 0.25 * 0.5 * smallest.min(assembly.solver.margin * mean) / fastest;
     let dt = fall.min(stride);

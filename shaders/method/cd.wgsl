@@ -22,7 +22,8 @@ struct Lever {
 
 /// The state of a step's relaxation.
 struct Relaxation {
-    scale: Real,     // m/s: what residuals are relative to, max(|v_free|, g dt sqrt(N))
+    scale: Real,     // m/s: what residuals are relative to, max(|v_free|, g dt sqrt(N)), or the largest velocity imposed
+    crowd: Real,     // most contacts of a grain, which no eigenvalue of W exceeds
     stretch: Real,   // the largest eigenvalue of W known so far, with contacts scaled to W_nn = W_tt = 1
     theta: Real,     // Nesterov's sequence
     beta: Real,      // momentum of the next pass
@@ -41,6 +42,9 @@ var<storage, read_write> spring_before: array<Packed>; // slots, N s: the impuls
 /// Sums of a workgroup, or of the grain of an invocation.
 struct Effort {
     reference: Real, // m²/s², free velocities
+    least: Real,     // m²/s², what gravity gives them in a step
+    imposed: Real,   // m/s, the largest velocity that a wall or an overlap asks for
+    crowd: Real,     // most contacts of a grain
     residual: Real,  // m²/s²
     turn: Real,      // J, > 0: momentum carries the wrong way
     work: Real,      // J, of the pass: its velocities in the metric of the masses
@@ -52,6 +56,9 @@ struct Effort {
 fn combined(a: Effort, b: Effort) -> Effort {
     return Effort(
         a.reference + b.reference,
+        a.least + b.least,
+        max(a.imposed, b.imposed),
+        max(a.crowd, b.crowd),
         a.residual + b.residual,
         a.turn + b.turn,
         a.work + b.work,
@@ -160,7 +167,10 @@ fn closing_of(gap: Real) -> Real {
     if (max(gap, -gap) < params.gap_band) {
         return 0;
     }
-    return max(gap / params.dt, -params.correction);
+    if (gap > 0) {
+        return gap / params.dt;
+    }
+    return max((gap + params.gap_band) / params.dt, -params.correction);
 }
 
 /// Vector shortened to a length.

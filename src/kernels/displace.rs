@@ -10,12 +10,13 @@ use crate::{
     },
     state::{Motion, Place, Residue, State},
 };
+use glam::DVec3;
 
 pub fn displace(s: &mut State) {
     s.counters[0].done += 1;
     for i in 0..s.sizes.bodies {
         for slot in filled(s, i).collect::<Vec<_>>() {
-            flag(&mut s.neighbour[slot], kept_spring(&s.spring[slot]).length_squared() > 0.0);
+            flag(&mut s.neighbour[slot], kept_spring(&s.spring[slot]) != DVec3::ZERO);
         }
         let (here, residue, v) = (s.place[i], residue_of(s, i), s.trial[i].v);
         let point = wrapped(s, moved(s, here.x, residue.x, s.params.dt * v));
@@ -29,7 +30,11 @@ pub fn displace(s: &mut State) {
         }
         let stride = s.params.dt * v.length();
         s.travel[i] += stride;
-        if outside(point.x, s.params.lower, s.params.upper) || !(stride <= s.params.step_limit) {
+        let lost = outside(point.x, s.params.lower, s.params.upper) || !(stride <= s.params.step_limit);
+        if lost || !(s.travel[i] <= s.params.drift_limit) {
+            s.halt[0] = 1; // the host will take the step back, and walls must not have moved
+        }
+        if lost {
             s.counters[0].bad_body = s.counters[0].bad_body.max(s.params.bodies - s.number[i]);
         }
     }

@@ -47,16 +47,25 @@ pub fn meet(s: &mut State) {
             }
         }
     }
-    s.effort = by_group(s, |i| reference(s, i));
+    s.effort = by_group(s, |i| reference(s, i, slack));
     s.counters[0].bad_body = s.counters[0].bad_body.max(bad);
 }
 
-/// What residuals are relative to: the free velocity, but at least what gravity gives in a step.
-fn reference(s: &State, i: usize) -> Effort {
+/// What residuals are relative to.
+fn reference(s: &State, i: usize, slack: f64) -> Effort {
     let free = freed(s, &s.motion[i]);
-    if free.inverse_mass == 0.0 {
-        return Effort::default();
+    let mut effort = Effort::default();
+    for slot in filled(s, i) {
+        effort.crowd += 1.0;
+        if s.neighbour[slot] & SPRUNG != 0 {
+            let j = (s.neighbour[slot] & INDEX) as usize;
+            let wall = j.checked_sub(s.sizes.bodies);
+            let speed = wall.map_or(0.0, |w| wall_velocity(&s.wall[w], s.place[i].x).length());
+            effort.imposed = effort.imposed.max(speed.max(-s.meeting[slot].closing));
+        }
     }
-    let least = s.params.dt * s.params.dt * s.params.gravity.length_squared();
-    Effort { reference: free.v.length_squared().max(least), ..Effort::default() }
+    if free.inverse_mass != 0.0 {
+        (effort.reference, effort.least) = (free.v.length_squared(), slack * slack);
+    }
+    effort
 }

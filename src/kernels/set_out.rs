@@ -6,7 +6,8 @@ use crate::{
 };
 
 pub fn set_out(s: &mut State) {
-    let scale = total(s).reference.sqrt().max(1e-30);
+    let sum = total(s);
+    let scale = sum.reference.max(sum.least).sqrt().max(sum.imposed).max(1e-30);
     let stretch = s.relaxation[0].stretch.max(1.0);
-    s.relaxation[0] = Relaxation { scale, stretch, theta: 1.0, best: 1e30, ..Relaxation::default() };
+    s.relaxation[0] = Relaxation { scale, crowd: sum.crowd, stretch, theta: 1.0, best: 1e30, ..Relaxation::default() };
 }

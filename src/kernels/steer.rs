@@ -16,7 +16,7 @@ pub fn steer(s: &mut State) {
     let short = sum.work > next.stretch * sum.way && next.estimate > 0.1 * s.params.tolerance;
     let risen = next.estimate > 1.5 * next.best;
     if short {
-        next.stretch = 1.02 * sum.work / sum.way;
+        next.stretch = (1.02 * sum.work / sum.way).min(next.crowd.max(next.stretch));
     }
     if short || risen || sum.turn > 0.0 {
         (next.theta, next.beta) = (1.0, 0.0);

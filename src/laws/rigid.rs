@@ -19,6 +19,9 @@ use rayon::prelude::*;
 pub fn combined(a: Effort, b: Effort) -> Effort {
     Effort {
         reference: a.reference + b.reference,
+        least: a.least + b.least,
+        imposed: a.imposed.max(b.imposed),
+        crowd: a.crowd.max(b.crowd),
         residual: a.residual + b.residual,
         turn: a.turn + b.turn,
         work: a.work + b.work,
@@ -105,7 +108,10 @@ pub fn closing_of(s: &State, gap: f64) -> f64 {
     if gap.abs() < s.params.gap_band {
         return 0.0;
     }
-    (gap / s.params.dt).max(-s.params.correction)
+    if gap > 0.0 {
+        return gap / s.params.dt;
+    }
+    ((gap + s.params.gap_band) / s.params.dt).max(-s.params.correction)
 }
 
 /// Vector shortened to a length.

@@ -195,12 +195,12 @@ pub(super) fn on_engine(solver: Solver) -> bool {
 }
 
 /// Solve the contacts that a state has met, and leave impulses and velocities in it. The answer is the passes it took.
-fn solve_state(s: &mut State, relaxation: &Relaxation, most: u32, step: u64) -> Result<u32> {
+fn solve_state(s: &mut State, relaxation: &Relaxation, step: u64) -> Result<u32> {
     let grains = Grains::new(s);
     let start: Vec<DVec3> = grains.meetings.iter().map(|m| m.in_frame(s.spring[m.slot].0)).collect();
     let options = Options {
         tolerance: relaxation.tolerance,
-        max_iterations: most as usize,
+        max_iterations: relaxation.max_iterations as usize,
         order: relaxation.order,
         seed: step,
         ..Options::default()
@@ -231,7 +231,7 @@ fn solve_state(s: &mut State, relaxation: &Relaxation, most: u32, step: u64) -> 
 
 impl Simulation {
     /// All passes of a step.
-    pub(super) fn relax_on_host(&mut self, relaxation: &Relaxation, most: u32) -> Result<u32> {
+    pub(super) fn relax_on_host(&mut self, relaxation: &Relaxation) -> Result<u32> {
         const READ: [&str; 12] = [
             "place",
             "motion",
@@ -251,7 +251,7 @@ impl Simulation {
         };
         let names = present(&READ, &self.state);
         self.engine.read(&names, &mut self.state)?;
-        let passes = solve_state(&mut self.state, relaxation, most, self.step)?;
+        let passes = solve_state(&mut self.state, relaxation, self.step)?;
         let names = present(&["spring", "trial", "trial_spin"], &self.state);
         self.engine.write(&names, &self.state)?;
         Ok(passes)

@@ -9,6 +9,9 @@ const MOST_AT_ONCE: u32 = 256;
 /// Passes of the power iteration when lists have been made.
 const PROBES: u32 = 40;
 
+/// Most solutions of a step on the host, each with the pairs that the one before has brought together.
+const ROUNDS: u32 = 3;
+
 /// How the contacts of the steps so far have been solved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Solved {
@@ -40,7 +43,7 @@ impl Simulation {
                     return Err(self.gone(counters.bad_body, self.step)?);
                 }
             }
-            self.relax()?;
+            let (passes, residual, excess) = self.relax()?;
             let params = self.params();
             let step = (&self.plan.step[..], 1);
             self.engine.execute(&params, &[step, (&self.plan.survey, 1)])?;
@@ -54,6 +57,7 @@ impl Simulation {
                 return Err(reason);
             }
             if !self.spent {
+                self.solved.add(passes, residual, excess, self.state.params.tolerance);
                 self.life = self.life.saturating_sub(1);
                 self.step += 1;
                 return Ok(());
@@ -64,8 +68,9 @@ impl Simulation {
         }
     }
 
-    /// Passes until the step is solved, or its iterations are used up.
-    fn relax(&mut self) -> Result<()> {
+    /// Passes until the step is solved, or its iterations are used up: how many, the residual and the Coulomb excess that are
+    /// left.
+    fn relax(&mut self) -> Result<(u32, f64, f64)> {
         let tolerance = self.state.params.tolerance;
         let params = self.params();
         let (begin, meet) = ((&self.plan.begin[..], 1), (&self.plan.meet[..], 1));
@@ -79,16 +84,14 @@ impl Simulation {
             && !host::on_engine(relaxation.solver)
         {
             let mut passes = 0;
-            loop {
-                let more = self.relax_on_host(&relaxation, self.most_passes - passes)?;
-                passes += more;
+            for round in 1.. {
+                passes += self.relax_on_host(&relaxation)?;
                 self.engine.execute(&params, &[(&self.plan.judge, 1)])?;
                 self.engine.read(&["relaxation"], &mut self.state)?;
                 let judged = self.state.relaxation[0];
-                // Pairs that were left out may have met; without passes to take, nothing can be done about them.
-                if judged.residual <= tolerance || passes >= self.most_passes || more == 0 {
-                    self.solved.add(passes, judged.residual, judged.excess, tolerance);
-                    return Ok(());
+                // Pairs that were left out may have met; then once more, with them.
+                if judged.residual <= tolerance || round == ROUNDS {
+                    return Ok((passes, judged.residual, judged.excess));
                 }
             }
         }
@@ -102,8 +105,7 @@ impl Simulation {
             let relaxation = self.state.relaxation[0];
             passes = relaxation.passes;
             if relaxation.residual <= tolerance || passes >= self.most_passes || relaxation.residual.is_nan() {
-                self.solved.add(passes, relaxation.residual, relaxation.excess, tolerance);
-                return Ok(());
+                return Ok((passes, relaxation.residual, relaxation.excess));
             }
             batch = (passes / 4).clamp(4, MOST_AT_ONCE);
         }
