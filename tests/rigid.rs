@@ -360,10 +360,10 @@ fn overlaps_open_gently() {
 #[test]
 fn no_friction_and_very_much() {
     for bench in engines() {
-        for (mu, overlap) in [(0.0, 0.01), (10.0, 0.05)] {
+        for (mu, most, overlap) in [(0.0, 1000, 0.01), (10.0, 100, 0.05)] {
             let mut scene = falling(rigid(3, DT, mu, 1e-3));
             let Method::ContactDynamics(relaxation) = &mut scene.solver.method else { unreachable!() };
-            relaxation.max_iterations = 300;
+            relaxation.max_iterations = most;
             scene.grains = cloud(3, 5, 0.05, 9);
             let side = SPACING * 5.0;
             for normal in [DVec3::X, DVec3::Y] {
@@ -374,7 +374,7 @@ fn no_friction_and_very_much() {
             simulation.advance(60).unwrap();
             let (solved, sample) = (*simulation.solved().unwrap(), simulation.sample().unwrap());
             println!("{} μ = {mu}: {solved:?}, {sample:?}", bench.name);
-            assert!(mu > 0.0 || solved.unconverged < 4, "{solved:?}");
+            assert!(mu > 0.0 || solved.unconverged == 0, "{solved:?}");
             assert!(simulation.lost_contacts() == 0 && sample.contacts > 100, "{sample:?}");
             assert!(sample.max_overlap_over_radius < overlap, "{sample:?}");
             let fallen = mass(3, R) * 125.0 * G * R;
