@@ -51,7 +51,7 @@ struct Params {
     inverse_split: Real,    // 1/m
     step_limit: Real,       // m, no grain may go further in a step
     drift_limit: Real,      // m, lists are good while no grain has moved further than this
-    tolerance: Real,        // contact dynamics: relative residual at which passes end
+    tolerance: Real,        // contact dynamics: relative residual at which a step is solved
     momentum: Real,         // most momentum of a pass, 0 to 1
     correction: Real,       // m/s, at most this fast overlaps open
     gap_band: Real,         // m, gaps and overlaps up to this are taken for contacts

@@ -4,26 +4,22 @@
 mod host;
 pub mod profile;
 pub mod rigid;
+mod setup;
+
+pub use setup::Setup;
 
 use crate::{
-    cd,
     engine::{Cpu, Engine, Gpu, gpu},
     error::{Error, Result},
     gpu::{Arrays, Device},
-    laws::{
-        dashpot::damping_ratio,
-        precision::{quantised, quantum, residue_of, split},
-        rotation::inverse_inertia,
-    },
+    laws::precision::residue_of,
     measure::{Sample, masses},
-    memory,
     model::{Model, Precision, Rotation},
-    plan::{Plan, plan},
-    scene::{Assembly, Dashpot, Grain, Method, Surface},
-    state::{ARRAYS, Array, Counters, Length, Motion, PARTS, Pair, Params, Place, Residue, Sizes, Spin, State, Wall},
-    time_step,
+    plan::Plan,
+    scene::{Assembly, Grain, Method, Surface},
+    state::{ARRAYS, Array, Counters, Length, Params, Sizes, State},
 };
-use glam::{DVec3, UVec3};
+use glam::DVec3;
 use rigid::Solved;
 
 /// Which engine to run on.
@@ -106,243 +102,6 @@ pub struct Simulation {
     /// Contact dynamics: passes that a step may take, else 0; and how they have gone.
     most_passes: u32,
     solved: Solved,
-}
-
-/// Everything a scene implies before an engine is chosen: the state at time 0, its plan, and the time step's bound.
-pub struct Setup {
-    pub state: State,
-    pub plan: Plan,
-    pub dt_bound: f64,
-}
-
-impl Setup {
-    /// Arrays, parameters and plan of a scene.
-    ///
-    /// # Errors
-    /// [`Error::Scene`] if the time step is above its bound, [`Error::Device`] if the host's memory cannot hold it.
-    pub fn new(assembly: &Assembly, options: &Options) -> Result<Setup> {
-        let (dt, dt_bound) = time_step::choose(assembly)?;
-        // The CPU engine has only f64.
-        let precision = if options.engine == EngineChoice::Cpu { Precision::Double } else { options.precision };
-        let model = Model::of(assembly, precision);
-        let params = params(assembly, &model, dt);
-        let bodies = assembly.grains.len();
-        let cells = params.cells.as_u64vec3();
-        let guess = bodies * if assembly.dimension == 2 { 4 } else { 6 };
-        let sizes = Sizes {
-            bodies,
-            walls: assembly.walls.len(),
-            materials: assembly.materials.len(),
-            cells: (cells.x * cells.y * cells.z) as usize,
-            slots: options.slots.unwrap_or(guess).max(LEAST_LENGTH),
-            history: LEAST_LENGTH,
-        };
-        memory::check_host(bodies as u64 * memory::BYTES_PER_GRAIN)?;
-        let mut state = State::new(model, sizes, params);
-        fill(&mut state, assembly);
-        if precision == Precision::Single {
-            check_range(&state)?;
-        }
-        Ok(Setup { plan: plan(&model), state, dt_bound })
-    }
-}
-
-/// Contact parameters as the kernels want them.
-fn pair(pair: &crate::scene::Pair) -> Pair {
-    Pair {
-        stiffness: pair.normal_stiffness,
-        tangential_stiffness: pair.tangential_stiffness,
-        friction: pair.friction,
-        dashpot: match pair.dashpot {
-            Dashpot::None => 0.0,
-            Dashpot::Restitution(e) => damping_ratio(e),
-            Dashpot::MassScaled(eta) => eta,
-        },
-    }
-}
-
-/// Gaps and overlaps that are none, in radii of the smallest grain: what a step leaves within its tolerance must not cost the
-/// next one passes.
-const GAP_BAND: f64 = 1e-4;
-
-/// Stands for "no bound" in both precisions; infinities are not safe on every device.
-const UNBOUNDED: f64 = 3e38;
-
-fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
-    let grains = &assembly.grains;
-    let mean_radius = grains.iter().map(|g| g.radius).sum::<f64>() / grains.len() as f64;
-    let smallest = grains.iter().map(|g| g.radius).fold(f64::INFINITY, f64::min);
-    let largest = grains.iter().map(|g| g.radius).fold(0.0, f64::max);
-    let margin = assembly.solver.margin * mean_radius;
-    let unit = split(2.0 * (largest + margin));
-    let mut p = Params {
-        gravity: assembly.gravity,
-        lower: DVec3::splat(-UNBOUNDED),
-        upper: DVec3::splat(UNBOUNDED),
-        dt,
-        since: dt,
-        split: unit,
-        inverse_split: 1.0 / unit,
-        damping: assembly.solver.damping,
-        margin,
-        drift_limit: 0.5 * margin,
-        step_limit: 0.5 * margin.min(smallest),
-        gap_band: GAP_BAND * smallest,
-        pair: pair(&assembly.pairs[0]),
-        cells: UVec3::ONE,
-        bodies: grains.len() as u32,
-        walls: assembly.walls.len() as u32,
-        materials: assembly.materials.len() as u32,
-        parts: PARTS as u32,
-        ..Params::default()
-    };
-    if let Method::ContactDynamics(relaxation) = assembly.solver.method {
-        p.tolerance = relaxation.tolerance;
-        p.momentum = if relaxation.solver == cd::Solver::Jacobi { 0.0 } else { 1.0 };
-        // Slower than what gravity takes away in a step, so that nothing flies up; without gravity something small.
-        let pull = assembly.gravity.length() * dt;
-        let gentle = if pull > 0.0 { 0.1 * pull } else { 1e-3 * mean_radius / dt };
-        p.correction = relaxation.max_correction_velocity.unwrap_or(gentle);
-    }
-    let reach = landmarks(assembly).map(|x| x.abs().max_element()).fold(0.0, f64::max);
-    p.quantum = quantum(reach + largest);
-    p.inverse_quantum = 1.0 / p.quantum;
-    let single = model.precision == Precision::Single;
-    // Residues are at most half a quantum and half a quantum of the period; the rest is for rounding.
-    p.blur = 1e-5 * largest + if single { 4.0 * p.quantum } else { 0.0 };
-    // A hair wider than the reach of the lists, so that rounding cannot hide a neighbour two cells away.
-    let edge = 1.001 * (2.0 * largest + margin + p.blur);
-    let domain = &assembly.domain;
-    for axis in 0..model.dims() {
-        let positions = || grains.iter().map(|g| g.position[axis]);
-        let (lower, upper) = (domain.lower[axis], domain.upper[axis]);
-        if domain.periodic[axis] {
-            p.period[axis] = upper - lower;
-            p.inverse_period[axis] = 1.0 / p.period[axis];
-            if single {
-                let whole = quantised(&p, p.period)[axis];
-                (p.period_rest[axis], p.period[axis]) = (p.period[axis] - whole, whole);
-            }
-            p.cell_origin[axis] = lower;
-            p.cells[axis] = (p.period[axis] / edge).floor().clamp(1.0, 1e6) as u32;
-            p.inverse_cell[axis] = f64::from(p.cells[axis]) / p.period[axis];
-        } else {
-            p.lower[axis] = lower.max(-UNBOUNDED);
-            p.upper[axis] = upper.min(UNBOUNDED);
-            p.cell_origin[axis] = positions().fold(f64::INFINITY, f64::min);
-            let extent = positions().fold(f64::NEG_INFINITY, f64::max) - p.cell_origin[axis];
-            p.cells[axis] = ((extent / edge).floor() + 1.0).clamp(1.0, 1e6) as u32;
-            p.inverse_cell[axis] = 1.0 / edge;
-        }
-    }
-    // Open axes wrap around, so fewer cells are always right; a sparse scene need not pay for its emptiness.
-    let budget = (2 * grains.len() as u64).max(64);
-    loop {
-        let total: u64 = p.cells.to_array().iter().map(|c| u64::from(*c)).product();
-        let open = (0..model.dims()).filter(|a| !domain.periodic[*a]).max_by_key(|a| p.cells[*a]);
-        match open {
-            Some(axis) if total > budget && p.cells[axis] > 3 => p.cells[axis] = p.cells[axis].div_ceil(2).max(3),
-            _ => break,
-        }
-    }
-    // A periodic axis must be divided exactly, so there emptiness is paid for with larger cells.
-    loop {
-        let total: u64 = p.cells.to_array().iter().map(|c| u64::from(*c)).product();
-        let axis = (0..model.dims()).filter(|a| domain.periodic[*a]).max_by_key(|a| p.cells[*a]);
-        match axis {
-            Some(axis) if total > 4 * budget && p.cells[axis] > 3 => {
-                p.cells[axis] = p.cells[axis].div_ceil(2).max(3);
-                p.inverse_cell[axis] = f64::from(p.cells[axis]) / p.period[axis];
-            }
-            _ => break,
-        }
-    }
-    // The long way around last, so that what is near in space is near in memory.
-    let mut axes = [0, 1, 2];
-    axes.sort_by_key(|axis| if p.cells[*axis] == 1 { u32::MAX } else { p.cells[*axis] });
-    p.axes = UVec3::from_array(axes.map(|axis| axis as u32));
-    p.cells = UVec3::from_array(axes.map(|axis| p.cells[axis]));
-    p
-}
-
-/// Positions of grains, finite corners of the domain and points of walls: how far coordinates go.
-fn landmarks(assembly: &Assembly) -> impl Iterator<Item = DVec3> {
-    let finite = |x: DVec3| DVec3::select(x.is_finite_mask(), x, DVec3::ZERO);
-    let corners = [assembly.domain.lower, assembly.domain.upper].map(finite);
-    let middle = middle(assembly);
-    let walls = assembly.walls.iter().map(move |wall| anchor(&wall.surface, middle));
-    assembly.grains.iter().map(|g| g.position).chain(corners).chain(walls)
-}
-
-/// The middle of the box around the grains.
-fn middle(assembly: &Assembly) -> DVec3 {
-    let bounds = |(low, high): (DVec3, DVec3), g: &Grain| (low.min(g.position), high.max(g.position));
-    let (low, high) = assembly.grains.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), bounds);
-    0.5 * (low + high)
-}
-
-/// A point of a plane, or of the axis of a cylinder, close to the grains: coordinates that go farther than they must cost
-/// digits in single precision.
-fn anchor(surface: &Surface, middle: DVec3) -> DVec3 {
-    match *surface {
-        Surface::Plane { point, normal } => middle - (middle - point).dot(normal) * normal,
-        Surface::Cylinder { center, .. } => center,
-    }
-}
-
-fn fill(state: &mut State, assembly: &Assembly) {
-    let dimension = state.model.dimension;
-    for (i, grain) in assembly.grains.iter().enumerate() {
-        let density = assembly.materials[grain.material as usize].density;
-        let mass = time_step::mass(dimension, density, grain.radius);
-        state.place[i] = Place { x: grain.position, radius: grain.radius };
-        if let Some(residue) = state.residue.get_mut(i) {
-            let whole = Place { x: quantised(&state.params, grain.position), radius: f64::from(grain.radius as f32) };
-            *residue = Residue { x: grain.position - whole.x, radius: grain.radius - whole.radius };
-            state.place[i] = whole;
-        }
-        state.number[i] = i as u32;
-        state.motion[i] = Motion { v: grain.velocity, inverse_mass: if grain.fixed { 0.0 } else { 1.0 / mass } };
-    }
-    if state.model.rotation == Rotation::Sphere {
-        state.spin = assembly.grains.iter().map(|g| Spin(g.spin)).collect();
-    }
-    let single = state.model.precision == Precision::Single;
-    let middle = middle(assembly);
-    for (wall, given) in state.wall.iter_mut().zip(&assembly.walls) {
-        let point = anchor(&given.surface, middle);
-        let (normal, radius) = match given.surface {
-            Surface::Plane { normal, .. } => (normal, 0.0),
-            Surface::Cylinder { radius, .. } => (DVec3::ZERO, radius),
-        };
-        let whole = if single { quantised(&state.params, point) } else { point };
-        let residue = point - whole;
-        *wall = Wall { point: whole, residue, normal, velocity: given.velocity, radius, spin: given.spin };
-    }
-    if !state.material.is_empty() {
-        let materials = assembly.grains.iter().map(|g| g.material).chain(assembly.walls.iter().map(|w| w.material));
-        state.material = materials.collect();
-        state.pair = assembly.pairs.iter().map(pair).collect();
-    }
-}
-
-/// What leaves the range of f32 must not get to a device that computes in it.
-///
-/// # Errors
-/// [`Error::Scene`] with the grain and the number.
-fn check_range(state: &State) -> Result<()> {
-    let fits = |x: f64| x == 0.0 || (f64::from(f32::MIN_POSITIVE)..1e37).contains(&x.abs());
-    for (i, (place, motion)) in state.place.iter().zip(&state.motion).enumerate() {
-        let inertia = inverse_inertia(state, place, motion.inverse_mass);
-        let numbers = [("inverse mass", motion.inverse_mass), ("inverse moment of inertia", inertia)];
-        if let Some((what, number)) = numbers.into_iter().find(|(_, x)| !fits(*x)) {
-            return Err(Error::Scene(format!(
-                "grain {i}: its {what}, {number:e} in SI units, is beyond single precision; use --precision double or \
-                 --engine cpu"
-            )));
-        }
-    }
-    Ok(())
 }
 
 /// Set-up and engine for a choice, and one line that says which engine and why.
