@@ -13,7 +13,10 @@ fn judged(i: u32) -> Effort {
             break;
         }
         let side = side_of(i, slot, entry & INDEX, here, spin);
-        flag(slot, entry, (entry & SPRUNG) != 0u || dot(side.velocity, side.n) > side.closing);
+        if ((entry & SPRUNG) == 0u && dot(side.velocity, side.n) > side.closing) {
+            flag(slot, entry, true);
+            effort.late++;
+        }
         let impulse = side.turn * kept_spring(slot);
         let far = natural_map(side, impulse);
         let pressing = -dot(impulse, side.n);

@@ -62,8 +62,9 @@ struct Params {
     walls: u32,
     materials: u32,
     parts: u32,             // rows of the measurement
-    slots: u32,             // length of the lists; the engine fills these two in
+    slots: u32,             // length of the lists; the engine fills these three in
     history: u32,           // length of the history
+    colours: u32,           // of contacts, that there are schedules for
 }
 
 var<uniform> params: Params;

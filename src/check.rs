@@ -15,10 +15,10 @@ use crate::{
     },
     measure::Sample,
     model::Precision,
-    plan::Op,
+    plan::{Op, Plan},
     scene::Assembly,
     simulation::{EngineChoice, Options, Setup, Simulation},
-    state::{ARRAYS, INDEX, Length, NONE, State, Wall},
+    state::{ARRAYS, INDEX, Length, NONE, Palette, State, Wall},
 };
 use glam::DVec3;
 use serde::Serialize;
@@ -106,7 +106,12 @@ pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64) -> R
         checker.run(&plan.seed)?;
         (0..PASSES).try_for_each(|_| checker.run(&plan.probe))?;
         checker.run(&plan.meet)?;
-        (0..PASSES).try_for_each(|_| checker.run(&plan.relax))?;
+        checker.colour(&plan)?;
+        for _ in 0..PASSES {
+            let colours = checker.state.palette.first().map_or(0, |palette| palette.colours);
+            (0..colours).try_for_each(|_| checker.run(&plan.sweep))?;
+            checker.run(&plan.relax)?;
+        }
         checker.run(&plan.judge)?;
         checker.run(&plan.step)?;
         checker.state.params.since = checker.state.params.dt;
@@ -151,6 +156,24 @@ struct Checker<'a> {
 impl Checker<'_> {
     fn run(&mut self, ops: &[Op]) -> Result<()> {
         ops.iter().try_for_each(|op| self.op(op))
+    }
+
+    /// Colours for all contacts, if contacts are updated by colours.
+    fn colour(&mut self, plan: &Plan) -> Result<()> {
+        self.run(&plan.bleach)?;
+        while !plan.colour.is_empty() {
+            self.run(&plan.colour)?;
+            self.run(&plan.colour[..1])?;
+            let Palette { uncoloured, colours } = self.state.palette[0];
+            if colours as usize > self.state.sizes.colours {
+                self.state.sizes.colours = 2 * colours as usize;
+                self.grow(&["painted"], self.state.sizes.colours)?;
+                self.run(&plan.bleach)?;
+            } else if uncoloured == 0 {
+                break;
+            }
+        }
+        self.run(&plan.arrange)
     }
 
     fn op(&mut self, op: &Op) -> Result<()> {
@@ -218,7 +241,7 @@ impl Checker<'_> {
                 16.0 * epsilon * (1.0 / overlap).max(1.0)
             }
             // Sums of small differences, some of either sign.
-            ("relax" | "judge" | "probe", "effort") => 1e4 * epsilon,
+            ("relax" | "follow" | "judge" | "probe", "effort") | ("sweep", "miss") => 1e4 * epsilon,
             _ => 64.0 * epsilon,
         }
     }

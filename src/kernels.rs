@@ -4,12 +4,16 @@
 //! `advance`, where the time goes, the contacts of many bodies are computed at a time.
 
 mod advance;
+mod arrange;
 mod bin;
 mod conclude;
 mod count;
+mod deliver;
 mod displace;
 mod extrapolate;
+mod follow;
 mod forces;
+mod gather;
 mod gauge;
 mod half_kick;
 mod judge;
@@ -18,8 +22,10 @@ mod meet;
 mod move_walls;
 mod neighbours;
 mod order;
+mod paint;
 mod permute;
 mod probe;
+mod propose;
 mod relax;
 mod remember;
 mod scan;
@@ -28,6 +34,7 @@ mod set_out;
 mod sort;
 mod steer;
 mod survey;
+mod sweep;
 mod synchronise;
 mod tally;
 
@@ -194,6 +201,20 @@ pub static GAUGE: Stage = Stage { dispatch: Dispatch::OneGroup, ..Stage::new("ga
 pub static SET_OUT: Stage = Stage { dispatch: Dispatch::OneGroup, ..Stage::new("set_out", set_out::set_out, |_| 1) };
 /// Contact dynamics 3: a pass.
 pub static RELAX: Stage = Stage::new("relax", relax::relax, bodies);
+/// Colours of contacts 1: what every grain would have coloured next.
+pub static PROPOSE: Stage = Stage::new("propose", propose::propose, bodies);
+/// Colours of contacts 2: what both grains agree on.
+pub static PAINT: Stage = Stage { unordered: &["hue"], ..Stage::new("paint", paint::paint, bodies) };
+/// Colours of contacts 3: contacts in their order.
+pub static ARRANGE: Stage = Stage::new("arrange", arrange::arrange, bodies);
+/// Contact dynamics 3, coloured: the contacts of one colour.
+pub static SWEEP: Stage = Stage::new("sweep", sweep::sweep, |sizes| sizes.bodies.div_ceil(4));
+/// Contact dynamics 3, coloured: velocities after all colours.
+pub static FOLLOW: Stage = Stage::new("follow", follow::follow, bodies);
+/// Colours of contacts 4: impulses back into the lists.
+pub static DELIVER: Stage = Stage::new("deliver", deliver::deliver, |sizes| sizes.slots);
+/// Colours of contacts 5: velocities without the rounding of the sweeps.
+pub static GATHER: Stage = Stage::new("gather", gather::gather, bodies);
 /// Contact dynamics 4: momentum.
 pub static STEER: Stage = Stage { dispatch: Dispatch::OneGroup, ..Stage::new("steer", steer::steer, |_| 1) };
 /// Contact dynamics 5: velocities, carried ahead by momentum.

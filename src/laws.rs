@@ -3,6 +3,7 @@
 
 pub mod batch;
 pub mod boundary;
+pub mod colours;
 pub mod contact;
 pub mod dashpot;
 pub mod dimension;

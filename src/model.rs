@@ -1,7 +1,10 @@
 //! Model: the choices a scene implies, one enum per slot. It alone decides which WGSL files are composed and which
 //! arrays exist; nothing the scene does not need is modelled, allocated or computed.
 
-use crate::scene::{Assembly, Dashpot as DashpotLaw, Method as Solve};
+use crate::{
+    cd::Solver,
+    scene::{Assembly, Dashpot as DashpotLaw, Method as Solve},
+};
 
 /// Declares a slot: an enum whose variants are the files of one folder of `shaders/`.
 macro_rules! slot {
@@ -83,6 +86,8 @@ pub struct Model {
     pub walls: Walls,
     /// Optional stage: a wall translates, so that walls are integrated too.
     pub moving_walls: bool,
+    /// Optional stages: contact dynamics updates contacts colour by colour, and not all at once.
+    pub coloured: bool,
 }
 
 impl Model {
@@ -112,6 +117,7 @@ impl Model {
             materials: if pairs.windows(2).all(|w| w[0] == w[1]) { Materials::One } else { Materials::Many },
             walls: if assembly.walls.is_empty() { Walls::None } else { Walls::Some },
             moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO),
+            coloured: matches!(assembly.solver.method, Solve::ContactDynamics(r) if r.solver == Solver::ColouredAccelerated),
         }
     }
 
@@ -162,6 +168,9 @@ impl Model {
         if self.method == Method::DiscreteElements {
             files.push("leapfrog.wgsl");
         }
+        if self.coloured {
+            files.push("colours.wgsl");
+        }
         files
     }
 
@@ -187,19 +196,22 @@ impl Model {
                             for (walls, moving_walls) in
                                 [(Walls::None, false), (Walls::Some, false), (Walls::Some, true)]
                             {
-                                models.push(Model {
-                                    precision,
-                                    dimension,
-                                    boundary,
-                                    method,
-                                    normal: if rigid { Normal::Rigid } else { Normal::Hooke },
-                                    dashpot,
-                                    friction,
-                                    rotation,
-                                    materials,
-                                    walls,
-                                    moving_walls,
-                                });
+                                for &coloured in if rigid { &[false, true][..] } else { &[false] } {
+                                    models.push(Model {
+                                        precision,
+                                        dimension,
+                                        boundary,
+                                        method,
+                                        normal: if rigid { Normal::Rigid } else { Normal::Hooke },
+                                        dashpot,
+                                        friction,
+                                        rotation,
+                                        materials,
+                                        walls,
+                                        moving_walls,
+                                        coloured,
+                                    });
+                                }
                             }
                         }
                     }

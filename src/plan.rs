@@ -29,7 +29,8 @@ impl Op {
 /// `survey`. Nothing in it can go wrong without trace or return: lists that do not fit are not walked and `list` is done
 /// again; a step that spends the margin of the lists halts those that follow.
 ///
-/// In contact dynamics a step is `meet`, `relax` as often as `judge` asks for, and `step`; velocities are at n.
+/// In contact dynamics a step is `meet`, `relax` as often as `judge` asks for, and `step`; velocities are at n. By colours,
+/// `colour` until all contacts have one, `arrange`, and before each `relax` a `sweep` for each colour.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// What the device is to tell the host, forgotten.
@@ -44,7 +45,14 @@ pub struct Plan {
     /// met before, and again after.
     pub seed: Vec<Op>,
     pub probe: Vec<Op>,
-    /// Contact dynamics: a pass over the contacts.
+    /// Contact dynamics by colours: all contacts without one; and a round that gives colours to some of those that have none.
+    pub bleach: Vec<Op>,
+    pub colour: Vec<Op>,
+    /// Contact dynamics by colours: contacts in the order of their colours.
+    pub arrange: Vec<Op>,
+    /// Contact dynamics by colours: the contacts of the next colour.
+    pub sweep: Vec<Op>,
+    /// Contact dynamics: a pass over the contacts, or what follows the sweeps over all colours.
     pub relax: Vec<Op>,
     /// Contact dynamics: the residual that the passes have left.
     pub judge: Vec<Op>,
@@ -87,9 +95,20 @@ pub fn plan(model: &Model) -> Plan {
     list.push(Run(&NEIGHBOURS));
 
     let rigid = model.method == Method::ContactDynamics;
-    let mut relax = vec![Run(&RELAX)];
+    let coloured = model.coloured;
+    let mut relax = vec![Run(if coloured { &FOLLOW } else { &RELAX })];
     relax.extend(turns(model));
     relax.extend([Run(&STEER), Run(&EXTRAPOLATE)]);
+    let (mut bleach, mut colour, mut arrange, mut sweep) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut judge = vec![Run(&JUDGE), Run(&CONCLUDE)];
+    if coloured {
+        relax.push(Clear("brush"));
+        bleach = vec![Clear("hue"), Clear("painted"), Clear("palette"), Clear("brush")];
+        colour = vec![Run(&PROPOSE), Run(&PAINT)];
+        arrange = vec![Run(&ARRANGE)];
+        sweep = vec![Run(&SWEEP), Op::Swap("brush", "brush_next")];
+        judge.splice(..0, [Run(&DELIVER), Run(&GATHER)]);
+    }
 
     let mut step = vec![Run(if rigid { &DISPLACE } else { &ADVANCE })];
     if model.moving_walls {
@@ -111,10 +130,14 @@ pub fn plan(model: &Model) -> Plan {
         sort,
         list,
         meet: if rigid { vec![Run(&MEET), Run(&SET_OUT)] } else { Vec::new() },
-        seed: if rigid { vec![Run(&SEED)] } else { Vec::new() },
-        probe: if rigid { vec![Run(&PROBE), Run(&GAUGE), Run(&EXTRAPOLATE)] } else { Vec::new() },
+        seed: if rigid && !coloured { vec![Run(&SEED)] } else { Vec::new() },
+        probe: if rigid && !coloured { vec![Run(&PROBE), Run(&GAUGE), Run(&EXTRAPOLATE)] } else { Vec::new() },
+        bleach,
+        colour,
+        arrange,
+        sweep,
         relax: if rigid { relax } else { Vec::new() },
-        judge: if rigid { vec![Run(&JUDGE), Run(&CONCLUDE)] } else { Vec::new() },
+        judge: if rigid { judge } else { Vec::new() },
         step,
         turn,
         survey: vec![Run(&SURVEY)],
@@ -139,7 +162,8 @@ fn exchange(model: &Model) -> impl Iterator<Item = Op> + use<> {
 /// What a pass has written becomes the last, and the last what was before.
 fn turns(model: &Model) -> impl Iterator<Item = Op> + use<> {
     let pairs = [
-        (true, "spring", "spring_before"),
+        (!model.coloured, "spring", "spring_before"),
+        (model.coloured, "thrust", "thrust_before"),
         (true, "trial", "trial_before"),
         (model.rotation == Rotation::Sphere, "trial_spin", "trial_spin_before"),
     ];
@@ -148,7 +172,7 @@ fn turns(model: &Model) -> impl Iterator<Item = Op> + use<> {
 
 impl Plan {
     /// All sequences with their names, in the order of a run.
-    pub fn parts(&self) -> [(&'static str, &[Op]); 14] {
+    pub fn parts(&self) -> [(&'static str, &[Op]); 18] {
         [
             ("begin", &self.begin),
             ("sort", &self.sort),
@@ -157,6 +181,10 @@ impl Plan {
             ("meet", &self.meet),
             ("seed", &self.seed),
             ("probe", &self.probe),
+            ("bleach", &self.bleach),
+            ("colour", &self.colour),
+            ("arrange", &self.arrange),
+            ("sweep", &self.sweep),
             ("relax", &self.relax),
             ("judge", &self.judge),
             ("step", &self.step),

@@ -188,6 +188,7 @@ record!(
         residual: f64,
         excess: f64,
         passes: u32,
+        late: u32,
     }
 );
 record!(
@@ -203,7 +204,20 @@ record!(
         way: f64,
         pressing: f64,
         excess: f64,
+        late: u32,
     }
+);
+record!(
+    /// The colour of a contact (this and the next two: `shaders/colours.wgsl`).
+    Hue { colour: u32, rank: u32 }
+);
+record!(
+    /// A contact in the order of the colours.
+    Turn { first: u32, second: u32, slot: u32, back: u32 }
+);
+record!(
+    /// How far the colouring is.
+    Palette { uncoloured: u32, colours: u32 }
 );
 record!(
     /// What every kernel may know.
@@ -240,6 +254,7 @@ record!(
         parts: u32,
         slots: u32,
         history: u32,
+        colours: u32,
     }
 );
 
@@ -323,6 +338,7 @@ pub enum Length {
     Tiles,
     Slots,
     History,
+    Colours,
     Parts,
     /// Groups of [`GROUP`] grains.
     Groups,
@@ -339,6 +355,7 @@ pub struct Sizes {
     pub cells: usize,
     pub slots: usize,
     pub history: usize,
+    pub colours: usize,
 }
 
 impl Sizes {
@@ -355,6 +372,7 @@ impl Sizes {
             Length::Tiles => self.cells.max(self.bodies) / TILE + 1,
             Length::Slots => self.slots,
             Length::History => self.history,
+            Length::Colours => self.colours,
             Length::Parts => PARTS,
             Length::Groups => self.bodies.div_ceil(GROUP),
             Length::OnDemand => 0,
@@ -449,6 +467,9 @@ fn rigid(m: &Model) -> bool {
 fn rigid_rotating(m: &Model) -> bool {
     rigid(m) && rotating(m)
 }
+fn coloured(m: &Model) -> bool {
+    m.coloured
+}
 fn walled(m: &Model) -> bool {
     m.walls == Walls::Some
 }
@@ -487,6 +508,18 @@ state! {
     trial_spin: Spin, Bodies, "rad/s", rigid_rotating;
     trial_spin_before: Spin, Bodies, "rad/s", rigid_rotating;
     ahead_spin: Spin, Bodies, "rad/s", rigid_rotating;
+    hue: Hue, Slots, "from 1, index", coloured;
+    proposal: u32, Bodies, "neighbour, as in the lists", coloured;
+    palette: Palette, One, "see colours.wgsl", coloured;
+    painted: u32, Colours, "contacts of each colour", coloured;
+    turn: Turn, Slots, "see colours.wgsl", coloured;
+    turn_meeting: Meeting, Slots, "1, m/s", coloured;
+    turn_lever: Lever, Slots, "m, m, 1/kg, 1/kg", coloured;
+    thrust: Packed, Slots, "N s", coloured;
+    thrust_before: Packed, Slots, "N s", coloured;
+    brush: u32, One, "colours of the pass that are done", coloured;
+    brush_next: u32, One, "colours of the pass that are done", coloured;
+    miss: f64, Bodies, "(m/s)²", coloured;
     effort: Effort, Groups, "(m/s)², J, N s", rigid;
     relaxation: Relaxation, One, "see method/cd.wgsl", rigid;
     halt: u32, One, "1: no more steps", always;

@@ -84,7 +84,11 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
         solver: Solver {
             method: if rigid {
                 Method::ContactDynamics(Relaxation {
-                    solver: cd::Solver::JacobiAccelerated,
+                    solver: if model.coloured {
+                        cd::Solver::ColouredAccelerated
+                    } else {
+                        cd::Solver::JacobiAccelerated
+                    },
                     order: cd::Order::default(),
                     tolerance: 1e-4,
                     max_iterations: 30,
@@ -125,7 +129,7 @@ fn walls(model: &Model, edge: f64, materials: usize) -> Vec<Wall> {
 /// The alternatives of a model, with moving walls as one more.
 fn choices(model: &Model) -> Vec<String> {
     let slots = model.slots().into_iter().map(|(slot, choice)| format!("{slot}={choice}"));
-    slots.chain([format!("moving_walls={}", model.moving_walls)]).collect()
+    slots.chain([format!("moving_walls={}", model.moving_walls), format!("coloured={}", model.coloured)]).collect()
 }
 
 /// Few models in which every two alternatives that can meet do meet.

@@ -54,6 +54,10 @@ fn cell_coordinates(scaled: Vec) -> vec3<i32> {
     return vec3<i32>(vec2<i32>(floor(scaled)), 0);
 }
 
+fn spin_dot(a: Spin, b: Spin) -> Real {
+    return a * b;
+}
+
 fn spin_squared(spin: Spin) -> Real {
     return spin * spin;
 }

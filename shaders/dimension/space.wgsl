@@ -55,6 +55,10 @@ fn cell_coordinates(scaled: Vec) -> vec3<i32> {
     return vec3<i32>(floor(scaled));
 }
 
+fn spin_dot(a: Spin, b: Spin) -> Real {
+    return dot(a, b);
+}
+
 fn spin_squared(spin: Spin) -> Real {
     return dot(spin, spin);
 }

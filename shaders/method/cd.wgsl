@@ -32,6 +32,7 @@ struct Relaxation {
     residual: Real,  // relative residual of the natural map, as last judged
     excess: Real,    // largest friction beyond the Coulomb limit, over the largest normal impulse, as last judged
     passes: u32,
+    late: u32,       // pairs found by the last judgement to meet after all, counted from both sides
 }
 
 var<storage, read_write> meeting: array<Meeting>; // slots
@@ -51,6 +52,7 @@ struct Effort {
     way: Real,       // J, its impulses in the metric of W_kk
     pressing: Real,  // N s, largest
     excess: Real,    // N s, largest
+    late: u32,       // pairs left out that meet after all
 }
 
 fn combined(a: Effort, b: Effort) -> Effort {
@@ -65,6 +67,7 @@ fn combined(a: Effort, b: Effort) -> Effort {
         a.way + b.way,
         max(a.pressing, b.pressing),
         max(a.excess, b.excess),
+        a.late + b.late,
     );
 }
 

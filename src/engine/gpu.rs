@@ -79,11 +79,10 @@ fn program_with_images(model: &Model, stage: &Stage, images: &HashSet<&'static s
 /// exchanged, so what is now and what comes next go together.
 fn imageable(plan: &Plan, programs: &[(&'static Stage, Program)]) -> HashSet<&'static str> {
     let bindings = || programs.iter().flat_map(|(stage, p)| p.bindings.iter().map(|b| (stage.array(&b.name), b)));
-    let cleared =
-        |name: &str| plan.parts().iter().any(|(_, ops)| ops.iter().any(|op| matches!(op, Op::Clear(a) if *a == name)));
+    let is_cleared = |op: &Op, array: &Array| matches!(op, Op::Clear(a) if original(a) == array.original());
+    let cleared = |array: &Array| plan.parts().iter().any(|(_, ops)| ops.iter().any(|op| is_cleared(op, array)));
     let of = |a: &'static Array| bindings().filter(|(name, _)| original(name) == a.original());
-    let possible =
-        |a: &&'static Array| !cleared(a.name) && of(a).count() > 0 && of(a).all(|(_, b)| images::possible(b));
+    let possible = |a: &&'static Array| !cleared(a) && of(a).count() > 0 && of(a).all(|(_, b)| images::possible(b));
     ARRAYS.iter().filter(possible).map(|a| a.name).collect()
 }
 
@@ -421,7 +420,8 @@ impl Engine for Gpu {
     fn execute(&mut self, params: &Params, sequences: &[(&[Op], u32)]) -> Result<()> {
         self.dirty = true;
         let len = |array: &str| self.buffers.get(array).map_or(0, |b| b.len as u32);
-        let params = Params { slots: len("neighbour"), history: len("history_other"), ..*params };
+        let params =
+            Params { slots: len("neighbour"), history: len("history_other"), colours: len("painted"), ..*params };
         let bytes = self.params_layout.encode(1, |sink| params.put(self.dims, &mut |x| sink(x)));
         self.device.queue.write_buffer(&self.params, 0, &bytes);
         if self.times.is_some() {

@@ -22,6 +22,7 @@ pub fn format(layout: &Layout) -> Option<TextureFormat> {
     match (kind, layout.stride) {
         _ if layout.lanes.iter().any(|lane| lane.kind != kind) => None,
         (LaneKind::F32, 16) => Some(TextureFormat::Rgba32Float),
+        (LaneKind::U32, 16) => Some(TextureFormat::Rgba32Uint),
         (LaneKind::F32, 4 | 8 | 12) => Some(TextureFormat::R32Float),
         (LaneKind::U32, 4 | 8 | 12) => Some(TextureFormat::R32Uint),
         _ => None,
@@ -36,7 +37,9 @@ pub fn texels(layout: &Layout) -> usize {
 /// Whether a kernel can do with an image what it does with this array.
 pub fn possible(binding: &Binding) -> bool {
     let both = binding.read && binding.written;
-    binding.elementwise && format(&binding.layout).is_some_and(|f| f != TextureFormat::Rgba32Float || !both)
+    binding.elementwise
+        && format(&binding.layout)
+            .is_some_and(|f| !both || !matches!(f, TextureFormat::Rgba32Float | TextureFormat::Rgba32Uint))
 }
 
 /// WGSL of the image that takes the place of an array, and of the functions that load and store an element.
@@ -47,6 +50,7 @@ pub fn declaration(module: &Module, array: Handle<GlobalVariable>, binding: &Bin
     let (name, ty, texels) = (&binding.name, type_name(module, base), texels(&binding.layout));
     let (format, vector) = match format(&binding.layout) {
         Some(TextureFormat::Rgba32Float) => ("rgba32float", "vec4<f32>"),
+        Some(TextureFormat::Rgba32Uint) => ("rgba32uint", "vec4<u32>"),
         Some(TextureFormat::R32Uint) => ("r32uint", "vec4<u32>"),
         _ => ("r32float", "vec4<f32>"),
     };

@@ -3,7 +3,7 @@
 use crate::{
     laws::{
         friction::{flag, kept_spring},
-        rigid::{by_group, filled, natural_map, side_of},
+        rigid::{Side, by_group, filled, natural_map, side_of},
     },
     state::{Effort, SPRUNG, State},
 };
@@ -23,16 +23,18 @@ fn at(s: &State, i: usize) -> (DVec3, DVec3) {
 
 /// Slots of pairs that were left out and meet after all: they take part from now on.
 fn late(s: &State, i: usize) -> impl Iterator<Item = usize> + '_ {
-    filled(s, i).filter(move |&slot| {
-        let side = side_of(s, i, slot, |i| at(s, i));
-        s.neighbour[slot] & SPRUNG == 0 && side.velocity.dot(side.n) > side.closing
-    })
+    filled(s, i).filter(move |&slot| is_late(s, slot, &side_of(s, i, slot, |i| at(s, i))))
+}
+
+fn is_late(s: &State, slot: usize, side: &Side) -> bool {
+    s.neighbour[slot] & SPRUNG == 0 && side.velocity.dot(side.n) > side.closing
 }
 
 fn judged(s: &State, i: usize) -> Effort {
     let mut effort = Effort::default();
     for slot in filled(s, i) {
         let side = side_of(s, i, slot, |i| at(s, i));
+        effort.late += u32::from(is_late(s, slot, &side));
         let impulse = side.turn * kept_spring(&s.spring[slot]);
         let pressing = -impulse.dot(side.n);
         let friction = impulse + pressing * side.n;

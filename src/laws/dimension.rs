@@ -50,6 +50,11 @@ pub fn cell_coordinates(scaled: DVec3) -> IVec3 {
     scaled.floor().as_ivec3()
 }
 
+/// a·b of spins, (rad/s)².
+pub fn spin_dot(a: DVec3, b: DVec3) -> f64 {
+    a.dot(b)
+}
+
 /// |ω|², (rad/s)².
 pub fn spin_squared(spin: DVec3) -> f64 {
     spin.length_squared()

@@ -28,6 +28,7 @@ pub fn combined(a: Effort, b: Effort) -> Effort {
         way: a.way + b.way,
         pressing: a.pressing.max(b.pressing),
         excess: a.excess.max(b.excess),
+        late: a.late + b.late,
     }
 }
 

@@ -191,7 +191,7 @@ impl Operator for Grains {
 
 /// Whether a step can be left to the engine's own passes.
 pub(super) fn on_engine(solver: Solver) -> bool {
-    matches!(solver, Solver::Jacobi | Solver::JacobiAccelerated)
+    matches!(solver, Solver::Jacobi | Solver::JacobiAccelerated | Solver::ColouredAccelerated)
 }
 
 /// Solve the contacts that a state has met, and leave impulses and velocities in it. The answer is the passes it took.
@@ -208,7 +208,6 @@ fn solve_state(s: &mut State, relaxation: &Relaxation, step: u64) -> Result<u32>
     let solution: Solution = match relaxation.solver {
         _ if grains.is_empty() => return Ok(0),
         Solver::GaussSeidel => gauss_seidel::solve(&grains, start, &options),
-        Solver::ColouredAccelerated => gauss_seidel::coloured(&grains, start, &options),
         solver => solve(&Problem::of(&grains)?, solver, &options)?,
     };
     let mut state = grains.free();

@@ -9,6 +9,9 @@ const MOST_AT_ONCE: u32 = 256;
 /// Passes of the power iteration when lists have been made.
 const PROBES: u32 = 40;
 
+/// Rounds of colouring before the host asks whether all contacts have a colour.
+const ROUNDS_OF_COLOURS: u32 = 8;
+
 /// Most solutions of a step on the host, each with the pairs that the one before has brought together.
 const ROUNDS: u32 = 3;
 
@@ -76,6 +79,7 @@ impl Simulation {
         let (begin, meet) = ((&self.plan.begin[..], 1), (&self.plan.meet[..], 1));
         if self.age == 0 {
             // Contacts are others than before.
+            self.engine.execute(&params, &[(&self.plan.bleach, 1)])?;
             let (seed, probe) = ((&self.plan.seed[..], 1), (&self.plan.probe[..], PROBES));
             self.engine.execute(&params, &[begin, meet, seed, probe])?;
         }
@@ -96,18 +100,45 @@ impl Simulation {
             }
         }
         let mut passes = 0;
+        let mut colours = self.colour()?;
         // Most steps take about as many passes as the one before; to learn of fewer, begin with fewer.
         let mut batch = (self.solved.last_iterations * 3 / 4).clamp(4, MOST_AT_ONCE);
         loop {
             batch = batch.min(self.most_passes - passes);
-            self.engine.execute(&params, &[(&self.plan.relax, batch), (&self.plan.judge, 1)])?;
+            let pass = [(&self.plan.sweep[..], colours), (&self.plan.relax, 1)];
+            let batched = (0..batch).flat_map(|_| pass).chain([(&self.plan.judge[..], 1)]);
+            self.engine.execute(&params, &batched.collect::<Vec<_>>())?;
             self.engine.read(&["relaxation"], &mut self.state)?;
             let relaxation = self.state.relaxation[0];
             passes = relaxation.passes;
             if relaxation.residual <= tolerance || passes >= self.most_passes || relaxation.residual.is_nan() {
                 return Ok((passes, relaxation.residual, relaxation.excess));
             }
+            if relaxation.late > 0 {
+                colours = self.colour()?;
+            }
             batch = (passes / 4).clamp(4, MOST_AT_ONCE);
+        }
+    }
+
+    /// Give colours to all contacts that have none, and put them in order: how many colours there are. 0 if contacts are not updated by colours.
+    fn colour(&mut self) -> Result<u32> {
+        if !self.state.model.coloured {
+            return Ok(0);
+        }
+        loop {
+            let params = self.params();
+            self.engine.execute(&params, &[(&self.plan.colour, ROUNDS_OF_COLOURS), (&self.plan.colour[..1], 1)])?;
+            self.engine.read(&["palette"], &mut self.state)?;
+            let palette = self.state.palette[0];
+            if palette.colours as usize > self.state.sizes.colours {
+                self.state.sizes.colours = 2 * palette.colours as usize;
+                self.engine.resize("painted", self.state.sizes.colours)?;
+                self.engine.execute(&params, &[(&self.plan.bleach, 1)])?;
+            } else if palette.uncoloured == 0 {
+                self.engine.execute(&params, &[(&self.plan.arrange, 1)])?;
+                return Ok(palette.colours);
+            }
         }
     }
 

@@ -1,0 +1,40 @@
+// twin: src/laws/colours.rs
+// Coloured Gauss-Seidel: contacts of one colour share no grain, so that all of them may be updated in place at once. Colours are
+// given out on the device and last as long as the lists; contacts that come to take part later get theirs then. Passes work on
+// copies of the contacts in the order of the colours, because those of a colour lie far apart in the lists.
+
+/// The colour of a contact, from 1; 0: none yet. Its place among those of the colour counts in the slot of the smaller index.
+struct Hue {
+    colour: u32,
+    rank: u32,
+}
+
+/// A contact in the order of the colours.
+struct Turn {
+    first: u32,  // the grain with the smaller index; NONE: takes no part in this step
+    second: u32, // the other, or bodies + w for wall w
+    slot: u32,   // in the list of the first
+    back: u32,   // in the list of the second; NONE for a wall
+}
+
+var<storage, read_write> hue: array<Hue>;              // slots
+var<storage, read_write> turn: array<Turn>;            // contacts, colour by colour
+var<storage, read_write> turn_meeting: array<Meeting>; // contacts, from the first grain
+var<storage, read_write> turn_lever: array<Lever>;     // contacts, from the first grain
+var<storage, read_write> thrust: array<Packed>;        // contacts, N s: impulse on the first grain after the last pass
+var<storage, read_write> thrust_before: array<Packed>; // contacts, N s: after the pass before; a pass writes them anew
+
+/// How far the colouring is.
+struct Palette {
+    uncoloured: atomic<u32>, // 1: proposals wait to be answered
+    colours: atomic<u32>,    // the last colour in use
+}
+
+/// A rank of contacts on which two grains agree, and that neighbours in space do not share: so that many contacts are the first
+/// of both of their grains. a and b are numbers of grains, or bodies + w for wall w.
+fn lot(a: u32, b: u32) -> u32 {
+    var bits = (min(a, b) + 1u) * 2654435769u + (max(a, b) + 1u) * 2246822519u;
+    bits = (bits ^ (bits >> 15u)) * 2246822519u;
+    bits = (bits ^ (bits >> 13u)) * 3266489917u;
+    return bits ^ (bits >> 16u);
+}
