@@ -1,7 +1,7 @@
 //! Jacobi's relaxation of a [`Problem`] on a device: the kernels of `shaders/problem/`, whose twin is [`super::jacobi`].
 //!
-//! The kernels that relax scenes cannot serve. They know of W what two spheres make of it, two numbers for a contact, and
-//! apply it by way of the bodies in neighbour lists; here W is a matrix of full blocks, and there are no bodies.
+//! The kernels that relax scenes cannot serve. They apply W by way of the bodies in neighbour lists, and know of its blocks
+//! what spheres make of them, two numbers for a contact. Here W is a matrix with any blocks, and there are no bodies.
 //!
 //! A pass is a step of all contacts, a product with W, and a decision on step length and momentum, none of which asks the
 //! host. It reads residuals once in [`BATCH`] passes, finds L beforehand (reading W from a file takes longer than 40
@@ -26,6 +26,8 @@ use wgpu::BufferUsages;
 
 /// Passes between two looks of the host. Those that are not needed any more do nothing.
 const BATCH: usize = 64;
+/// The device's residual has round-off in it: from this multiple of the tolerance on the host looks for itself.
+const NEAR: f64 = 10.0;
 /// The kernels of a pass; the first one also puts by the best iterate of all passes before.
 const PASS: [&str; 3] = ["project", "multiply", "steer"];
 /// What single precision bears: the part of the largest scale of W that each of a contact's own must be, and μ.
@@ -68,30 +70,28 @@ impl Jacobi {
         let mut found = judge.judged(vec![DVec3::ZERO; problem.len()]);
         let record = |pass, residual| Record { pass, residual, seconds: started.elapsed().as_secs_f64() };
         let mut history = vec![record(0, found.residual)];
-        let (mut passes, mut goal) = (0, options.tolerance);
-        let mut relaxation = None;
+        let (mut passes, mut goal, mut seen) = (0, options.tolerance, f64::INFINITY);
+        let relaxation = Relaxation::new(self, problem, &contacts)?;
         while found.residual > options.tolerance && passes < options.max_iterations {
-            let relaxation = match &relaxation {
-                Some(relaxation) => relaxation,
-                None => relaxation.insert(Relaxation::new(self, problem, &contacts)?),
-            };
             let limit = options.max_iterations.min(passes + BATCH);
             let (state, residuals) = relaxation.advance(limit - passes, limit, goal)?;
             let [done, residual, least] = ["passes", "residual", "least"].map(|name| state[name]);
             history.extend((passes..done as usize).map(|pass| record(pass + 1, residuals[pass % BATCH])));
             passes = done as usize;
             // Written so that NaN stops. At 0 nothing would change any more.
-            let going = residual > 0.0 && residual <= DIVERGED * least;
-            if residual <= goal || passes == options.max_iterations || !going {
+            let going = residual > 0.0 && residual <= DIVERGED * least && passes < options.max_iterations;
+            if !going || least <= NEAR * options.tolerance && least < seen {
                 let best = judge.judged(relaxation.best()?);
-                if best.residual <= options.tolerance {
+                if best.residual <= options.tolerance && least == residual {
                     *history.last_mut().expect("a pass was recorded") = record(passes, best.residual);
                 }
                 if best.residual < found.residual {
                     found = best;
                 }
-                // What the device took for a solution may be none.
-                goal = 0.5 * residual;
+                seen = least;
+            }
+            if residual <= goal {
+                goal = 0.9 * residual; // what the device takes for a solution may be none
             }
             if !going {
                 break;
@@ -100,7 +100,7 @@ impl Jacobi {
         Ok(Solution {
             converged: found.residual <= options.tolerance,
             passes,
-            other_passes: if relaxation.is_some() { POWER + 1 } else { 0 } + judge.evaluations,
+            other_passes: POWER + 1 + judge.evaluations,
             history,
             ..found
         })
@@ -305,4 +305,27 @@ fn check_range(contacts: &[Contact], weight: f64) -> Result<()> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cd::Matrix;
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let w = Matrix { rows: 40, columns: 40, entries: (0..40).map(|i| (i, i, 1.0)).collect() };
+        let problem = Problem::local(2, &w, &[-1.0; 40], &[0.5; 20]).unwrap();
+        let Ok(mut jacobi) = Jacobi::open(Solver::Jacobi, false) else { return };
+        jacobi.device.summary.max_array_bytes = 160;
+        let said = jacobi.solve(&problem, &Options::default()).unwrap_err().to_string();
+        assert!(
+            said.contains("problem too large: array `w` needs 320 bytes") && said.contains("--engine cpu"),
+            "{said}"
+        );
+        jacobi.device.summary.max_arrays = 4;
+        jacobi.device.summary.max_array_bytes = 1 << 20;
+        let said = jacobi.solve(&problem, &Options::default()).unwrap_err().to_string();
+        assert!(said.contains("uses") && said.contains("arrays"), "{said}");
+    }
 }
