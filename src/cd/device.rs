@@ -4,7 +4,7 @@
 //! what spheres make of them, two numbers for a contact. Here W is a matrix with any blocks, and there are no bodies.
 //!
 //! A pass is a step of all contacts, a product with W, and a decision on step length and momentum, none of which asks the
-//! host. It reads residuals once in [`BATCH`] passes, finds L beforehand (reading W from a file takes longer than 40
+//! host. It reads residuals once in `BATCH` passes, finds L beforehand (reading W from a file takes longer than 40
 //! products), and believes no residual that it has not computed itself in f64.
 
 use super::{
@@ -51,11 +51,6 @@ impl Jacobi {
             return Err(Error::Problem(format!("{} {reason}", solver.label())));
         }
         Ok(Jacobi { device: Device::open(double, Arrays::Buffers)?, solver, double })
-    }
-
-    /// The device, for people.
-    pub fn adapter(&self) -> String {
-        format!("{} ({})", self.device.summary.name, self.device.summary.backend)
     }
 
     /// Solve from r = 0. Residuals in the history are those of the device, except for what is called a solution.
