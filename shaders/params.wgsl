@@ -82,13 +82,6 @@ struct Counters {
 
 var<storage, read_write> counters: Counters;
 
-override WG: u32 = 64;
-
-/// The index of this invocation in a dispatch that may be folded into two dimensions.
-fn linear(id: vec3<u32>, groups: vec3<u32>) -> u32 {
-    return id.x + id.y * groups.x * WG;
-}
-
 /// What two surfaces know of each other; n points from the grain of interest to the other.
 struct Touch {
     gap: Real, // m, < 0 is overlap (erratum E1)

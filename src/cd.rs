@@ -7,6 +7,7 @@
 //! An [`Operator`] says what W is; solvers know no more of it. [`Problem`] is the one with W as a matrix.
 
 pub mod contact;
+pub mod device;
 pub mod gauss_seidel;
 pub mod jacobi;
 pub mod lemke;

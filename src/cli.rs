@@ -112,8 +112,9 @@ fn precisions() -> impl TypedValueParser<Value = Precision> {
         .map(|label| *Precision::ALL.iter().find(|p| p.label() == label).expect("clap lets only labels through"))
 }
 
-fn engines() -> impl TypedValueParser<Value = EngineChoice> {
-    PossibleValuesParser::new(["auto", "gpu", "cpu"]).map(|name| match name.as_str() {
+/// Those of "auto", "gpu" and "cpu" that a command knows.
+fn engines<const N: usize>(names: [&'static str; N]) -> impl TypedValueParser<Value = EngineChoice> {
+    PossibleValuesParser::new(names).map(|name| match name.as_str() {
         "gpu" => EngineChoice::Gpu,
         "cpu" => EngineChoice::Cpu,
         _ => EngineChoice::Auto,

@@ -3,8 +3,10 @@
 pub mod compose;
 pub mod device;
 pub mod images;
+pub mod pipeline;
 pub mod stopwatch;
 
 pub use compose::{Binding, Layout, Program, compose};
 pub use device::{AdapterSummary, Arrays, Device, adapters};
+pub use pipeline::workgroups;
 pub use stopwatch::Stopwatch;

@@ -34,6 +34,16 @@ slot!(
     /// Width of `Real` on the device; single precision owns the residues of the positions. The CPU engine computes in f64 whatever stands here.
     Precision in "precision" { Single = "single", Double = "double" }
 );
+impl Precision {
+    /// The file that says what `Real` is, relative to `shaders/`: all that kernels which know no positions need.
+    pub fn scalar_file(self) -> &'static str {
+        match self {
+            Precision::Single => "scalar/single.wgsl",
+            Precision::Double => "scalar/double.wgsl",
+        }
+    }
+}
+
 slot!(
     /// Disks in a plane or spheres in space.
     Dimension in "dimension" { Plane = "plane", Space = "space" }
@@ -148,8 +158,10 @@ impl Model {
     /// The WGSL files every kernel of this model is composed with, relative to `shaders/`.
     pub fn files(&self) -> Vec<&'static str> {
         let mut files = vec![
+            self.precision.scalar_file(),
             self.precision.file(),
             self.dimension.file(),
+            "dispatch.wgsl",
             "params.wgsl",
             "bodies.wgsl",
             "lists.wgsl",

@@ -8,10 +8,13 @@ macro_rules! embed {
 }
 
 embed![
+    "scalar/single.wgsl",
+    "scalar/double.wgsl",
     "precision/single.wgsl",
     "precision/double.wgsl",
     "dimension/plane.wgsl",
     "dimension/space.wgsl",
+    "dispatch.wgsl",
     "params.wgsl",
     "bodies.wgsl",
     "lists.wgsl",
@@ -73,6 +76,10 @@ embed![
     "measure.wgsl",
     "synchronise.wgsl",
     "forces.wgsl",
+    "problem/relaxation.wgsl",
+    "problem/project.wgsl",
+    "problem/multiply.wgsl",
+    "problem/steer.wgsl",
 ];
 
 /// Name and text of an embedded file. Panics on a name that is not there.

@@ -5,6 +5,7 @@ use glam::DVec3;
 use packstone::{
     cd::{
         Matrix, Operator, Options, Order, Problem, Solution, Solver,
+        device::Jacobi,
         gauss_seidel::colours,
         residual::{associated, contacts, relative, residual},
         solve, velocities,
@@ -279,6 +280,11 @@ fn friction_may_be_absent_or_huge() {
             let solution = solve(&problem, solver, &options(1e-6)).unwrap();
             assert!(solution.converged, "μ = {mu}, {}: {:e}", solver.label(), solution.residual);
         }
+        // The natural map contains μ u_T, and with it μ times the round-off of u_T: too much in single precision.
+        if let Some(device) = device(Solver::JacobiAccelerated, mu != "0") {
+            let solution = device.solve(&problem, &options(1e-6)).unwrap();
+            assert!(solution.converged, "μ = {mu} on the device: {:e}", solution.residual);
+        }
     }
 }
 
@@ -292,6 +298,136 @@ fn a_problem_without_solution_is_not_solved() {
         let solution = solve(&problem, solver, &Options { max_iterations: 2000, ..options(1e-6) }).unwrap();
         assert!(!solution.converged && solution.residual.is_finite(), "{}: {:e}", solver.label(), solution.residual);
         assert!(solution.r.iter().all(|r| r.is_finite()), "{}", solver.label());
+    }
+    if let Some(device) = device(Solver::JacobiAccelerated, false) {
+        let solution = device.solve(&problem, &Options { max_iterations: 2000, ..options(1e-6) }).unwrap();
+        assert!(!solution.converged && solution.residual.is_finite() && solution.r.iter().all(|r| r.is_finite()));
+    }
+}
+
+/// Contacts without friction, one of them open and not moving sideways.
+#[test]
+fn an_open_contact_without_friction_is_solved() {
+    let w = Matrix { rows: 4, columns: 4, entries: (0..4).map(|i| (i, i, 1.0)).collect() };
+    let problem = Problem::local(2, &w, &[1.0, 0.0, -1.0, 0.5], &[0.0, 0.0]).unwrap();
+    let mut solutions: Vec<_> =
+        Solver::ALL.into_iter().map(|solver| solve(&problem, solver, &options(1e-6)).unwrap()).collect();
+    solutions.extend(device(Solver::Jacobi, false).map(|device| device.solve(&problem, &options(1e-6)).unwrap()));
+    for Solution { r, residual, .. } in solutions {
+        let error = norm(r.iter().zip([DVec3::ZERO, DVec3::X]).map(|(&a, b)| a - b));
+        assert!(residual <= 1e-6 && error < 1e-5, "{r:?}: {residual:e}");
+    }
+}
+
+#[test]
+fn numbers_beyond_single_precision_are_refused_on_the_device() {
+    let refused = |diagonal: f64, mu: f64, reason: &str| {
+        let w = Matrix {
+            rows: 4,
+            columns: 4,
+            entries: (0..4).map(|i| (i, i, if i < 2 { diagonal } else { 1.0 })).collect(),
+        };
+        let problem = Problem::local(2, &w, &[-1.0, 0.0, -1.0, 0.5], &[mu, mu]).unwrap();
+        if let Some(device) = device(Solver::Jacobi, false) {
+            let said = device.solve(&problem, &options(1e-4)).unwrap_err().to_string();
+            assert!(said.contains(reason) && said.contains("--precision double"), "{said}");
+        }
+        if let Some(device) = device(Solver::Jacobi, true) {
+            assert!(device.solve(&problem, &options(1e-4)).unwrap().converged);
+        }
+    };
+    refused(1e-20, 0.5, "contact 0: W is 1e-20 of the largest");
+    refused(1.0, 1e12, "contact 0: mu = 1e12");
+}
+
+/// `None` where there is no device.
+fn device(solver: Solver, double: bool) -> Option<Jacobi> {
+    match Jacobi::open(solver, double) {
+        Ok(device) => Some(device),
+        Err(e) if !packstone::gpu::adapters().iter().any(|adapter| adapter.double || !double) => {
+            eprintln!("NOT TESTED: {e}");
+            None
+        }
+        Err(e) => panic!("{e}"),
+    }
+}
+
+const RELAXATIONS: [Solver; 2] = [Solver::Jacobi, Solver::JacobiAccelerated];
+
+/// What the CPU and the device make of a problem within so many passes is the same.
+fn same_iterates(what: &str, device: &Jacobi, solver: Solver, double: bool, problem: &Problem, passes: usize) {
+    let what = format!("{what}, {}, double: {double}, {passes} passes", solver.label());
+    let options = Options { max_iterations: passes, ..options(1e-14) };
+    let twin = solve(problem, solver, &options).unwrap();
+    let found = device.solve(problem, &options).unwrap();
+    assert_eq!(found.residual, residual(problem, &found.r), "{what}");
+    let error = norm(found.r.iter().zip(&twin.r).map(|(&a, &b)| a - b)) / norm(twin.r.iter().copied());
+    let (close, closer) = if double { (1e-10, 1e-13) } else { (1e-3, 5e-6) };
+    assert!(error < closer, "{what}: {error:e}");
+    assert_eq!((found.passes, found.history.len()), (passes, passes + 1), "{what}");
+    for (a, b) in found.history.iter().zip(&twin.history) {
+        assert!((a.residual / b.residual - 1.0).abs() < close, "{what}: {a:?}, {b:?}");
+    }
+}
+
+/// The CPU's solver is the twin of the kernels.
+#[test]
+fn a_device_takes_the_passes_of_its_twin() {
+    // Power iteration finds not much of the one pair that hangs together among many contacts that do not, so the first
+    // step is too long and L is raised. They are more than one workgroup adds up at once.
+    let n = 20_000;
+    let coupling = [(0, 2, 0.08), (2, 0, 0.08)];
+    let entries = (0..2 * n).map(|i| (i, i, 1.0)).chain(coupling).collect();
+    let w = Matrix { rows: 2 * n, columns: 2 * n, entries };
+    let q: Vec<f64> = (0..2 * n).map(|i| if i == 0 || i == 2 { -1.0 } else { 0.0 }).collect();
+    let pair = Problem::local(2, &w, &q, &vec![0.5; n]).unwrap();
+    let raised = solve(&pair, Solver::Jacobi, &Options { max_iterations: 2, ..options(1e-14) }).unwrap();
+    assert!((raised.r[0].x * 1.02 * 1.08 - 1.0).abs() < 1e-12, "L was not raised: {}", raised.r[0]);
+
+    for (solver, double) in RELAXATIONS.into_iter().flat_map(|solver| [(solver, false), (solver, true)]) {
+        let Some(device) = device(solver, double) else { continue };
+        for passes in [1, 2, 3] {
+            same_iterates("a pair", &device, solver, double, &pair, passes);
+        }
+        for (name, _, _) in ALL {
+            let Some(problem) = problem(name) else { continue };
+            for passes in [1, 2, 5, 20] {
+                same_iterates(name, &device, solver, double, &problem, passes);
+            }
+        }
+    }
+}
+
+/// Single precision costs no passes down to 1e-4, and some floor below that.
+#[test]
+fn a_device_solves_what_its_twin_solves() {
+    let floors = [
+        (NE_SPHERES, 1e-8),
+        (BOX_STACKS, 3e-7),
+        (SPHERES, 1e-6),
+        (PERIO_BOX, 2e-6),
+        (KAPLAS, 1e-6),
+        (PLANE_69, 3e-7),
+        (PLANE_230, 3e-7),
+        (PLANE_667, 3e-7),
+        (PLANE_2020, 2e-6),
+    ];
+    let Some(device) = device(Solver::JacobiAccelerated, false) else { return };
+    for (name, _, _) in ALL {
+        let Some(problem) = problem(name) else { continue };
+        let twin = solve(&problem, Solver::JacobiAccelerated, &options(1e-4)).unwrap();
+        let found = device.solve(&problem, &options(1e-4)).unwrap();
+        let what = format!("{name}: {} passes, on the CPU {}", found.passes, twin.passes);
+        assert!(found.converged && found.residual == residual(&problem, &found.r), "{what}");
+        assert_eq!(device.solve(&problem, &options(1e-4)).unwrap().r, found.r, "{name}: the same bits every time");
+        assert!(found.passes as f64 <= 1.2 * twin.passes as f64 + 3.0, "{what}");
+        let error = distance(&problem, &found.u, &twin.u);
+        assert!(error < 5e-3, "{what}, velocities {error:e}");
+    }
+    for (name, floor) in floors {
+        let Some(problem) = problem(name) else { continue };
+        let found = device.solve(&problem, &Options { max_iterations: 600, ..options(floor) }).unwrap();
+        assert!(found.converged, "{name}: {:e}, not {floor:e}", found.residual);
     }
 }
 
@@ -315,6 +451,10 @@ fn bad_input_is_named() {
     refused(&[name, "--solver", "gauss-seidel", "--order", "best"], "random-sweep");
     refused(&[name, "--solver", "jacobi", "--order", "fixed"], "jacobi has none");
     refused(&[name, "--solver", "jacobi", "--associated"], "but socp can");
+    refused(&[name, "--engine", "gpu", "--solver", "lemke"], "lemke runs with --engine cpu only");
+    refused(&[name, "--engine", "auto"], "[possible values: cpu, gpu]");
+    refused(&[name, "--engine", "gpu", "--judge", name], "cannot be used with");
+    refused(&["/nowhere.dat", "--engine", "gpu"], "/nowhere.dat");
     refused(&[name, "--tolerance", "-1"], "tolerance = -1");
     refused(&["/nowhere.dat"], "/nowhere.dat");
     refused(&[find(PLANE_667).unwrap().to_str().unwrap(), "--solver", "lemke"], "at most 500 contacts, not 667");

@@ -1,10 +1,5 @@
 // twin: src/laws/precision.rs
-// Precision slot: numbers are f64 (device feature SHADER_F64). Only + - * /, sqrt, floor, min, max and dot are used on
-// them: other f64 functions pass validation and return garbage on some drivers.
-alias Real = f64;
-alias Real2 = vec2<f64>;
-alias Real3 = vec3<f64>;
-
+// Precision slot: with numbers in f64 a position has no residue.
 fn residue_of(i: u32) -> Residue {
     return Residue();
 }

@@ -1,12 +1,8 @@
 // twin: src/laws/precision.rs
-// Precision slot: numbers are f32. A position is kept as a multiple of params.quantum (a few units in the last place of
+// Precision slot: with numbers in f32 a position is kept as a multiple of params.quantum (a few units in the last place of
 // the scene's extent, a power of two) and a residue within half of that, so that slow motion far from the origin is not
 // lost to rounding and small overlaps keep their digits. Owns the residues. A compensated sum would not do: drivers may
 // simplify (a + b) - a, but sums of multiples of a power of two are exact in whatever order.
-alias Real = f32;
-alias Real2 = vec2<f32>;
-alias Real3 = vec3<f32>;
-
 var<storage, read> residue: array<Residue>;            // N
 var<storage, read_write> residue_next: array<Residue>; // N
 

@@ -1,4 +1,5 @@
-//! All contacts from the same iterate: projected gradients, plain or with momentum.
+//! All contacts from the same iterate: projected gradients, plain or with momentum. Twin of `shaders/problem/`, which
+//! [`super::device`] runs.
 //!
 //! Each contact is scaled by W_nn in the normal and λmax(W_tt) in the tangent; for spheres the scaled blocks are the
 //! identity. The step is 1/L with the largest eigenvalue L of the scaled operator, whatever the number of contacts of a
@@ -17,8 +18,8 @@ use rand_chacha::ChaCha8Rng;
 use std::time::Instant;
 
 /// Passes of the power iteration, and what is added to its result, which comes from below.
-const POWER: usize = 40;
-const MARGIN: f64 = 1.02;
+pub(super) const POWER: usize = 40;
+pub(super) const MARGIN: f64 = 1.02;
 
 /// Jacobi relaxation from `start`.
 pub fn solve<O: Operator>(operator: &O, start: Vec<DVec3>, accelerated: bool, options: &Options) -> Solution {

@@ -1,4 +1,4 @@
-//! Nesterov's momentum with the two restarts that friction needs.
+//! Nesterov's momentum with the two restarts that friction needs. Twin of `shaders/problem/steer.wgsl`.
 //!
 //! Information about a force travels one contact per pass, and without momentum it diffuses: a stack of N grains takes
 //! of the order of N² passes. With momentum it takes of the order of N.

@@ -14,7 +14,7 @@ use glam::DVec3;
 use std::time::Instant;
 
 /// An iterate whose residual is this much larger than the best one is not on its way to a solution.
-const DIVERGED: f64 = 1e6;
+pub(super) const DIVERGED: f64 = 1e6;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Solver {
@@ -84,6 +84,19 @@ impl Default for Options {
     }
 }
 
+impl Options {
+    pub(super) fn check(&self, solver: Solver) -> Result<()> {
+        if !(self.tolerance > 0.0 && self.tolerance.is_finite()) {
+            return Err(Error::Problem(format!("tolerance = {} must be finite and positive", self.tolerance)));
+        }
+        if self.associated && solver != Solver::Socp {
+            let solver = solver.label();
+            return Err(Error::Problem(format!("{solver} cannot solve the associated problem, but socp can")));
+        }
+        Ok(())
+    }
+}
+
 /// A row of the history.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Record {
@@ -93,7 +106,7 @@ pub struct Record {
     pub seconds: f64,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Solution {
     /// Impulses and velocities of the contacts, `u = W r + q`.
     pub r: Vec<DVec3>,
@@ -115,12 +128,7 @@ pub struct Solution {
 /// # Errors
 /// [`Error::Problem`] where the solver is not made for the problem. Not to converge is no error.
 pub fn solve(problem: &Problem, solver: Solver, options: &Options) -> Result<Solution> {
-    if !(options.tolerance > 0.0 && options.tolerance.is_finite()) {
-        return Err(Error::Problem(format!("tolerance = {} must be finite and positive", options.tolerance)));
-    }
-    if options.associated && solver != Solver::Socp {
-        return Err(Error::Problem(format!("{} cannot solve the associated problem, but socp can", solver.label())));
-    }
+    options.check(solver)?;
     let start = vec![DVec3::ZERO; problem.len()];
     match solver {
         Solver::GaussSeidel => Ok(gauss_seidel::solve(problem, start, options)),

@@ -31,7 +31,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// What to compute on; auto takes the best GPU, or the CPU if there is none
-    #[arg(long, default_value = "auto", value_parser = engines())]
+    #[arg(long, default_value = "auto", value_parser = engines(["auto", "gpu", "cpu"]))]
     engine: EngineChoice,
     /// The same as --set stop.steps=N
     #[arg(long, value_name = "N")]

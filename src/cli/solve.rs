@@ -1,14 +1,17 @@
 //! `packstone solve`
 
-use super::{UNCONVERGED, say};
+use super::{UNCONVERGED, engines, precisions, say};
 use glam::DVec3;
 use packstone::{
     Error,
     cd::{
         self, Operator, Options, Order, Problem, Solution, Solver,
+        device::Jacobi,
         residual::{self, Report, contacts},
     },
     io,
+    model::Precision,
+    simulation::EngineChoice,
 };
 use serde_json::json;
 use std::{
@@ -21,8 +24,8 @@ use std::{
 #[derive(clap::Args)]
 #[command(after_help = "Solvers:\n  \
     gauss-seidel          one contact after the other; see --order\n  \
-    jacobi                all contacts from the same iterate\n  \
-    jacobi-accelerated    the same with momentum\n  \
+    jacobi                all contacts from the same iterate; also with --engine gpu\n  \
+    jacobi-accelerated    the same with momentum; also with --engine gpu\n  \
     coloured-accelerated  Gauss-Seidel colour by colour with momentum\n  \
     socp                  cone programs by an interior point method, to a fixed point\n  \
     lemke                 complementary pivoting; small problems in the plane\n\n\
@@ -31,8 +34,15 @@ use std::{
 pub struct SolveArgs {
     /// File of the problem
     problem: PathBuf,
-    #[arg(long, value_name = "NAME", default_value = "coloured-accelerated")]
-    solver: Solver,
+    /// See below [default: coloured-accelerated; on the GPU jacobi-accelerated]
+    #[arg(long, value_name = "NAME")]
+    solver: Option<Solver>,
+    /// What to compute on
+    #[arg(long, default_value = "cpu", value_parser = engines(["cpu", "gpu"]))]
+    engine: EngineChoice,
+    /// Arithmetic of the GPU; the CPU always computes in double
+    #[arg(long, default_value = "single", value_parser = precisions())]
+    precision: Precision,
     /// Order of gauss-seidel: random-sweep, random-sequential, shuffled-once or fixed [default: fixed]
     #[arg(long, value_name = "NAME")]
     order: Option<Order>,
@@ -52,16 +62,37 @@ pub struct SolveArgs {
     #[arg(long, value_name = "FILE.csv")]
     history: Option<PathBuf>,
     /// Judge the impulses in this file (numbers, contact by contact) by the same measures, instead of solving
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["solver", "order", "seed", "associated", "history", "max_iterations"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["solver", "engine", "precision", "order", "seed", "associated", "history", "max_iterations"])]
     judge: Option<PathBuf>,
     /// Print everything as JSON, forces and velocities included
     #[arg(long)]
     json: bool,
 }
 
+impl SolveArgs {
+    fn solver(&self) -> Solver {
+        let default = if self.on_gpu() { Solver::JacobiAccelerated } else { Solver::ColouredAccelerated };
+        self.solver.unwrap_or(default)
+    }
+
+    fn on_gpu(&self) -> bool {
+        self.engine == EngineChoice::Gpu
+    }
+
+    /// What the answer is by.
+    fn author(&self) -> String {
+        let solver = self.solver().label();
+        match () {
+            () if self.judge.is_some() => "the answer given".to_owned(),
+            () if self.on_gpu() => format!("{solver} on the GPU in {} precision", self.precision.label()),
+            () => solver.to_owned(),
+        }
+    }
+}
+
 pub fn solve(args: &SolveArgs) -> anyhow::Result<ExitCode> {
-    if args.order.is_some() && args.solver != Solver::GaussSeidel {
-        let solver = args.solver.label();
+    if args.order.is_some() && args.solver() != Solver::GaussSeidel {
+        let solver = args.solver().label();
         return Err(Error::Problem(format!("--order is for gauss-seidel, and {solver} has none")).into());
     }
     let problem = io::problem::read(&args.problem)?;
@@ -75,7 +106,10 @@ pub fn solve(args: &SolveArgs) -> anyhow::Result<ExitCode> {
     let started = Instant::now();
     let solution = match &args.judge {
         Some(path) => judge(&problem, path, args.tolerance)?,
-        None => cd::solve(&problem, args.solver, &options)?,
+        None if args.on_gpu() => {
+            Jacobi::open(args.solver(), args.precision == Precision::Double)?.solve(&problem, &options)?
+        }
+        None => cd::solve(&problem, args.solver(), &options)?,
     };
     let seconds = started.elapsed().as_secs_f64();
     if let Some(path) = &args.history {
@@ -114,7 +148,7 @@ fn print(args: &SolveArgs, problem: &Problem, solution: &Solution, siconos: f64,
     let Solution { passes, other_passes, residual, local_failures, .. } = solution;
     let Report { open, stick, slip, penetration_velocity, coulomb_excess } = report;
     let (n, dims, blocks) = (problem.len(), problem.dims(), problem.blocks());
-    let solver = if args.judge.is_some() { "the answer given" } else { args.solver.label() };
+    let author = args.author();
     let what = if args.associated { " of the ASSOCIATED problem, which is not Coulomb's law" } else { "" };
     say(format!("problem      {n} contacts in {dims}D, {blocks} blocks"));
     if problem.asymmetry() > 1e-8 {
@@ -126,13 +160,13 @@ fn print(args: &SolveArgs, problem: &Problem, solution: &Solution, siconos: f64,
     say(format!("residual     {residual:.3e} of ‖q‖{what}; {siconos:.3e} in the norm of Siconos"));
     say(format!("contacts     {open} open, {stick} stick, {slip} slip"));
     say(format!("worst        penetration velocity {penetration_velocity:.3e}, Coulomb excess {coulomb_excess:.3e}"));
-    say(format!("cost         {seconds:.3e} s, {passes} {}, {other_passes} others", unit(args.solver)));
+    say(format!("cost         {seconds:.3e} s, {passes} {}, {other_passes} others", unit(args.solver())));
     if *local_failures > 0 {
         say(format!("warning      {local_failures} updates of single contacts found no solution"));
     }
     say(match solution.converged {
-        true => format!("converged    {solver} reached {:e}", args.tolerance),
-        false => format!("UNCONVERGED  {solver} did not reach {:e}", args.tolerance),
+        true => format!("converged    {author} reached {:e}", args.tolerance),
+        false => format!("UNCONVERGED  {author} did not reach {:e}", args.tolerance),
     });
 }
 
@@ -159,8 +193,10 @@ fn as_json(
         "dims": problem.dims(),
         "blocks": problem.blocks(),
         "asymmetry": problem.asymmetry(),
-        "solver": args.judge.is_none().then(|| args.solver.label()),
-        "order": (args.judge.is_none() && args.solver == Solver::GaussSeidel).then(|| args.order.unwrap_or_default().label()),
+        "solver": args.judge.is_none().then(|| args.solver().label()),
+        "engine": args.judge.is_none().then(|| if args.on_gpu() { "gpu" } else { "cpu" }),
+        "precision": args.on_gpu().then(|| args.precision.label()),
+        "order": (args.judge.is_none() && args.solver() == Solver::GaussSeidel).then(|| args.order.unwrap_or_default().label()),
         "associated": args.associated,
         "tolerance": args.tolerance,
         "converged": solution.converged,

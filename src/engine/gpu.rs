@@ -3,7 +3,7 @@
 use super::{Engine, Times};
 use crate::{
     error::{Error, Result},
-    gpu::{Arrays, Device, Layout, Program, Stopwatch, compose, images},
+    gpu::{Arrays, Device, Layout, Program, Stopwatch, compose, images, workgroups},
     kernels::{Dispatch, Stage},
     memory,
     model::Model,
@@ -17,11 +17,6 @@ use std::{
     time::Instant,
 };
 use wgpu::ComputePassTimestampWrites;
-
-/// Invocations per workgroup: `WG` of `params.wgsl`.
-const WORKGROUP: usize = 64;
-/// Workgroups a dispatch may have along one dimension.
-const GROUPS_PER_DIMENSION: usize = 65_535;
 
 /// Runs the WGSL kernels.
 pub struct Gpu {
@@ -207,13 +202,7 @@ impl Gpu {
                 Memory::Image(_, view) => wgpu::BindingResource::TextureView(view),
             },
         };
-        let entries = kernel.arrays.iter().enumerate();
-        let entries = entries.map(|(k, name)| wgpu::BindGroupEntry { binding: k as u32, resource: resource(name) });
-        let group = self.device.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(stage.name),
-            layout: &kernel.pipeline.get_bind_group_layout(0),
-            entries: &entries.collect::<Vec<_>>(),
-        });
+        let group = self.device.group(stage.name, &kernel.pipeline, kernel.arrays.iter().map(resource));
         let serials = serials().collect();
         kernel.groups.push((serials, group));
         kernel.groups.len() - 1
@@ -307,46 +296,21 @@ impl Gpu {
 
 impl Kernel {
     fn new(device: &Device, stage: &'static Stage, program: Program) -> Result<Kernel> {
-        let storage = program.bindings.iter().filter(|b| !b.uniform && !b.image).count() as u32;
-        if storage > device.summary.max_arrays {
-            return Err(Error::Device(format!(
-                "kernel `{}` uses {storage} arrays, but {} allows {}",
-                stage.name, device.summary.name, device.summary.max_arrays
-            )));
-        }
         let names = |written: bool| -> Result<Vec<&'static str>> {
             let bindings = program.bindings.iter().filter(|b| !written || b.written);
             bindings.map(|b| known(stage.array(&b.name), stage)).collect()
         };
         let (arrays, written) = (names(false)?, names(true)?);
-        let scope = device.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let module = device.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(stage.kernel),
-            source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(program.module)),
-        });
-        let pipeline = device.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(stage.name),
-            layout: None,
-            module: &module,
-            entry_point: Some(&program.entry),
-            compilation_options: Default::default(),
-            cache: None,
-        });
-        match pollster::block_on(scope.pop()) {
-            None => Ok(Kernel { pipeline, arrays, written, groups: Vec::new() }),
-            Some(e) => Err(Error::Shader { file: format!("{}.wgsl", stage.kernel), line: 1, message: e.to_string() }),
-        }
+        Ok(Kernel { pipeline: device.pipeline(stage.name, program)?, arrays, written, groups: Vec::new() })
     }
 }
 
-/// Workgroups of a dispatch; more than fit into one dimension are folded into two.
+/// Workgroups of a dispatch.
 fn groups(dispatch: &Dispatch, sizes: &Sizes) -> (u32, u32) {
-    let groups = match dispatch {
-        Dispatch::OneGroup => return (1, 1),
-        Dispatch::Items(items) => items(sizes).max(1).div_ceil(WORKGROUP),
-    };
-    let y = groups.div_ceil(GROUPS_PER_DIMENSION);
-    (groups.div_ceil(y) as u32, y as u32)
+    match dispatch {
+        Dispatch::OneGroup => (1, 1),
+        Dispatch::Items(items) => workgroups(items(sizes)),
+    }
 }
 
 /// Bytes of each array the model needs, from the layouts of its kernels.

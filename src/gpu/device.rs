@@ -162,7 +162,7 @@ impl Device {
     pub fn buffer(&self, label: &str, bytes: u64, usage: wgpu::BufferUsages) -> Result<wgpu::Buffer> {
         if bytes > self.summary.max_array_bytes {
             return Err(Error::Device(format!(
-                "array `{label}` needs {bytes} bytes, but {} allows {} per array; use fewer grains or --engine cpu",
+                "array `{label}` needs {bytes} bytes, but {} allows {} per array; use --engine cpu",
                 self.summary.name, self.summary.max_array_bytes
             )));
         }

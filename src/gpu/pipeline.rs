@@ -1,0 +1,64 @@
+//! Kernels on a device: pipelines, what they are bound to, and the workgroups of a dispatch (`shaders/dispatch.wgsl`).
+
+use super::{Device, Program};
+use crate::error::{Error, Result};
+
+/// Invocations per workgroup: `WG` of `dispatch.wgsl`.
+const WORKGROUP: usize = 64;
+/// Workgroups a dispatch may have along one dimension.
+const GROUPS_PER_DIMENSION: usize = 65_535;
+
+/// Workgroups with an invocation for every item; more than fit into one dimension are folded into two.
+pub fn workgroups(items: usize) -> (u32, u32) {
+    let groups = items.max(1).div_ceil(WORKGROUP);
+    let y = groups.div_ceil(GROUPS_PER_DIMENSION);
+    (groups.div_ceil(y) as u32, y as u32)
+}
+
+impl Device {
+    /// Compile a kernel.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if it uses more arrays than the device allows, [`Error::Shader`] if it does not compile.
+    pub fn pipeline(&self, label: &str, program: Program) -> Result<wgpu::ComputePipeline> {
+        let storage = program.bindings.iter().filter(|b| !b.uniform && !b.image).count() as u32;
+        if storage > self.summary.max_arrays {
+            return Err(Error::Device(format!(
+                "kernel `{label}` uses {storage} arrays, but {} allows {}",
+                self.summary.name, self.summary.max_arrays
+            )));
+        }
+        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(&program.entry),
+            source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(program.module)),
+        });
+        let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(label),
+            layout: None,
+            module: &module,
+            entry_point: Some(&program.entry),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        match pollster::block_on(scope.pop()) {
+            None => Ok(pipeline),
+            Some(e) => Err(Error::Shader { file: format!("{}.wgsl", program.entry), line: 1, message: e.to_string() }),
+        }
+    }
+
+    /// What a pipeline is bound to, in the order of the bindings of its program.
+    pub fn group<'a>(
+        &self,
+        label: &str,
+        pipeline: &wgpu::ComputePipeline,
+        resources: impl IntoIterator<Item = wgpu::BindingResource<'a>>,
+    ) -> wgpu::BindGroup {
+        let entries = (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(label),
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries.collect::<Vec<_>>(),
+        })
+    }
+}
