@@ -6,6 +6,6 @@ fn conclude(@builtin(local_invocation_index) lane: u32) {
     if (lane == 0u) {
         relaxation.residual = sqrt(sum.residual) / relaxation.scale;
         relaxation.late = sum.late;
-        relaxation.excess = max(sum.excess, Real(0)) / max(sum.pressing, Real(1e-30));
+        relaxation.excess = max(sum.excess, Real(0)) / max(sum.pressing, Real(1e-36));
     }
 }

@@ -23,7 +23,9 @@ fn judged(i: u32) -> Effort {
         let friction = impulse + pressing * side.n;
         effort.residual += side.share * dot(far, far);
         effort.pressing = max(effort.pressing, pressing);
-        effort.excess = max(effort.excess, sqrt(dot(friction, friction)) - side.friction * pressing);
+        // In m/s, because squares of a small grain's impulses are beyond single precision.
+        let across = side.tangential * friction;
+        effort.excess = max(effort.excess, sqrt(dot(across, across)) / side.tangential - side.friction * pressing);
     }
     return effort;
 }

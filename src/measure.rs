@@ -35,7 +35,11 @@ pub struct Sample {
     pub iterations: Option<u32>,
     pub residual: Option<f64>,
     pub coulomb_excess: Option<f64>,
-    /// Contact dynamics: kinetic energy of all grains that gravity has pulled for one step, J.
+    /// Mean |contact force|, N; 0 without contacts.
+    #[serde(skip)]
+    pub contact_force: f64,
+    /// Contact dynamics: kinetic energy of all grains that gravity, or the mean contact force if that is more, has pulled for one
+    /// step, J.
     #[serde(skip)]
     pub step_energy: f64,
 }
@@ -60,6 +64,7 @@ impl Sample {
             max_overlap_over_radius: parts.iter().map(|p| p.overlap).fold(0.0, f64::max),
             contacts,
             coordination_number: sides as f64 / free.max(1) as f64,
+            contact_force: if contacts == 0 { 0.0 } else { mean_contact },
             ..Sample::default()
         }
     }

@@ -393,13 +393,14 @@ impl Simulation {
         let sample = Sample::new(self.step, self.time(), free, &self.state.part);
         let Some(solved) = self.solved().copied() else { return Ok(sample) };
         let p = &self.state.params;
-        let mass: f64 =
-            masses(&self.assembly).iter().zip(&self.assembly.grains).filter(|(_, g)| !g.fixed).map(|(m, _)| m).sum();
+        let free = masses(&self.assembly).into_iter().zip(&self.assembly.grains).filter(|(_, g)| !g.fixed);
+        let (mass, grains) = free.fold((0.0, 0.0), |(mass, grains), (m, _)| (mass + m, grains + 1.0));
+        let pull = p.gravity.length().max(sample.contact_force * grains / f64::max(mass, f64::MIN_POSITIVE));
         Ok(Sample {
             iterations: Some(solved.last_iterations),
             residual: Some(solved.last_residual),
             coulomb_excess: Some(solved.last_excess),
-            step_energy: 0.5 * mass * (p.gravity.length() * p.dt).powi(2),
+            step_energy: 0.5 * mass * (pull * p.dt).powi(2),
             ..sample
         })
     }

@@ -193,8 +193,10 @@ fn relaxed(side: Side, impulse: Vec, step: Real) -> Vec {
     let friction = impulse + pressing * side.n;
     let slip = side.velocity - approach * side.n;
     let pressing_next = max(pressing + step / side.normal * (approach - side.closing), Real(0));
-    let friction_next = capped(friction - step / side.tangential * slip, side.friction * pressing_next);
-    return friction_next - pressing_next * side.n;
+    // In m/s, because squares of a small grain's impulses are beyond single precision.
+    let weight = side.tangential;
+    let friction_next = capped(weight * friction - step * slip, side.friction * (weight * pressing_next));
+    return (1 / weight) * friction_next - pressing_next * side.n;
 }
 
 /// The natural map of a contact, m/s: r - P(r - rho (u + mu |u_T| n)), rho = 1/W_tt, over rho.

@@ -7,5 +7,5 @@ pub fn conclude(s: &mut State) {
     let relaxation = &mut s.relaxation[0];
     relaxation.residual = sum.residual.sqrt() / relaxation.scale;
     relaxation.late = sum.late;
-    relaxation.excess = sum.excess.max(0.0) / sum.pressing.max(1e-30);
+    relaxation.excess = sum.excess.max(0.0) / sum.pressing.max(1e-36);
 }

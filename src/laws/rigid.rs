@@ -129,8 +129,9 @@ pub fn relaxed(side: &Side, impulse: DVec3, step: f64) -> DVec3 {
     let friction = impulse + pressing * side.n;
     let slip = side.velocity - approach * side.n;
     let pressing_next = (pressing + step / side.normal * (approach - side.closing)).max(0.0);
-    let friction_next = capped(friction - step / side.tangential * slip, side.friction * pressing_next);
-    friction_next - pressing_next * side.n
+    let weight = side.tangential;
+    let friction_next = capped(weight * friction - step * slip, side.friction * (weight * pressing_next));
+    (1.0 / weight) * friction_next - pressing_next * side.n
 }
 
 /// The natural map of a contact, m/s: r - P(r - rho (u + mu |u_T| n)), rho = 1/W_tt, over rho.
