@@ -34,7 +34,8 @@ fn pass_of(i: u32) -> Effort {
         let back_across = back - back_normal * side.n;
         let normal = side.normal * back_normal;
         let across = side.tangential * back_across;
-        effort.residual += side.share * (normal * normal + dot(across, across));
+        let far = natural_map(side, start);
+        effort.residual += side.share * dot(far, far);
         effort.turn += side.share * (normal * on_normal + dot(across, on - on_normal * side.n));
         effort.way += side.share * (normal * back_normal + dot(across, back_across));
     }

@@ -7,7 +7,7 @@ fn steer(@builtin(local_invocation_index) lane: u32) {
     if (lane == 0u) {
         var next = relaxation;
         next.passes++;
-        next.estimate = next.stretch * sqrt(sum.residual) / next.scale;
+        next.estimate = sqrt(sum.residual) / next.scale;
         let theta = next.theta;
         let squared = theta * theta;
         next.theta = 0.5 * (theta * sqrt(squared + 4) - squared);

@@ -273,6 +273,44 @@ fn solvers_agree() {
     }
 }
 
+/// 200 small grains meet one that is ten times as large, all at once: as many colours as that grain has contacts, and the same
+/// velocities as without.
+#[test]
+fn many_contacts_of_one_grain() {
+    use packstone::cd::Solver;
+    const SMALL: usize = 200;
+    let mut scene = rigid(3, 1e-4, 0.3, 1e-9);
+    let large = grain(0.0, 0.0, 0.0);
+    // Points of a spiral around the sphere, each of the same area.
+    let direction = |k: usize| {
+        let z = 1.0 - (2.0 * k as f64 + 1.0) / SMALL as f64;
+        let angle = 2.399963 * k as f64;
+        (1.0 - z * z).sqrt() * DVec3::new(angle.cos(), angle.sin(), 0.0) + z * DVec3::Z
+    };
+    let small = |k: usize| {
+        let n = direction(k);
+        let velocity = 1e-2 * (n.any_orthonormal_vector() - (1.5 + 0.5 * n.x) * n);
+        Grain { position: 1.1 * R * n, radius: 0.1 * R, velocity, ..large }
+    };
+    scene.grains = std::iter::once(large).chain((0..SMALL).map(small)).collect();
+    let mut expected: Option<Vec<Grain>> = None;
+    for solver in [Solver::GaussSeidel, Solver::ColouredAccelerated, Solver::JacobiAccelerated] {
+        for bench in engines().into_iter().filter(|bench| solver != Solver::GaussSeidel || bench.name == "cpu") {
+            let Method::ContactDynamics(relaxation) = &mut scene.solver.method else { unreachable!() };
+            (relaxation.solver, relaxation.tolerance) = (solver, bench.pick(1e-9, 1e-5));
+            let mut simulation = bench.start(&scene);
+            simulation.advance(2).unwrap();
+            let name = format!("{} {}", bench.name, solver.label());
+            assert_eq!(simulation.solved().unwrap().unconverged, 0, "{name}");
+            let grains = simulation.grains().unwrap();
+            let reference = expected.get_or_insert_with(|| grains.clone());
+            assert!(reference[0].velocity.length() > 1e-4, "the large grain is pushed");
+            let off = distance(&scene, &grains, reference);
+            assert!(off < bench.pick(1e-6, 1e-3), "{name} is {off:e} off");
+        }
+    }
+}
+
 /// Passes from rest until every force in a column is known to 1 % of the weight on the floor: with momentum about as many as
 /// grains, where plain passes take of the order of their square (group 2b).
 #[test]

@@ -7,7 +7,7 @@ use crate::{
         contact::Gathered,
         dimension::spin_squared,
         friction::{keep_spring, kept_spring},
-        rigid::{add_impulse, by_group, pushed, relaxed, side_of, taking_part},
+        rigid::{add_impulse, by_group, natural_map, pushed, relaxed, side_of, taking_part},
         rotation::inverse_inertia,
     },
     state::{Effort, Motion, Packed, Spin, State},
@@ -55,7 +55,7 @@ fn pass_of(s: &State, i: usize, before: &mut [Packed], begin: usize) -> (Motion,
         let (back_normal, on_normal) = (back.dot(side.n), on.dot(side.n));
         let back_across = back - back_normal * side.n;
         let (normal, across) = (side.normal * back_normal, side.tangential * back_across);
-        effort.residual += side.share * (normal * normal + across.length_squared());
+        effort.residual += side.share * natural_map(&side, start).length_squared();
         effort.turn += side.share * (normal * on_normal + across.dot(on - on_normal * side.n));
         effort.way += side.share * (normal * back_normal + across.dot(back_across));
     }

@@ -7,7 +7,7 @@ pub fn steer(s: &mut State) {
     let sum = total(s);
     let next = &mut s.relaxation[0];
     next.passes += 1;
-    next.estimate = next.stretch * sum.residual.sqrt() / next.scale;
+    next.estimate = sum.residual.sqrt() / next.scale;
     let theta = next.theta;
     let squared = theta * theta;
     next.theta = 0.5 * (theta * (squared + 4.0).sqrt() - squared);

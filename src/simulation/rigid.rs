@@ -3,7 +3,8 @@
 use super::{Simulation, host};
 use crate::{error::Result, scene::Method};
 
-/// Most passes that are begun without a look at the residual.
+/// Fewest and most passes that are begun without a look at the residual.
+const LEAST_AT_ONCE: u32 = 4;
 const MOST_AT_ONCE: u32 = 256;
 
 /// Passes of the power iteration when lists have been made.
@@ -102,7 +103,8 @@ impl Simulation {
         let mut passes = 0;
         let mut colours = self.colour()?;
         // Most steps take about as many passes as the one before; to learn of fewer, begin with fewer.
-        let mut batch = (self.solved.last_iterations * 3 / 4).clamp(4, MOST_AT_ONCE);
+        let mut batch = (self.solved.last_iterations * 3 / 4).clamp(LEAST_AT_ONCE, MOST_AT_ONCE);
+        let mut seen = (0, f64::INFINITY);
         loop {
             batch = batch.min(self.most_passes - passes);
             let pass = [(&self.plan.sweep[..], colours), (&self.plan.relax, 1)];
@@ -117,7 +119,14 @@ impl Simulation {
             if relaxation.late > 0 {
                 colours = self.colour()?;
             }
-            batch = (passes / 4).clamp(4, MOST_AT_ONCE);
+            // As many as it takes if the residual goes on falling as it has since the last look, but no more than a quarter of
+            // what there were.
+            let fall = (seen.1 / relaxation.residual).ln() / f64::from(passes - seen.0);
+            let needed = (relaxation.residual / tolerance).ln() / fall;
+            batch = if needed > 0.0 { needed.ceil() as u32 } else { u32::MAX }
+                .min(passes / 4)
+                .clamp(LEAST_AT_ONCE, MOST_AT_ONCE);
+            seen = (passes, relaxation.residual);
         }
     }
 
