@@ -28,6 +28,13 @@ var<storage, read_write> thrust_before: array<Packed>; // contacts, N s: after t
 struct Palette {
     uncoloured: atomic<u32>, // 1: proposals wait to be answered
     colours: atomic<u32>,    // the last colour in use
+    contacts: atomic<u32>,   // that have a colour
+}
+
+/// How far a pass is.
+struct Brush {
+    colours: u32,  // that are done
+    contacts: u32, // of these colours
 }
 
 /// A rank of contacts on which two grains agree, and that neighbours in space do not share: so that many contacts are the first

@@ -40,8 +40,11 @@ fn met(i: u32) -> Effort {
         l.own = here.place.radius + 0.5 * touch.gap;
         l.tangential = l.normal + (l.tangential + l.own * l.own * inertia);
         let closing = closing_of(touch.gap);
-        // Pairs that are not about to touch take no part in passes, unless the judgement finds that they should.
-        let part = (entry & SPRUNG) != 0u || closing <= dot(free.v - velocity_to, touch.n) + slack;
+        // Pairs that are not about to touch take no part in passes, unless the judgement finds that they should. Both grains
+        // compute that from the first side, so that they agree.
+        let first = i < j;
+        let v = select(velocity_to, free.v, first) - select(free.v, velocity_to, first);
+        let part = (entry & SPRUNG) != 0u || closing <= dot(v, select(-touch.n, touch.n, first)) + slack;
         flag(slot, entry, part);
         effort.crowd += 1;
         if (part) {

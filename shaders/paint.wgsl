@@ -68,6 +68,7 @@ fn paint(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
     // Of a colour too many nobody counts the contacts; the host makes room, and begins again.
     if (i < j && colour <= params.colours) {
         rank = atomicAdd(&painted[colour - 1u], 1u);
+        atomicAdd(&palette.contacts, 1u);
     }
     hue[slot_of(i, j)] = Hue(colour, rank);
 }

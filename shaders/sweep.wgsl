@@ -2,8 +2,8 @@
 // Contact dynamics 3, coloured: all contacts of the next colour, each solved exactly (Algorithm 1) for the velocities that the
 // colours before have left.
 var<storage, read_write> painted: array<u32>;    // colours: contacts there are of each
-var<storage, read_write> brush: array<u32>;      // 1: colours of this pass that are done
-var<storage, read_write> brush_next: array<u32>; // 1
+var<storage, read_write> brush: Brush;
+var<storage, read_write> brush_next: Brush;
 var<storage, read_write> miss: array<Real>;      // N, (m/s)²: natural map that the sweep has met
 
 fn update(k: u32) {
@@ -53,16 +53,12 @@ fn update(k: u32) {
 @compute @workgroup_size(WG)
 fn sweep(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let first = linear(id, groups);
-    let colour = brush[0];
+    let begin = brush.contacts;
+    let end = begin + painted[brush.colours];
     if (first == 0u) {
-        brush_next[0] = colour + 1u;
-    }
-    var begin = 0u;
-    for (var other = 0u; other < colour; other++) {
-        begin += painted[other];
+        brush_next = Brush(brush.colours + 1u, end);
     }
     // A loop, because there are fewer contacts than invocations, and software drivers skip loops but not branches.
-    let end = begin + painted[colour];
     for (var k = begin + first; k < end; k += groups.x * groups.y * WG) {
         update(k);
     }

@@ -6,7 +6,7 @@
 
 use crate::{
     engine::{Engine, Gpu, cpu::apply},
-    error::Result,
+    error::{Error, Result},
     gpu::Device,
     kernels::Stage,
     laws::{
@@ -18,7 +18,7 @@ use crate::{
     plan::{Op, Plan},
     scene::Assembly,
     simulation::{EngineChoice, Options, Setup, Simulation},
-    state::{ARRAYS, INDEX, Length, NONE, Palette, State, Wall},
+    state::{ARRAYS, INDEX, Length, NONE, State, Wall},
 };
 use glam::DVec3;
 use serde::Serialize;
@@ -161,17 +161,22 @@ impl Checker<'_> {
     /// Colours for all contacts, if contacts are updated by colours.
     fn colour(&mut self, plan: &Plan) -> Result<()> {
         self.run(&plan.bleach)?;
+        let mut coloured = 0;
         while !plan.colour.is_empty() {
             self.run(&plan.colour)?;
             self.run(&plan.colour[..1])?;
-            let Palette { uncoloured, colours } = self.state.palette[0];
-            if colours as usize > self.state.sizes.colours {
-                self.state.sizes.colours = 2 * colours as usize;
-                self.grow(&["painted"], self.state.sizes.colours)?;
+            let palette = self.state.palette[0];
+            if self.state.sizes.make_room(&palette) {
+                for array in ARRAYS.iter().filter(|a| matches!(a.length, Length::Contacts | Length::Colours)) {
+                    self.grow(&[array.name], self.state.sizes.of(array.length))?;
+                }
                 self.run(&plan.bleach)?;
-            } else if uncoloured == 0 {
+            } else if palette.uncoloured == 0 {
                 break;
+            } else if palette.contacts == coloured {
+                return Err(Error::Device("the contacts cannot be coloured".to_owned()));
             }
+            coloured = palette.contacts;
         }
         self.run(&plan.arrange)
     }

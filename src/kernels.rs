@@ -212,7 +212,7 @@ pub static SWEEP: Stage = Stage::new("sweep", sweep::sweep, |sizes| sizes.bodies
 /// Contact dynamics 3, coloured: velocities after all colours.
 pub static FOLLOW: Stage = Stage::new("follow", follow::follow, bodies);
 /// Colours of contacts 4: impulses back into the lists.
-pub static DELIVER: Stage = Stage::new("deliver", deliver::deliver, |sizes| sizes.slots);
+pub static DELIVER: Stage = Stage::new("deliver", deliver::deliver, bodies);
 /// Colours of contacts 5: velocities without the rounding of the sweeps.
 pub static GATHER: Stage = Stage::new("gather", gather::gather, bodies);
 /// Contact dynamics 4: momentum.

@@ -108,6 +108,7 @@ macro_rules! record {
         pub struct $name { $($(#[$fmeta])* pub $field: $ty),* }
 
         impl Element for $name {
+            const INTEGER: bool = true $(&& <$ty as Element>::INTEGER)*;
             fn names(_: usize) -> &'static [&'static str] {
                 &[$(stringify!($field)),*]
             }
@@ -208,7 +209,7 @@ record!(
     }
 );
 record!(
-    /// The colour of a contact (this and the next two: `shaders/colours.wgsl`).
+    /// The colour of a contact (this and the next three: `shaders/colours.wgsl`).
     Hue { colour: u32, rank: u32 }
 );
 record!(
@@ -216,8 +217,12 @@ record!(
     Turn { first: u32, second: u32, slot: u32, back: u32 }
 );
 record!(
+    /// How far a pass is.
+    Brush { colours: u32, contacts: u32 }
+);
+record!(
     /// How far the colouring is.
-    Palette { uncoloured: u32, colours: u32 }
+    Palette { uncoloured: u32, colours: u32, contacts: u32 }
 );
 record!(
     /// What every kernel may know.
@@ -338,6 +343,7 @@ pub enum Length {
     Tiles,
     Slots,
     History,
+    Contacts,
     Colours,
     Parts,
     /// Groups of [`GROUP`] grains.
@@ -355,10 +361,23 @@ pub struct Sizes {
     pub cells: usize,
     pub slots: usize,
     pub history: usize,
+    /// Contact dynamics by colours: contacts and colours that there is room for.
+    pub contacts: usize,
     pub colours: usize,
 }
 
 impl Sizes {
+    /// Make room for all colours and contacts, with some to spare: whether there was too little.
+    pub fn make_room(&mut self, palette: &Palette) -> bool {
+        let (colours, contacts) = (palette.colours as usize, palette.contacts as usize);
+        let short = colours > self.colours || contacts > self.contacts;
+        if short {
+            self.colours = self.colours.max(2 * colours);
+            self.contacts = self.contacts.max(contacts + contacts / 4);
+        }
+        short
+    }
+
     /// Number of elements. Never 0: a device has no empty buffers.
     pub fn of(&self, length: Length) -> usize {
         let len = match length {
@@ -372,6 +391,7 @@ impl Sizes {
             Length::Tiles => self.cells.max(self.bodies) / TILE + 1,
             Length::Slots => self.slots,
             Length::History => self.history,
+            Length::Contacts => self.contacts,
             Length::Colours => self.colours,
             Length::Parts => PARTS,
             Length::Groups => self.bodies.div_ceil(GROUP),
@@ -512,13 +532,13 @@ state! {
     proposal: u32, Bodies, "neighbour, as in the lists", coloured;
     palette: Palette, One, "see colours.wgsl", coloured;
     painted: u32, Colours, "contacts of each colour", coloured;
-    turn: Turn, Slots, "see colours.wgsl", coloured;
-    turn_meeting: Meeting, Slots, "1, m/s", coloured;
-    turn_lever: Lever, Slots, "m, m, 1/kg, 1/kg", coloured;
-    thrust: Packed, Slots, "N s", coloured;
-    thrust_before: Packed, Slots, "N s", coloured;
-    brush: u32, One, "colours of the pass that are done", coloured;
-    brush_next: u32, One, "colours of the pass that are done", coloured;
+    turn: Turn, Contacts, "see colours.wgsl", coloured;
+    turn_meeting: Meeting, Contacts, "1, m/s", coloured;
+    turn_lever: Lever, Contacts, "m, m, 1/kg, 1/kg", coloured;
+    thrust: Packed, Contacts, "N s", coloured;
+    thrust_before: Packed, Contacts, "N s", coloured;
+    brush: Brush, One, "see colours.wgsl", coloured;
+    brush_next: Brush, One, "see colours.wgsl", coloured;
     miss: f64, Bodies, "(m/s)²", coloured;
     effort: Effort, Groups, "(m/s)², J, N s", rigid;
     relaxation: Relaxation, One, "see method/cd.wgsl", rigid;

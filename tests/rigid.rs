@@ -311,6 +311,64 @@ fn many_contacts_of_one_grain() {
     }
 }
 
+/// After steps on kept lists every contact has one place in the order of the colours, in which both of its grains find it, and no
+/// grain stands twice in a colour; the same scene run again gives the same bits.
+#[test]
+fn contacts_of_a_colour_share_no_grain() {
+    use packstone::{
+        cd::Solver,
+        state::{INDEX, NONE, SPRUNG},
+    };
+    for bench in engines() {
+        let mut scene = falling(rigid(3, DT, 0.5, 1e-4));
+        scene.grains = cloud(3, 5, 0.05, 3);
+        let Method::ContactDynamics(relaxation) = &mut scene.solver.method else { unreachable!() };
+        relaxation.solver = Solver::ColouredAccelerated;
+        let run = || {
+            let mut simulation = bench.start(&scene);
+            simulation.advance(25).unwrap();
+            simulation
+        };
+        let mut simulation = run();
+        let s = simulation.read(&["hue", "turn", "painted", "palette", "neighbour", "slot_start"]).unwrap();
+        let bodies = s.sizes.bodies;
+        let turns = &s.turn[..s.palette[0].contacts as usize];
+        assert!(turns.len() > bodies, "{}: only {} contacts", bench.name, turns.len());
+        let mut at = 0;
+        for contacts in s.painted.iter().filter(|n| **n > 0) {
+            let mut seen = vec![false; bodies];
+            for turn in turns[at..at + *contacts as usize].iter().filter(|turn| turn.first != NONE) {
+                for grain in [turn.first, turn.second].map(|i| i as usize).into_iter().filter(|i| *i < bodies) {
+                    assert!(!std::mem::replace(&mut seen[grain], true), "{}: grain {grain} twice", bench.name);
+                }
+            }
+            at += *contacts as usize;
+        }
+        assert_eq!(at, turns.len());
+        let mut listed = 0;
+        for i in 0..bodies {
+            for slot in s.row(i).filter(|&slot| s.neighbour[slot] != NONE && s.hue[slot].colour > 0) {
+                let j = (s.neighbour[slot] & INDEX) as usize;
+                if j < i {
+                    continue;
+                }
+                let mine = |turn: &&packstone::state::Turn| turn.slot as usize == slot;
+                let turn = turns.iter().find(mine).expect("a coloured contact has a place");
+                assert!(turn.second as usize == j && (turn.first == NONE || turn.first as usize == i));
+                if j < bodies {
+                    let back = turn.back as usize;
+                    assert!(s.row(j).contains(&back) && (s.neighbour[back] & INDEX) as usize == i);
+                    assert_eq!(s.neighbour[back] & SPRUNG, s.neighbour[slot] & SPRUNG, "both know of it");
+                }
+                listed += 1;
+            }
+        }
+        assert_eq!(listed, turns.len(), "{}: each once", bench.name);
+        let again = run().grains().unwrap();
+        assert!(simulation.grains().unwrap() == again, "{}: other bits", bench.name);
+    }
+}
+
 /// Passes from rest until every force in a column is known to 1 % of the weight on the floor: with momentum about as many as
 /// grains, where plain passes take of the order of their square (group 2b).
 #[test]

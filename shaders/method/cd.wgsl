@@ -27,7 +27,7 @@ struct Relaxation {
     stretch: Real,   // the largest eigenvalue of W known so far, with contacts scaled to W_nn = W_tt = 1
     theta: Real,     // Nesterov's sequence
     beta: Real,      // momentum of the next pass
-    estimate: Real,  // relative residual of the natural map where the last pass set out
+    estimate: Real,  // relative residual of the natural map that the last pass has met
     best: Real,      // the smallest one since the residual rose last
     residual: Real,  // relative residual of the natural map, as last judged
     excess: Real,    // largest friction beyond the Coulomb limit, over the largest normal impulse, as last judged

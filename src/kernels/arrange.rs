@@ -1,13 +1,20 @@
 //! Twin of `shaders/arrange.wgsl`: contacts with the impulses they have now, in the order of the colours. Momentum begins anew.
 
 use crate::{
-    laws::{colours::first_turn, friction::kept_spring, rigid::filled},
+    laws::{friction::kept_spring, rigid::filled},
     state::{Hue, INDEX, NONE, Packed, SPRUNG, State, Turn},
 };
 use rayon::prelude::*;
 
 pub fn arrange(s: &mut State) {
-    let begins: Vec<usize> = (0..s.painted.len()).map(|colour| first_turn(s, colour)).collect();
+    let begins: Vec<usize> = s
+        .painted
+        .iter()
+        .scan(0, |end, &contacts| {
+            *end += contacts as usize;
+            Some(*end - contacts as usize)
+        })
+        .collect();
     let turns: Vec<_> = (0..s.sizes.bodies).into_par_iter().flat_map_iter(|i| turns_of(s, i)).collect();
     for (hue, turn) in turns {
         let at = begins[hue.colour as usize - 1] + hue.rank as usize;

@@ -1,15 +1,12 @@
 //! Twin of `shaders/deliver.wgsl`: impulses back into the lists of both grains.
 
 use crate::{
-    laws::{
-        colours::first_turn,
-        friction::{keep_spring, kept_spring},
-    },
+    laws::friction::{keep_spring, kept_spring},
     state::{NONE, State},
 };
 
 pub fn deliver(s: &mut State) {
-    for k in 0..first_turn(s, s.painted.len()) {
+    for k in 0..s.palette[0].contacts as usize {
         let turn = s.turn[k];
         if turn.first == NONE {
             continue;

@@ -24,6 +24,7 @@ pub fn paint(s: &mut State) {
         if let Some(painted) = s.painted.get_mut(colour as usize - 1).filter(|_| i < j) {
             rank = *painted;
             *painted += 1;
+            s.palette[0].contacts += 1;
         }
         s.hue[slot.expect("proposals are neighbours")] = Hue { colour, rank };
     }

@@ -3,7 +3,6 @@
 
 use crate::{
     laws::{
-        colours::first_turn,
         dimension::moment,
         friction::kept_spring,
         materials::pair_of,
@@ -11,7 +10,7 @@ use crate::{
         rotation::{inverse_inertia, surface_velocity},
         walls::wall_velocity,
     },
-    state::{Meeting, NONE, Packed, Spin, State, Turn},
+    state::{Brush, Meeting, NONE, Packed, Spin, State, Turn},
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -20,10 +19,10 @@ use rayon::prelude::*;
 const LEAST: usize = 256;
 
 pub fn sweep(s: &mut State) {
-    let colour = s.brush[0] as usize;
-    s.brush_next[0] = s.brush[0] + 1;
-    let begin = first_turn(s, colour);
-    let turns = begin..begin + s.painted[colour] as usize;
+    let Brush { colours, contacts } = s.brush[0];
+    let end = contacts + s.painted[colours as usize];
+    s.brush_next[0] = Brush { colours: colours + 1, contacts: end };
+    let turns = contacts as usize..end as usize;
     // Contacts of a colour share no grain, so that none sees what the others do.
     let updates: Vec<Update> = turns.clone().into_par_iter().with_min_len(LEAST).map(|k| Update::of(s, k)).collect();
     for (k, update) in turns.zip(updates) {

@@ -1,7 +1,5 @@
 //! Twin of `shaders/colours.wgsl`: contacts of one colour share no grain.
 
-use crate::state::State;
-
 /// A rank of contacts on which two grains agree, and that neighbours in space do not share: so that many contacts are the
 /// first of both of their grains. `a` and `b` are numbers of grains, or bodies + w for wall w.
 pub fn lot(a: u32, b: u32) -> u32 {
@@ -10,9 +8,4 @@ pub fn lot(a: u32, b: u32) -> u32 {
     bits = (bits ^ (bits >> 15)).wrapping_mul(2_246_822_519);
     bits = (bits ^ (bits >> 13)).wrapping_mul(3_266_489_917);
     bits ^ (bits >> 16)
-}
-
-/// Where the contacts of a colour, counted from 0, begin.
-pub fn first_turn(s: &State, colour: usize) -> usize {
-    s.painted[..colour].iter().sum::<u32>() as usize
 }

@@ -70,6 +70,9 @@ impl Simulation {
         // Steps that are halted are dispatched, but move nothing.
         let of_step = self.plan.step.iter().filter_map(|op| op.stage()).any(|s| s.name == stage.name);
         let bytes = traffic::bytes(&self.state.model, stage, sizes, |array| self.engine.stride(array))?;
+        // A call is over one of the colours.
+        let parts = if stage.name == "sweep" { u64::from(self.state.palette[0].colours.max(1)) } else { 1 };
+        let bytes = bytes / parts;
         Ok(StageCost { name: stage.name, calls: if of_step { steps } else { calls }, seconds, bytes })
     }
 }

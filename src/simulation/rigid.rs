@@ -1,11 +1,18 @@
 //! A step of contact dynamics: passes over the contacts until their residual is small enough.
 
 use super::{Simulation, host};
-use crate::{error::Result, scene::Method};
+use crate::{
+    error::{Error, Result},
+    scene::Method,
+    state::{ARRAYS, Length},
+};
 
 /// Fewest and most passes that are begun without a look at the residual.
 const LEAST_AT_ONCE: u32 = 4;
 const MOST_AT_ONCE: u32 = 256;
+
+/// The same for sweeps over a colour, of which a pass has as many as there are colours: a grain may have hundreds of contacts.
+const MOST_SWEEPS: u32 = 8192;
 
 /// Passes of the power iteration when lists have been made.
 const PROBES: u32 = 40;
@@ -81,6 +88,8 @@ impl Simulation {
         if self.age == 0 {
             // Contacts are others than before.
             self.engine.execute(&params, &[(&self.plan.bleach, 1)])?;
+        }
+        if self.age == 0 && !self.plan.seed.is_empty() {
             let (seed, probe) = ((&self.plan.seed[..], 1), (&self.plan.probe[..], PROBES));
             self.engine.execute(&params, &[begin, meet, seed, probe])?;
         }
@@ -106,7 +115,7 @@ impl Simulation {
         let mut batch = (self.solved.last_iterations * 3 / 4).clamp(LEAST_AT_ONCE, MOST_AT_ONCE);
         let mut seen = (0, f64::INFINITY);
         loop {
-            batch = batch.min(self.most_passes - passes);
+            batch = batch.min(self.most_passes - passes).min((MOST_SWEEPS / colours.max(1)).max(1));
             let pass = [(&self.plan.sweep[..], colours), (&self.plan.relax, 1)];
             let batched = (0..batch).flat_map(|_| pass).chain([(&self.plan.judge[..], 1)]);
             self.engine.execute(&params, &batched.collect::<Vec<_>>())?;
@@ -130,23 +139,32 @@ impl Simulation {
         }
     }
 
-    /// Give colours to all contacts that have none, and put them in order: how many colours there are. 0 if contacts are not updated by colours.
+    /// Give colours to all contacts that have none, and put them in order: how many colours there are. 0 if contacts are not
+    /// updated by colours.
     fn colour(&mut self) -> Result<u32> {
         if !self.state.model.coloured {
             return Ok(0);
         }
+        let params = self.params();
+        let mut coloured = 0;
         loop {
-            let params = self.params();
             self.engine.execute(&params, &[(&self.plan.colour, ROUNDS_OF_COLOURS), (&self.plan.colour[..1], 1)])?;
             self.engine.read(&["palette"], &mut self.state)?;
             let palette = self.state.palette[0];
-            if palette.colours as usize > self.state.sizes.colours {
-                self.state.sizes.colours = 2 * palette.colours as usize;
-                self.engine.resize("painted", self.state.sizes.colours)?;
+            if self.state.sizes.make_room(&palette) {
+                for array in ARRAYS.iter().filter(|a| matches!(a.length, Length::Contacts | Length::Colours)) {
+                    self.engine.resize(array.name, self.state.sizes.of(array.length))?;
+                }
                 self.engine.execute(&params, &[(&self.plan.bleach, 1)])?;
+                coloured = 0;
             } else if palette.uncoloured == 0 {
                 self.engine.execute(&params, &[(&self.plan.arrange, 1)])?;
                 return Ok(palette.colours);
+            } else if palette.contacts == coloured {
+                // A defect, which must not turn into a loop without end: a contact that only one of its grains knows of.
+                return Err(Error::Device(format!("{} cannot colour the contacts", self.engine.name())));
+            } else {
+                coloured = palette.contacts;
             }
         }
     }

@@ -46,6 +46,7 @@ impl Setup {
             cells: (cells.x * cells.y * cells.z) as usize,
             slots: options.slots.unwrap_or(guess).max(LEAST_LENGTH),
             history: LEAST_LENGTH,
+            contacts: (guess / 2).max(LEAST_LENGTH),
             colours: LEAST_LENGTH,
         };
         memory::check_host(bodies as u64 * memory::BYTES_PER_GRAIN)?;
