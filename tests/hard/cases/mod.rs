@@ -1,5 +1,6 @@
 //! The cases, and what they have in common.
 
+mod agreement;
 mod contact;
 mod fast;
 mod gas;
@@ -81,8 +82,8 @@ impl Case {
             "rigid_settling_3d",
         ];
         let long = long_ones.contains(&self.name);
-        // Passes are a matter of the algorithm.
-        let counts = self.name == "rigid_passes";
+        // Passes are a matter of the algorithm, and packings of the method.
+        let counts = self.name == "rigid_passes" || self.name.starts_with("agreement");
         let left_out = |bench: &Bench| (long && bench.name == "gpu double") || (counts && bench.name != "cpu");
         engines().into_iter().filter(|bench| !left_out(bench)).collect()
     }
@@ -134,6 +135,9 @@ cases! {
     rigid_crowds::rigid_friction: "0 and 10", ["rigid_friction"];
     rigid_crowds::rigid_settling_2d: "comes to rest", ["rigid_settling_2d"];
     rigid_crowds::rigid_settling_3d: "comes to rest", ["rigid_settling_3d"];
+    agreement::agreement_smooth: "DEM, μ = 0", [];
+    agreement::agreement_rough: "DEM, μ = 0.5", ["agreement_bed"];
+    agreement::agreement_collapse: "P12: DEM", ["agreement_collapse"];
 }
 
 #[cfg(test)]

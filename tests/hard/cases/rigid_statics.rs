@@ -162,7 +162,8 @@ pub fn rigid_incline(bench: Bench, _: Length) -> Vec<Figure> {
     let given = solved_to(scene("rigid_incline"), bench.pick(1e-10, 1e-5));
     let mu = given.pairs[0].friction;
     let off = bench.pick(1e-6, 1e-4);
-    let mut figures = Vec::new();
+    let mut figures =
+        vec![Figure::new("CD: δ", 1e-6, bench.pick(0.0, 1e-4), off), Figure::new("DEM: δ", 1e-3, 0.0, 1e-3)];
     for dimension in [2, 3] {
         let up = DVec3::AXES[dimension - 1];
         let c = 1.0 + 1.0 / gyration(dimension);
@@ -185,33 +186,18 @@ pub fn rigid_incline(bench: Bench, _: Length) -> Vec<Figure> {
             let change = -speed(steps) + speed(steps);
             change / (simulation.time() / 2.0 * G * theta.cos())
         };
-        figures.push(Figure::zero(
-            format!("CD, {dimension}D: slip at tan θ = c μ − {off:e}, over g t cos θ"),
-            0.01 * off,
-            slip(&given, c * mu - off, 25),
-        ));
-        figures.push(Figure::new(
-            format!("CD, {dimension}D: slip at tan θ = c μ + {off:e}, over g t cos θ"),
-            off,
-            0.05 * off,
-            slip(&given, c * mu + off, 25),
-        ));
-        // Springs that start without shear swing about it by less the nearer the threshold is; their overlap changes c by itself.
+        let mut both = |what: &str, given: &Assembly, off: f64, below: f64, steps: u64| {
+            let figure = |sign: &str| format!("{what}, {dimension}D: slip at tan θ = c μ {sign} δ, over δ g t cos θ");
+            figures.push(Figure::zero(figure("−"), below, slip(given, c * mu - off, steps) / off));
+            figures.push(Figure::new(figure("+"), 1.0, 0.05, slip(given, c * mu + off, steps) / off));
+        };
+        both("CD", &given, off, 0.01, 25);
+        // Springs swing about the shear they need by less the nearer the threshold is; their overlap changes c by itself.
         let (part, off) = (bench.pick(1e-6, 1e-4), 1e-3);
         let mut springs = sprung(&given, 1.0, short_step(part), 0.0);
         springs.pairs[0].normal_stiffness = mass(dimension, R) * G / (part * R);
         springs.pairs[0].tangential_stiffness = 2.0 / 7.0 * springs.pairs[0].normal_stiffness;
-        figures.push(Figure::zero(
-            format!("DEM, {dimension}D: slip at tan θ = c μ − {off:e}, over g t cos θ"),
-            0.02 * off,
-            slip(&springs, c * mu - off, 5_000),
-        ));
-        figures.push(Figure::new(
-            format!("DEM, {dimension}D: slip at tan θ = c μ + {off:e}, over g t cos θ"),
-            off,
-            0.05 * off,
-            slip(&springs, c * mu + off, 5_000),
-        ));
+        both("DEM", &springs, off, 0.02, 5_000);
     }
     figures
 }
