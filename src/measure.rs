@@ -102,6 +102,25 @@ pub fn angular_momentum(assembly: &Assembly, grains: &[Grain], masses: &[f64]) -
     Some(free.map(|(g, m)| *m * g.position.cross(g.velocity) + beta * m * g.radius * g.radius * g.spin).sum())
 }
 
+/// Which grains are no rattlers: those inside with fewer than `least` contacts are taken away, with their contacts, until there
+/// are none. Grains outside stay, and so do indices without a grain, walls: a free surface, where weight holds grains on fewer
+/// contacts, would otherwise take the bed along with it.
+pub fn backbone(inside: &[bool], contacts: &[(u32, u32)], least: usize) -> Vec<bool> {
+    let mut left = vec![true; inside.len()];
+    loop {
+        let mut count = vec![0; inside.len()];
+        let stays = |i: u32| left.get(i as usize).is_none_or(|left| *left);
+        for (i, j) in contacts.iter().filter(|(i, j)| stays(*i) && stays(*j)) {
+            [i, j].into_iter().filter_map(|i| inside.get(*i as usize).map(|_| *i as usize)).for_each(|i| count[i] += 1);
+        }
+        let next: Vec<bool> = (0..left.len()).map(|i| left[i] && (!inside[i] || count[i] >= least)).collect();
+        if next == left {
+            return left;
+        }
+        left = next;
+    }
+}
+
 /// Fraction of space filled by grains inside the packing, overlaps counted once; None where the packing has no inside.
 ///
 /// Inside is what lies two largest radii away from every wall, from the free faces of the packing and, under gravity,

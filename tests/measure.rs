@@ -5,7 +5,7 @@ mod common;
 use common::*;
 use glam::DVec3;
 use packstone::{
-    measure::{Sample, angular_momentum, masses, momentum, packing_fraction},
+    measure::{Sample, angular_momentum, backbone, masses, momentum, packing_fraction},
     scene::{Assembly, Domain, Grain, Wall},
 };
 use std::f64::consts::PI;
@@ -294,4 +294,17 @@ fn momenta() {
             assert_eq!(angular_momentum(&scene, &scene.grains, &m), None, "periodic along {axis}");
         }
     }
+}
+
+/// A triangle with a tail of two grains, a wall at its end, and one grain alone: the tail goes grain by grain.
+#[test]
+fn rattlers_go_one_after_the_other() {
+    let contacts = [(0, 1), (1, 2), (2, 0), (2, 3), (3, 4)];
+    assert_eq!(backbone(&[true; 6], &contacts, 2), [true, true, true, false, false, false]);
+    assert_eq!(backbone(&[true; 6], &contacts, 1), [true, true, true, true, true, false]);
+    assert_eq!(backbone(&[true; 6], &contacts, 3), [false; 6]);
+    let outside = [true, true, true, true, false, true];
+    assert_eq!(backbone(&outside, &contacts, 2), [true, true, true, true, true, false]);
+    let on_wall = [contacts.as_slice(), &[(4, 6)]].concat();
+    assert_eq!(backbone(&[true; 6], &on_wall, 2), [true, true, true, true, true, false]);
 }

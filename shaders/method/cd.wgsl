@@ -210,12 +210,13 @@ fn natural_map(side: Side, impulse: Vec) -> Vec {
     let normal = weight * pressing + (approach - side.closing) - mu * sqrt(dot(slip, slip));
     let across = weight * friction - slip;
     let length = sqrt(dot(across, across));
+    if (normal > 0 && length <= mu * normal) {
+        // What is left of the differences below, without the rounding of impulses beside which velocities are small.
+        return slip + (approach - side.closing - mu * sqrt(dot(slip, slip))) * side.n;
+    }
     var kept = Vec();
     var pressed = Real(0);
-    if (normal > 0 && length <= mu * normal) {
-        kept = across;
-        pressed = normal;
-    } else if (mu * length > -normal) {
+    if (mu * length > -normal) {
         pressed = (normal + mu * length) / (1 + mu * mu);
         kept = across * (mu * pressed / length);
     }

@@ -145,10 +145,12 @@ pub fn natural_map(side: &Side, impulse: DVec3) -> DVec3 {
     let normal = weight * pressing + (approach - side.closing) - mu * slip.length();
     let across = weight * friction - slip;
     let length = across.length();
-    let (mut kept, mut pressed) = (DVec3::ZERO, 0.0);
     if normal > 0.0 && length <= mu * normal {
-        (kept, pressed) = (across, normal);
-    } else if mu * length > -normal {
+        // What is left of the differences below, without the rounding of impulses beside which velocities are small.
+        return slip + (approach - side.closing - mu * slip.length()) * side.n;
+    }
+    let (mut kept, mut pressed) = (DVec3::ZERO, 0.0);
+    if mu * length > -normal {
         pressed = (normal + mu * length) / (1.0 + mu * mu);
         kept = across * (mu * pressed / length);
     }

@@ -1,15 +1,22 @@
 //! The cases, and what they have in common.
 
+mod agreement;
 mod contact;
 mod fast;
 mod gas;
 mod places;
 mod rest;
+mod rigid_columns;
+mod rigid_crowds;
+mod rigid_statics;
 mod sizes;
 mod steps;
 
 use crate::common::{Bench, engines};
-use packstone::scene::{Assembly, Scene};
+use packstone::{
+    scene::{Assembly, Dashpot, Method, Relaxation, Scene, TimeStep},
+    simulation::Simulation,
+};
 use std::path::{Path, PathBuf};
 
 /// One measured number.
@@ -63,9 +70,22 @@ pub struct Case {
 impl Case {
     /// The engines to measure on: f64 on the device repeats the CPU's figures, so long cases leave it out.
     pub fn benches(&self) -> Vec<Bench> {
-        let long_ones = ["gas", "resting_pyramid", "collapsed", "size_ratio", "mass_ratio", "fast_grain"];
+        let long_ones = [
+            "gas",
+            "resting_pyramid",
+            "collapsed",
+            "size_ratio",
+            "mass_ratio",
+            "fast_grain",
+            "rigid_friction",
+            "rigid_settling_2d",
+            "rigid_settling_3d",
+        ];
         let long = long_ones.contains(&self.name);
-        engines().into_iter().filter(|bench| !(long && bench.name == "gpu double")).collect()
+        // Passes are a matter of the algorithm, and packings of the method.
+        let counts = self.name == "rigid_passes" || self.name.starts_with("agreement");
+        let left_out = |bench: &Bench| (long && bench.name == "gpu double") || (counts && bench.name != "cpu");
+        engines().into_iter().filter(|bench| !left_out(bench)).collect()
     }
 }
 
@@ -103,6 +123,21 @@ cases! {
     rest::column: "N8: (N − i + 1) m g/k_N", ["column_100"];
     rest::resting_pyramid: "R5: stands; nothing grows", ["resting_pyramid"];
     gas::gas: "Σ m v", ["gas"];
+    rigid_columns::rigid_column: "N8: Σ m g above", ["rigid_column"];
+    rigid_columns::rigid_heavy_top: "Σ m g above", ["rigid_heavy_top"];
+    rigid_columns::rigid_passes: "2b: modes of a chain", [];
+    rigid_statics::rigid_wedge: "C2: N + T = m g/√2", ["rigid_wedge"];
+    rigid_statics::rigid_arch: "R5, C5: statics", ["rigid_arch"];
+    rigid_statics::rigid_incline: "R2: tan θ = c μ", ["rigid_incline"];
+    rigid_statics::rigid_layer: "m g each", ["rigid_layer"];
+    rigid_statics::rigid_squeezed: "told, and ends", ["rigid_squeezed"];
+    rigid_crowds::rigid_overlap: "C3: opens at the speed allowed", ["rigid_overlap"];
+    rigid_crowds::rigid_friction: "0 and 10", ["rigid_friction"];
+    rigid_crowds::rigid_settling_2d: "comes to rest", ["rigid_settling_2d"];
+    rigid_crowds::rigid_settling_3d: "comes to rest", ["rigid_settling_3d"];
+    agreement::agreement_smooth: "DEM, μ = 0", [];
+    agreement::agreement_rough: "DEM, μ = 0.5", ["agreement_bed"];
+    agreement::agreement_collapse: "P12: DEM", ["agreement_collapse"];
 }
 
 #[cfg(test)]
@@ -126,8 +161,55 @@ pub fn folder() -> PathBuf {
 
 /// A scene of the folder.
 fn scene(name: &str) -> Assembly {
+    changed_scene(name, &[])
+}
+
+/// The same with `--set`.
+fn changed_scene(name: &str, set: &[&str]) -> Assembly {
     let path = folder().join(format!("{name}.toml"));
-    Scene::load(&path, &[]).and_then(|scene| scene.assemble()).unwrap_or_else(|e| panic!("{e}"))
+    let set: Vec<String> = set.iter().map(|s| (*s).to_owned()).collect();
+    Scene::load(&path, &set).and_then(|scene| scene.assemble()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// How a scene of rigid grains is solved.
+fn relaxation(scene: &mut Assembly) -> &mut Relaxation {
+    match &mut scene.solver.method {
+        Method::ContactDynamics(relaxation) => relaxation,
+        Method::DiscreteElements => panic!("a scene of rigid grains"),
+    }
+}
+
+/// Rigid grains, solved to this tolerance.
+fn solved_to(mut scene: Assembly, tolerance: f64) -> Assembly {
+    relaxation(&mut scene).tolerance = tolerance;
+    scene
+}
+
+/// The grains of a rigid scene with springs, k_T = 2/7 k_N, and global damping.
+fn sprung(rigid: &Assembly, stiffness: f64, dt: f64, damping: f64) -> Assembly {
+    let mut scene = rigid.clone();
+    for pair in &mut scene.pairs {
+        (pair.normal_stiffness, pair.tangential_stiffness) = (stiffness, 2.0 / 7.0 * stiffness);
+        pair.dashpot = Dashpot::None;
+    }
+    scene.solver.method = Method::DiscreteElements;
+    (scene.solver.dt, scene.solver.damping, scene.solver.margin) = (TimeStep::Fixed(dt), damping, 0.2);
+    scene
+}
+
+/// Loads on the contacts of a column, from the lowest up, N: what the contacts of all grains above add up to.
+fn loads(simulation: &mut Simulation) -> Vec<f64> {
+    let held = simulation.forces().unwrap();
+    let mut loads: Vec<f64> = held
+        .iter()
+        .rev()
+        .scan(0.0, |sum, (force, _)| {
+            *sum += force.z;
+            Some(*sum)
+        })
+        .collect();
+    loads.reverse();
+    loads
 }
 
 /// The larger one; NaN stays.
