@@ -12,6 +12,7 @@ mod lattice;
 mod local;
 pub mod machine;
 pub mod plot;
+mod relaxation;
 pub mod report;
 mod speed;
 mod trajectory;
@@ -41,10 +42,13 @@ pub enum Suite {
     Ensembles,
     /// Particle-steps per second against the number of grains, and where the time goes.
     Speed,
+    /// Contact dynamics: the residual of one step against wall time, solver by solver.
+    Relaxation,
 }
 
 impl Suite {
-    pub const ALL: [Suite; 5] = [Suite::Local, Suite::Trajectory, Suite::Invariants, Suite::Ensembles, Suite::Speed];
+    pub const ALL: [Suite; 6] =
+        [Suite::Local, Suite::Trajectory, Suite::Invariants, Suite::Ensembles, Suite::Speed, Suite::Relaxation];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -54,6 +58,7 @@ impl Suite {
             Suite::Invariants => "invariants",
             Suite::Ensembles => "ensembles",
             Suite::Speed => "speed",
+            Suite::Relaxation => "relaxation",
         }
     }
 
@@ -64,6 +69,7 @@ impl Suite {
             Suite::Invariants => invariants::run(log),
             Suite::Ensembles => ensembles::run(log),
             Suite::Speed => speed::run(log),
+            Suite::Relaxation => relaxation::run(log),
         }
     }
 }
@@ -166,6 +172,62 @@ pub struct StageRow {
     pub clock: &'static str,
 }
 
+/// How a solver of contact dynamics has fared in one step: a row of the table of relaxations.
+#[derive(Clone, Debug, Serialize)]
+pub struct RelaxationRow {
+    pub case: String,
+    /// With its order, where it has one.
+    pub solver: String,
+    pub engine: &'static str,
+    pub precision: &'static str,
+    pub grains: usize,
+    /// That carry an impulse at the end.
+    pub contacts: u64,
+    pub passes: u32,
+    /// Wall time of the relaxation, s.
+    pub seconds: f64,
+    /// Relative, at the end.
+    pub residual: f64,
+    pub contact_passes_per_second: f64,
+    /// At the first look at a residual so small; None: not reached.
+    #[serde(rename = "passes_to_1e-2")]
+    pub passes_to_1e2: Option<u32>,
+    #[serde(rename = "seconds_to_1e-2")]
+    pub seconds_to_1e2: Option<f64>,
+    #[serde(rename = "passes_to_1e-3")]
+    pub passes_to_1e3: Option<u32>,
+    #[serde(rename = "seconds_to_1e-3")]
+    pub seconds_to_1e3: Option<f64>,
+    #[serde(rename = "passes_to_1e-4")]
+    pub passes_to_1e4: Option<u32>,
+    #[serde(rename = "seconds_to_1e-4")]
+    pub seconds_to_1e4: Option<f64>,
+}
+
+impl RelaxationRow {
+    /// Passes and seconds to 1e-2, 1e-3 and 1e-4.
+    pub fn marks(&self) -> [Option<(u32, f64)>; 3] {
+        [
+            self.passes_to_1e2.zip(self.seconds_to_1e2),
+            self.passes_to_1e3.zip(self.seconds_to_1e3),
+            self.passes_to_1e4.zip(self.seconds_to_1e4),
+        ]
+    }
+}
+
+/// A point of the curve that belongs to such a row.
+#[derive(Clone, Debug, Serialize)]
+pub struct ResidualRow {
+    pub case: String,
+    pub solver: String,
+    pub engine: &'static str,
+    pub precision: &'static str,
+    /// So far; and s.
+    pub passes: u32,
+    pub seconds: f64,
+    pub residual: f64,
+}
+
 /// One number that a run gives.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Measure {
@@ -202,6 +264,9 @@ pub struct Bench {
     pub points: Vec<Point>,
     /// Of the suite `speed`.
     pub stages: Vec<StageRow>,
+    /// Of the suite `relaxation`.
+    pub relaxation: Vec<RelaxationRow>,
+    pub residuals: Vec<ResidualRow>,
 }
 
 /// Where suites put their points.
@@ -211,6 +276,8 @@ pub struct Log<'a> {
     suite: Suite,
     points: Vec<Point>,
     stages: Vec<StageRow>,
+    relaxation: Vec<RelaxationRow>,
+    residuals: Vec<ResidualRow>,
     watch: &'a mut dyn FnMut(&Point) -> ControlFlow<()>,
     interrupted: bool,
 }
@@ -315,15 +382,25 @@ pub fn run(suites: &[Suite], effort: Effort, watch: &mut dyn FnMut(&Point) -> Co
     if suites.contains(&Suite::Speed) {
         machine.measure_copies();
     }
-    let (points, stages) = (Vec::new(), Vec::new());
-    let mut log = Log { effort, machine: &machine, suite: Suite::Local, points, stages, watch, interrupted: false };
+    let mut log = Log {
+        effort,
+        machine: &machine,
+        suite: Suite::Local,
+        points: Vec::new(),
+        stages: Vec::new(),
+        relaxation: Vec::new(),
+        residuals: Vec::new(),
+        watch,
+        interrupted: false,
+    };
     for suite in suites {
         log.suite = *suite;
         suite.run(&mut log);
     }
-    let Log { mut points, stages, interrupted, .. } = log;
+    let Log { mut points, stages, relaxation, residuals, interrupted, .. } = log;
     front::mark(&mut points);
-    Bench { machine, effort, interrupted, wall_seconds: start.elapsed().as_secs_f64(), points, stages }
+    let wall_seconds = start.elapsed().as_secs_f64();
+    Bench { machine, effort, interrupted, wall_seconds, points, stages, relaxation, residuals }
 }
 
 /// An error once more, for every point that it spoils; errors are no `Clone`.

@@ -21,4 +21,4 @@ pub mod solver;
 pub use gauss_seidel::Order;
 pub use operator::{Operator, velocities};
 pub use problem::{Matrix, Problem};
-pub use solver::{Options, Solution, Solver, solve};
+pub use solver::{Options, Record, Solution, Solver, solve};

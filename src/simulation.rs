@@ -15,12 +15,12 @@ use crate::{
     laws::precision::residue_of,
     measure::{Sample, masses},
     model::{Model, Precision, Rotation},
-    plan::Plan,
+    plan::{Op, Plan},
     scene::{Assembly, Grain, Method, Surface},
     state::{ARRAYS, Array, Counters, Length, Params, Sizes, State},
 };
 use glam::DVec3;
-use rigid::Solved;
+use rigid::{Look, Solved};
 
 /// Which engine to run on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -102,6 +102,7 @@ pub struct Simulation {
     /// Contact dynamics: passes that a step may take, else 0; and how they have gone.
     most_passes: u32,
     solved: Solved,
+    looks: Vec<Look>,
 }
 
 /// Set-up and engine for a choice, and one line that says which engine and why.
@@ -181,7 +182,6 @@ impl Simulation {
     /// [`Error::Scene`] for a time step above the bound, [`Error::Device`] if there is no adapter or not enough memory.
     pub fn new(assembly: Assembly, options: Options) -> Result<Simulation> {
         let (Setup { state, plan, dt_bound }, engine, notice) = build(&assembly, &options)?;
-        let speed = assembly.grains.iter().map(|g| g.velocity.length()).fold(0.0, f64::max);
         let slots = state.sizes.slots;
         let most_passes = match assembly.solver.method {
             Method::DiscreteElements => 0,
@@ -189,8 +189,7 @@ impl Simulation {
         };
         let mut simulation = Simulation {
             wall_pace: wall_pace(&assembly, &state.params)?,
-            // Nothing is known yet of what forces will do to the speeds.
-            pace: (speed * state.params.dt).max(state.params.margin / LIFE),
+            pace: 0.0,
             widest_margin: state.params.margin,
             longest_chunk: options.longest_chunk.max(1),
             assembly,
@@ -213,13 +212,35 @@ impl Simulation {
             lost: 0,
             most_passes,
             solved: Solved::default(),
+            looks: Vec::new(),
         };
         simulation.start()?;
         Ok(simulation)
     }
 
+    /// Back to time 0, without impulses or springs, on an engine that has compiled its kernels already.
+    ///
+    /// # Errors
+    /// As [`Simulation::new`].
+    pub fn rewind(&mut self) -> Result<()> {
+        setup::fill(&mut self.state, &self.assembly);
+        let arrays = ["place", "residue", "motion", "spin", "number", "wall"];
+        let present: Vec<_> = arrays.into_iter().filter(|a| (Array::named(a).needed)(&self.state.model)).collect();
+        self.engine.write(&present, &self.state)?;
+        // Lists without entries leave no history.
+        self.engine.execute(&self.state.params, &[(&[Op::Clear("slot_start")], 1)])?;
+        let p = &mut self.state.params;
+        (p.margin, p.drift_limit) = (self.widest_margin, 0.5 * self.widest_margin);
+        (self.step, self.springs, self.planned, self.life, self.spent) = (0, 0, 1, 0, false);
+        (self.solved, self.replayed, self.lost) = (Solved::default(), 0, 0);
+        self.start()
+    }
+
     /// Lists, and velocities half a step back.
     fn start(&mut self) -> Result<()> {
+        let speed = self.assembly.grains.iter().map(|g| g.velocity.length()).fold(0.0, f64::max);
+        // Nothing is known yet of what forces will do to the speeds.
+        self.pace = (speed * self.state.params.dt).max(self.widest_margin / LIFE);
         let counters = self.run(0)?;
         if counters.bad_body > 0 {
             return Err(self.gone(counters.bad_body, self.step)?);

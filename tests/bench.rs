@@ -1,7 +1,7 @@
 //! `packstone bench` and `packstone tune`: that they run, and that errors (not times) stay where they were measured.
 
 use packstone::{
-    bench::{self, Bench, Effort, Point, StageRow, Suite, report},
+    bench::{self, Bench, Effort, Point, RelaxationRow, StageRow, Suite, report},
     engine::{Engine, Gpu, Times},
     gpu::{Arrays, Device},
     scene::Scene,
@@ -61,6 +61,7 @@ fn the_quick_benchmark_keeps_its_errors() {
         assert!(p.wall_per_simulated.unwrap() > 0.0 && p.particle_steps_per_second.unwrap() > 0.0, "{p:?}");
     }
     every_speed_has_its_bytes_and_stages(&bench);
+    every_solver_relaxes_the_bed(&bench);
     halving_the_step_of_the_cradle_divides_its_error_by_four(&bench);
     one_front_per_group(&bench);
     the_report_has_all_its_files(&bench);
@@ -92,6 +93,45 @@ fn every_speed_has_its_bytes_and_stages(bench: &Bench) {
         assert!((p.bytes_per_step.unwrap() / other - 1.0).abs() < 0.1, "{p:?}: {other}");
     }
     assert!(bench.points.iter().all(|p| p.suite == Suite::Speed || p.bytes_per_step.is_none()));
+}
+
+/// Counts and residuals. How long anything takes is not judged; but runs end when their time does, so only what was reached is
+/// compared.
+fn every_solver_relaxes_the_bed(bench: &Bench) {
+    let engines: &[&str] = if bench.machine.adapter.is_some() { &["cpu", "gpu"] } else { &["cpu"] };
+    for case in ["rigid bed 100", "rigid bed 1000"] {
+        let found = |solver: &str, engine: &str| -> &RelaxationRow {
+            let own =
+                |row: &&RelaxationRow| (row.case.as_str(), row.solver.as_str(), row.engine) == (case, solver, engine);
+            bench.relaxation.iter().find(own).unwrap_or_else(|| panic!("{case}: {solver} on the {engine} is missing"))
+        };
+        for order in ["fixed", "shuffled-once", "random-sweep", "random-sequential"] {
+            assert!(found(&format!("gauss-seidel {order}"), "cpu").passes > 0);
+        }
+        for engine in engines {
+            // Hundred passes or two to 1e-2, where plain ones take a thousand or two.
+            let plain = found("jacobi", engine);
+            for fast in ["jacobi-accelerated", "coloured-accelerated"].map(|solver| found(solver, engine)) {
+                let passes = fast.passes_to_1e2.unwrap_or(fast.passes);
+                assert!(passes < plain.passes_to_1e2.unwrap_or(u32::MAX), "{fast:?} {plain:?}");
+            }
+        }
+    }
+    assert!(bench.relaxation.iter().any(|row| row.solver == "socp"));
+    for row in &bench.relaxation {
+        let curve: Vec<_> = bench
+            .residuals
+            .iter()
+            .filter(|r| (&r.case, &r.solver, r.engine) == (&row.case, &row.solver, row.engine))
+            .collect();
+        let end = curve.last().expect("every run has a curve");
+        assert_eq!((end.passes, end.residual), (row.passes, row.residual), "{row:?}");
+        assert!(curve.len() <= 200 && curve.is_sorted_by(|a, b| a.passes <= b.passes && a.seconds <= b.seconds));
+        assert!(row.contacts as usize > row.grains && row.contact_passes_per_second > 0.0, "{row:?}");
+        if row.passes_to_1e4.is_some() {
+            assert!(row.residual <= 1e-4, "{row:?}");
+        }
+    }
 }
 
 /// Stages that device and host have timed: the same ones, equally often.
@@ -151,12 +191,19 @@ fn the_report_has_all_its_files(bench: &Bench) {
     let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
     assert_eq!(csv::Reader::from_reader(read(report::TABLE).as_bytes()).records().count(), bench.points.len());
     assert_eq!(csv::Reader::from_reader(read(report::STAGES).as_bytes()).records().count(), bench.stages.len());
+    let rows = |name: &str| csv::Reader::from_reader(read(name).as_bytes()).records().count();
+    assert_eq!(rows(report::RELAXATION), bench.relaxation.len());
+    assert_eq!(rows(report::RESIDUALS), bench.residuals.len());
     let json: serde_json::Value = serde_json::from_str(&read(report::JSON)).unwrap();
+    assert_eq!(json["relaxation"].as_array().unwrap().len(), bench.relaxation.len());
+    assert_eq!(json["residuals"].as_array().unwrap().len(), bench.residuals.len());
     assert_eq!(json["stages"].as_array().unwrap().len(), bench.stages.len());
     assert!(json["machine"]["cpu_copy_bandwidth"].as_f64().unwrap() > 0.0);
     assert_eq!(json["points"].as_array().unwrap().len(), bench.points.len());
     let text = read(report::REPORT);
-    for word in ["processor", "driver", "commit", "particle-steps/s", "★", "bytes/particle-step", "share of time"] {
+    for word in
+        ["processor", "driver", "commit", "particle-steps/s", "★", "bytes/particle-step", "share of time", "to 1e-3"]
+    {
         assert!(text.contains(word), "the report lacks `{word}`");
     }
     for suite in Suite::ALL.into_iter().filter(|s| text.contains(&format!("{}.svg", s.name()))) {

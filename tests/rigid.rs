@@ -262,6 +262,31 @@ fn many_contacts_of_one_grain() {
     }
 }
 
+/// A simulation that begins again does the same again, and its looks at the residual are those of the last step.
+#[test]
+fn rewound() {
+    for bench in engines() {
+        let mut scene = falling(rigid(3, DT, 0.4, 1e-3));
+        scene.grains = cloud(3, 4, 0.2, 5);
+        let mut simulation = bench.start(&scene);
+        simulation.advance(20).unwrap();
+        let (grains, solved) = (simulation.grains().unwrap(), *simulation.solved().unwrap());
+        let looks = simulation.looks().to_vec();
+        let last = looks.last().unwrap();
+        assert_eq!((last.passes, last.residual), (solved.last_iterations, solved.last_residual), "{}", bench.name);
+        assert!(looks.is_sorted_by(|a, b| a.passes < b.passes && a.seconds <= b.seconds), "{looks:?}");
+        simulation.rewind().unwrap();
+        assert_eq!(simulation.step(), 0);
+        simulation.advance(20).unwrap();
+        assert_eq!(simulation.grains().unwrap(), grains, "{}", bench.name);
+        assert_eq!(*simulation.solved().unwrap(), solved);
+        simulation.rewind().unwrap();
+        simulation.limit_passes(2);
+        simulation.advance(20).unwrap();
+        assert!(simulation.solved().unwrap().iterations <= 40 && solved.iterations > 40);
+    }
+}
+
 /// After steps on kept lists every contact has one place in the order of the colours, in which both of its grains find it, and no
 /// grain stands twice in a colour; the same scene run again gives the same bits.
 #[test]

@@ -1,4 +1,5 @@
-//! Dense packings of any size: lattices of grains that touch, jittered, with random velocities.
+//! Packings of any size: lattices of grains that touch, jittered, with random velocities; and one of grains that are about to
+//! touch, above a floor.
 
 use crate::scene::{Assembly, Grain};
 use glam::DVec3;
@@ -10,6 +11,10 @@ const OVERLAP: f64 = 0.005;
 const JITTER: f64 = 0.01;
 /// Largest velocity along an axis in units of radius × natural frequency of a contact: overlaps stay near half a percent.
 const SPEED: f64 = 0.005;
+
+/// Gap between the largest neighbours above a floor, over the diameter, and by how much radii differ.
+const GAP: f64 = 0.02;
+const SPREAD: f64 = 0.05;
 
 /// Fill the periodic domain with about `count` copies of the scene's grain: body-centred in space (8 contacts, solid
 /// fraction 0.69), triangular in the plane (6 contacts). The domain is made to fit; the same seed gives the same grains.
@@ -38,6 +43,28 @@ pub fn fill(scene: &Assembly, count: usize) -> Assembly {
     };
     filled.grains = places.into_iter().map(grain).collect();
     filled
+}
+
+/// Put about `count` copies of the scene's grain above a floor at height 0, as high as wide: body-centred, jittered, radii up to
+/// `SPREAD` smaller, none in touch. The sides of the domain are made to fit.
+pub fn pile(scene: &Assembly, count: usize) -> Assembly {
+    let mut piled = scene.clone();
+    let first = scene.grains[0];
+    let (places, upper) = body_centred(count, 2.0 * first.radius * (1.0 + GAP));
+    for axis in [0, 1] {
+        (piled.domain.lower[axis], piled.domain.upper[axis]) = (0.0, upper[axis]);
+    }
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    // Two neighbours come closer by at most the diagonal of twice the jitter.
+    let jitter = first.radius * GAP / 3.0_f64.sqrt();
+    let mut grain = |place: DVec3| {
+        let scatter = DVec3::from_array(std::array::from_fn(|_| random.random_range(-jitter..jitter)));
+        let mut position = place + scatter + (1.0 + GAP) * first.radius * DVec3::Z;
+        [0, 1].into_iter().for_each(|axis| position[axis] = position[axis].rem_euclid(upper[axis]));
+        Grain { position, radius: first.radius * (1.0 - random.random_range(0.0..SPREAD)), ..first }
+    };
+    piled.grains = places.into_iter().map(&mut grain).collect();
+    piled
 }
 
 fn body_centred(count: usize, spacing: f64) -> (Vec<DVec3>, DVec3) {

@@ -30,7 +30,8 @@ impl Backend {
         if self == Backend::GpuSingle { Precision::Single } else { Precision::Double }
     }
 
-    fn options(self) -> Options {
+    /// For a simulation.
+    pub fn options(self) -> Options {
         let engine = if self == Backend::Cpu { EngineChoice::Cpu } else { EngineChoice::Gpu };
         Options { engine, precision: self.precision(), ..Options::default() }
     }

@@ -15,7 +15,8 @@ use std::{ops::ControlFlow, path::PathBuf, process::ExitCode};
     trajectory  closed forms, and a collapse against a fine reference\n  \
     invariants  energy and momenta of elastic gases, energy balance of rough grains\n  \
     ensembles   settled beds, averaged over seeds\n  \
-    speed       particle-steps/s against the number of grains, stage by stage\n\n\
+    speed       particle-steps/s against the number of grains, stage by stage\n  \
+    relaxation  contact dynamics: residual of a step against wall time, solver by solver\n\n\
     Examples:\n  packstone bench --quick\n  packstone bench trajectory speed --out out/here\n\n\
     Ctrl-C ends after the run that is under way, with a report of what was measured; a second one at once, without.")]
 pub struct BenchArgs {
@@ -68,7 +69,7 @@ fn in_order(suites: &[Suite]) -> Vec<Suite> {
 
 fn line(point: &Point) -> String {
     let Point { case, quantity, engine, precision, dt_over_auto, unit, .. } = point;
-    let setting = format!("{case}: {engine} {precision}, dt × {dt_over_auto}");
+    let setting = format!("{case}: {engine} {precision}, dt × {}", (1e4 * dt_over_auto).round() / 1e4);
     match (point.error, point.particle_steps_per_second) {
         (Some(error), Some(rate)) => format!("{setting}: {quantity} {error:.2e} {unit}, {rate:.2e} particle-steps/s"),
         (None, Some(rate)) => format!("{setting}: {quantity}, {}, {rate:.2e} particle-steps/s", point.status),

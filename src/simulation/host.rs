@@ -1,8 +1,8 @@
 //! A step of contact dynamics by the solvers of [`crate::cd`], in f64 on the host: grains in place of a matrix.
 
-use super::Simulation;
+use super::{Simulation, rigid::Look};
 use crate::{
-    cd::{Operator, Options, Problem, Solution, Solver, gauss_seidel, solve},
+    cd::{Operator, Options, Problem, Record, Solution, Solver, gauss_seidel, solve},
     error::Result,
     laws::{
         materials::pair_of,
@@ -14,6 +14,7 @@ use crate::{
     state::{INDEX, Motion, Packed, Spin, State},
 };
 use glam::{DMat3, DVec3};
+use std::time::Instant;
 
 /// A contact of the grain with the smaller index, `first`.
 struct Meeting {
@@ -194,9 +195,12 @@ pub(super) fn on_engine(solver: Solver) -> bool {
     matches!(solver, Solver::Jacobi | Solver::JacobiAccelerated | Solver::ColouredAccelerated)
 }
 
-/// Solve the contacts that a state has met, and leave impulses and velocities in it. The answer is the passes it took.
-fn solve_state(s: &mut State, relaxation: &Relaxation, step: u64) -> Result<u32> {
+/// Solve the contacts that a state has met, and leave impulses and velocities in it. Times in the answer are since `began`.
+fn solve_state(s: &mut State, relaxation: &Relaxation, step: u64, began: Instant) -> Result<Solution> {
     let grains = Grains::new(s);
+    if grains.is_empty() {
+        return Ok(Solution::default());
+    }
     let start: Vec<DVec3> = grains.meetings.iter().map(|m| m.in_frame(s.spring[m.slot].0)).collect();
     let options = Options {
         tolerance: relaxation.tolerance,
@@ -205,11 +209,14 @@ fn solve_state(s: &mut State, relaxation: &Relaxation, step: u64) -> Result<u32>
         seed: step,
         ..Options::default()
     };
-    let solution: Solution = match relaxation.solver {
-        _ if grains.is_empty() => return Ok(0),
-        Solver::GaussSeidel => gauss_seidel::solve(&grains, start, &options),
-        solver => solve(&Problem::of(&grains)?, solver, &options)?,
+    let swept = relaxation.solver == Solver::GaussSeidel;
+    let problem = if swept { None } else { Some(Problem::of(&grains)?) };
+    let before = began.elapsed().as_secs_f64();
+    let mut solution = match &problem {
+        None => gauss_seidel::solve(&grains, start, &options),
+        Some(problem) => solve(problem, relaxation.solver, &options)?,
     };
+    solution.history.iter_mut().for_each(|record| record.seconds += before);
     let mut state = grains.free();
     grains.set(&mut state, &solution.r);
     for (i, (v, spin)) in state.into_iter().enumerate() {
@@ -225,12 +232,12 @@ fn solve_state(s: &mut State, relaxation: &Relaxation, step: u64) -> Result<u32>
             s.spring[slot] = Packed(-impulse);
         }
     }
-    Ok(solution.passes as u32)
+    Ok(solution)
 }
 
 impl Simulation {
-    /// All passes of a step.
-    pub(super) fn relax_on_host(&mut self, relaxation: &Relaxation) -> Result<u32> {
+    /// All passes of a step, after those that it took before: how many there are now.
+    pub(super) fn relax_on_host(&mut self, relaxation: &Relaxation, passes: u32, began: Instant) -> Result<u32> {
         const READ: [&str; 12] = [
             "place",
             "motion",
@@ -250,9 +257,11 @@ impl Simulation {
         };
         let names = present(&READ, &self.state);
         self.engine.read(&names, &mut self.state)?;
-        let passes = solve_state(&mut self.state, relaxation, self.step)?;
+        let solution = solve_state(&mut self.state, relaxation, self.step, began)?;
+        let look = |r: &Record| Look { passes: passes + r.pass as u32, residual: r.residual, seconds: r.seconds };
+        self.looks.extend(solution.history.iter().map(look));
         let names = present(&["spring", "trial", "trial_spin"], &self.state);
         self.engine.write(&names, &self.state)?;
-        Ok(passes)
+        Ok(passes + solution.passes as u32)
     }
 }

@@ -4,8 +4,9 @@ use super::{Simulation, host};
 use crate::{
     error::{Error, Result},
     scene::Method,
-    state::{ARRAYS, Length},
+    state::{ARRAYS, Length, Relaxation},
 };
+use std::time::Instant;
 
 /// Fewest and most passes that are begun without a look at the residual.
 const LEAST_AT_ONCE: u32 = 4;
@@ -38,6 +39,17 @@ pub struct Solved {
     pub last_residual: f64,
     /// Largest friction beyond the Coulomb limit over the largest normal impulse, of the last step.
     pub last_excess: f64,
+}
+
+/// What the host has seen of the relaxation of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// Passes so far.
+    pub passes: u32,
+    /// Relative residual of the natural map.
+    pub residual: f64,
+    /// Wall time since contacts were looked for in the lists, s.
+    pub seconds: f64,
 }
 
 impl Simulation {
@@ -82,6 +94,8 @@ impl Simulation {
     /// Passes until the step is solved, or its iterations are used up: how many, the residual and the Coulomb excess that are
     /// left.
     fn relax(&mut self) -> Result<(u32, f64, f64)> {
+        let began = Instant::now();
+        self.looks.clear();
         let tolerance = self.state.params.tolerance;
         let params = self.params();
         let (begin, meet) = ((&self.plan.begin[..], 1), (&self.plan.meet[..], 1));
@@ -99,10 +113,9 @@ impl Simulation {
         {
             let mut passes = 0;
             for round in 1.. {
-                passes += self.relax_on_host(&relaxation)?;
+                passes = self.relax_on_host(&relaxation, passes, began)?;
                 self.engine.execute(&params, &[(&self.plan.judge, 1)])?;
-                self.engine.read(&["relaxation"], &mut self.state)?;
-                let judged = self.state.relaxation[0];
+                let judged = self.look(began, |_| passes)?;
                 // Pairs that were left out may have met; then once more, with them.
                 if judged.residual <= tolerance || round == ROUNDS {
                     return Ok((passes, judged.residual, judged.excess));
@@ -119,8 +132,7 @@ impl Simulation {
             let pass = [(&self.plan.sweep[..], colours), (&self.plan.relax, 1)];
             let batched = (0..batch).flat_map(|_| pass).chain([(&self.plan.judge[..], 1)]);
             self.engine.execute(&params, &batched.collect::<Vec<_>>())?;
-            self.engine.read(&["relaxation"], &mut self.state)?;
-            let relaxation = self.state.relaxation[0];
+            let relaxation = self.look(began, |relaxation| relaxation.passes)?;
             passes = relaxation.passes;
             if relaxation.residual <= tolerance || passes >= self.most_passes || relaxation.residual.is_nan() {
                 return Ok((passes, relaxation.residual, relaxation.excess));
@@ -137,6 +149,15 @@ impl Simulation {
                 .clamp(LEAST_AT_ONCE, MOST_AT_ONCE);
             seen = (passes, relaxation.residual);
         }
+    }
+
+    /// Read what the last judgement has found, and keep it with the passes so far and the time.
+    fn look(&mut self, began: Instant, passes: impl Fn(&Relaxation) -> u32) -> Result<Relaxation> {
+        self.engine.read(&["relaxation"], &mut self.state)?;
+        let judged = self.state.relaxation[0];
+        let seconds = began.elapsed().as_secs_f64();
+        self.looks.push(Look { passes: passes(&judged), residual: judged.residual, seconds });
+        Ok(judged)
     }
 
     /// Give colours to all contacts that have none, and put them in order: how many colours there are. 0 if contacts are not
@@ -167,6 +188,18 @@ impl Simulation {
                 coloured = palette.contacts;
             }
         }
+    }
+
+    /// From now on a step of contact dynamics may take this many passes.
+    pub fn limit_passes(&mut self, most: u32) {
+        if let Method::ContactDynamics(relaxation) = &mut self.assembly.solver.method {
+            (relaxation.max_iterations, self.most_passes) = (most.max(1), most.max(1));
+        }
+    }
+
+    /// The residual of the last step as its relaxation went on; the last entry is what it ended with.
+    pub fn looks(&self) -> &[Look] {
+        &self.looks
     }
 
     /// How the contacts have been solved so far; None outside of contact dynamics.

@@ -202,7 +202,8 @@ fn anchor(surface: &Surface, middle: DVec3) -> DVec3 {
     }
 }
 
-fn fill(state: &mut State, assembly: &Assembly) {
+/// The grains, walls and materials of a scene.
+pub(super) fn fill(state: &mut State, assembly: &Assembly) {
     let dimension = state.model.dimension;
     for (i, grain) in assembly.grains.iter().enumerate() {
         let density = assembly.materials[grain.material as usize].density;

@@ -1,6 +1,6 @@
 //! What the report says of speed beyond its table: growth with size, two against three dimensions, and the stages.
 
-use super::{percent, short};
+use super::{met, percent, short};
 use crate::bench::{Point, StageRow};
 use std::fmt::Write;
 
@@ -12,8 +12,9 @@ const LARGE: usize = 5000;
 /// Stages that take less of the time are left to the table on disk.
 const SMALL: f64 = 1e-3;
 
-/// All that follows the table.
+/// The table, and what it comes to.
 pub fn write(text: &mut String, points: &[&Point], stages: &[StageRow]) {
+    super::table(text, points);
     let largest = largest(points);
     for last in &largest {
         growth(text, points, last);
@@ -65,10 +66,6 @@ fn pairs<'a>(points: &[&'a Point]) -> impl Iterator<Item = (&'a Point, &'a Point
     disks
         .into_iter()
         .filter_map(move |d| Some((d, spheres.iter().copied().find(|s| alike(d, s) && size(d) == size(s))?)))
-}
-
-fn met(yes: bool) -> &'static str {
-    if yes { "met" } else { "missed" }
 }
 
 fn growth(text: &mut String, points: &[&Point], last: &Point) {
