@@ -88,9 +88,9 @@ impl FromStr for Suite {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Effort {
-    /// Two minutes on two cores.
+    /// Two and a half minutes on two cores.
     Quick,
-    /// Half an hour on two cores.
+    /// Three quarters of an hour on two cores.
     Full,
 }
 

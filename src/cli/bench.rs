@@ -23,7 +23,7 @@ pub struct BenchArgs {
     /// What to measure [default: all]
     #[arg(value_name = "SUITE")]
     suites: Vec<Suite>,
-    /// Fewer and smaller cases: at most two minutes on two cores
+    /// Fewer and smaller cases: two and a half minutes on two cores
     #[arg(long)]
     quick: bool,
     /// Folder for table, plots and report
@@ -35,7 +35,7 @@ pub struct BenchArgs {
 }
 
 pub fn bench(args: &BenchArgs) -> anyhow::Result<ExitCode> {
-    // A folder that cannot be had is better noticed before half an hour than after it.
+    // A folder that cannot be had is better noticed before three quarters of an hour than after it.
     std::fs::create_dir_all(&args.out).map_err(|source| packstone::Error::Io { path: args.out.clone(), source })?;
     listen()?;
     let suites = if args.suites.is_empty() { Suite::ALL.to_vec() } else { in_order(&args.suites) };
