@@ -132,8 +132,8 @@ impl Simulation {
         let mut seen = (0, f64::INFINITY);
         loop {
             batch = batch.min(self.most_passes - passes);
-            if colours > 0 {
-                batch = batch.min(MOST_BY_COLOURS).min((MOST_SWEEPS / colours).max(1));
+            if let Some(most) = MOST_SWEEPS.checked_div(colours) {
+                batch = batch.min(MOST_BY_COLOURS).min(most.max(1));
             }
             let pass = [(&self.plan.sweep[..], colours), (&self.plan.relax, 1)];
             let batched = (0..batch).flat_map(|_| pass).chain([(&self.plan.judge[..], 1)]);
