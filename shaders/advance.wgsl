@@ -2,9 +2,6 @@
 // One step: contact forces at step n, gathered in ascending order of the other's id, then leapfrog with global damping,
 // implicit at the half step: n - 1/2 to n + 1/2 (2.19), n to n + 1 (2.20). A step after which the lists may miss a
 // neighbour, or after which a grain is lost, is the last: it halts the steps that follow in the chunk.
-var<storage, read_write> place_next: array<Place>;   // N
-var<storage, read_write> motion_next: array<Motion>; // N
-var<storage, read_write> travel: array<Real>;        // N, m: way since the lists were made
 var<storage, read> halt: u32;
 var<storage, read_write> halt_next: atomic<u32>;
 
@@ -65,18 +62,9 @@ fn advance(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
     }
     let v = advanced(here.motion, sum.force);
     let point = wrapped(moved(here.place.x, here.residue.x, params.dt * v));
-    place_next[i] = Place(point.x, here.place.radius);
-    keep_residue(i, Residue(point.residue, here.residue.radius));
     motion_next[i] = Motion(v, here.motion.inverse_mass);
     keep_spin(i, advanced_spin(here, sum.torque));
-    let stride = params.dt * sqrt(dot(v, v));
-    let way = travel[i] + stride;
-    travel[i] = way;
-    lost |= outside(point.x, params.lower, params.upper) || !(stride <= params.step_limit);
-    if (lost) {
-        atomicMax(&counters.bad_body, params.bodies - number[i]);
-    }
-    if (lost || !(way <= params.drift_limit)) {
+    if (arrive(i, here, point, params.dt * sqrt(dot(v, v)), lost)) {
         atomicStore(&halt_next, 1u);
     }
 }

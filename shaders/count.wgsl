@@ -24,7 +24,7 @@ fn count(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
         let cells = span(home, k);
         let last = cell_start[cells.y];
         for (var j = cell_start[cells.x]; j < last; j++) {
-            if (within(here, place[j], reach) && j != i) {
+            if (within(here, place[j], reach) && !same_grain(i, j)) {
                 slots++;
             }
         }

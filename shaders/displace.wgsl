@@ -1,10 +1,7 @@
 // twin: src/kernels/displace.rs
 // Contact dynamics 8: the end of a step, positions n to n + 1 with the velocities n + 1.
 var<storage, read_write> trial: array<Motion>;       // N, m/s, 1/kg
-var<storage, read_write> place_next: array<Place>;   // N
-var<storage, read_write> motion_next: array<Motion>; // N
 var<storage, read_write> halt: atomic<u32>;
-var<storage, read_write> travel: array<Real>;        // N, m: way since the lists were made
 
 @compute @workgroup_size(WG)
 fn displace(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
@@ -24,22 +21,12 @@ fn displace(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroup
         let impulse = kept_spring(slot);
         flag(slot, entry, any(impulse != Vec()));
     }
-    let here = place[i];
-    let residue = residue_of(i);
+    let here = body(i);
     let v = trial[i].v;
-    let point = wrapped(moved(here.x, residue.x, params.dt * v));
-    place_next[i] = Place(point.x, here.radius);
-    keep_residue(i, Residue(point.residue, residue.radius));
-    motion_next[i] = Motion(v, motion[i].inverse_mass);
+    let point = wrapped(moved(here.place.x, here.residue.x, params.dt * v));
+    motion_next[i] = Motion(v, here.motion.inverse_mass);
     keep_spin(i, trial_spin_of(i));
-    let stride = params.dt * sqrt(dot(v, v));
-    let way = travel[i] + stride;
-    travel[i] = way;
-    let lost = outside(point.x, params.lower, params.upper) || !(stride <= params.step_limit);
-    if (lost) {
-        atomicMax(&counters.bad_body, params.bodies - number[i]);
-    }
-    if (lost || !(way <= params.drift_limit)) {
+    if (arrive(i, here, point, params.dt * sqrt(dot(v, v)), false)) {
         atomicStore(&halt, 1u); // the host will take the step back, and walls must not have moved
     }
 }

@@ -1,7 +1,5 @@
 // twin: src/kernels/half_kick.rs
 // Velocities from time 0 to -1/2.
-var<storage, read_write> motion_next: array<Motion>; // N
-
 @compute @workgroup_size(WG)
 fn half_kick(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(id, groups);

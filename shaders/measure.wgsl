@@ -1,19 +1,5 @@
 // twin: src/kernels/measure.rs
 // Sums over free grains at step n, in a fixed order: row p adds up grains p, p + parts, p + 2 parts, …
-var<storage, read_write> part: array<Part>;      // parts
-
-struct Part {
-    kinetic: Real,       // J, velocities brought to step n
-    potential: Real,     // J
-    elastic: Real,       // J, normal and tangential springs
-    net_force: Real,     // N, sum of |total force| over free grains
-    contact_force: Real, // N, sum of |spring force| over contacts
-    dissipation: Real,   // W, of dashpots, sliding, contacts that open and global damping
-    overlap: Real,       // largest overlap over the smaller radius
-    sides: u32,          // contacts of free grains; one between two free grains is seen twice
-    single_sides: u32,   // those of them with a wall or a fixed grain
-}
-
 @compute @workgroup_size(WG)
 fn measure(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let p = linear(id, groups);
@@ -62,14 +48,11 @@ fn measure(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
             sum.sides += 1u;
             sum.single_sides += select(0u, 1u, single);
         }
-        let v = velocity_now(here, force);
-        let kinetic = 0.5 * dot(v, v) / inverse_mass + spin_energy(here, spin_now(here, torque));
-        let total = force + params.gravity / inverse_mass;
-        sum.kinetic += kinetic;
-        sum.potential -= dot(params.gravity, here.place.x + here.residue.x) / inverse_mass;
-        sum.net_force += sqrt(dot(total, total));
-        // Dashpots know the velocities of half a step ago, but it is those of now that they work against.
-        sum.dissipation += 2 * params.damping * kinetic - dot(drag, v - here.motion.v);
+        let own = energies(here, Gathered(force, torque), drag);
+        sum.kinetic += own.kinetic;
+        sum.potential += own.potential;
+        sum.net_force += own.net_force;
+        sum.dissipation += own.dissipation;
     }
     part[p] = sum;
 }

@@ -53,7 +53,7 @@ fn neighbours(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgro
         let cells = span(home, k);
         let last = cell_start[cells.y];
         for (var j = cell_start[cells.x]; j < last; j++) {
-            if (within(here, place[j], params.margin) && j != i) {
+            if (within(here, place[j], params.margin) && !same_grain(i, j)) {
                 if (slot == end) {
                     missed++;
                     continue;

@@ -18,6 +18,12 @@ struct Point {
     residue: Vec, // m
 }
 
+/// An attitude: in single precision a multiple of some quantum and a residue.
+struct Turning {
+    q: Attitude,
+    residue: Attitude,
+}
+
 struct Motion {
     v: Vec,             // m/s, at the half step n - 1/2
     inverse_mass: Real, // 1/kg; 0 for a fixed grain
@@ -49,6 +55,8 @@ struct Params {
     blur: Real,             // m, what a distance may be off if residues are left out
     split: Real,            // m, a power of two: lengths up to the largest contact distance are 15 bits of it and a rest
     inverse_split: Real,    // 1/m
+    arm_unit: Real,         // m, a power of two: arms of clumps are 22 bits of it and a rest
+    inverse_arm_unit: Real, // 1/m
     step_limit: Real,       // m, no grain may go further in a step
     drift_limit: Real,      // m, lists are good while no grain has moved further than this
     tolerance: Real,        // contact dynamics: relative residual at which a step is solved
@@ -58,7 +66,10 @@ struct Params {
     @align(16) pair: Pair,  // the pair parameters of a scene with one material
     axes: vec3<u32>,        // of the grid: along which of x, y, z its 1st, 2nd and 3rd coordinate count
     cells: vec3<u32>,       // per axis of the grid, which wraps around on all of them
-    bodies: u32,            // grains
+    bodies: u32,            // grains; members of clumps
+    clumps: u32,
+    arm_shift: u32,         // the quantum is 2^this units of arms (at most 2^26; 0 if it is less than one)
+    arm_shift_fine: u32,    // and 2^this of their fine units, which are 2^-11 units
     walls: u32,
     materials: u32,
     parts: u32,             // rows of the measurement

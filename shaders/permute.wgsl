@@ -1,9 +1,6 @@
 // twin: src/kernels/permute.rs
 // Grains into the order of the cells, so that neighbours are close in memory.
-var<storage, read_write> place_next: array<Place>;   // N
-var<storage, read_write> motion_next: array<Motion>; // N
 var<storage, read_write> number_next: array<u32>;    // N
-var<storage, read_write> travel: array<Real>;        // N, m: counted anew
 
 @compute @workgroup_size(WG)
 fn permute(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
@@ -19,4 +16,5 @@ fn permute(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
     keep_spin(i, here.spin);
     number_next[i] = number[old];
     travel[i] = 0;
+    keep_index(number[old], i);
 }

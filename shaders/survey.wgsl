@@ -1,8 +1,6 @@
 // twin: src/kernels/survey.rs
 // The end of a chunk: how far grains went, which tells the host how long lists may live, and how many springs the
 // history must hold when they are made anew.
-var<storage, read> travel: array<Real>; // N, m
-
 @compute @workgroup_size(WG)
 fn survey(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(id, groups);

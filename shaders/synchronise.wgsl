@@ -1,7 +1,5 @@
 // twin: src/kernels/synchronise.rs
 // Velocities and spins at the time of the positions, for people; the simulation goes on with those of the half step.
-var<storage, read_write> motion_next: array<Motion>; // N, m/s, at step n
-
 @compute @workgroup_size(WG)
 fn synchronise(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(id, groups);

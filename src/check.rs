@@ -10,8 +10,15 @@ use crate::{
     gpu::Device,
     kernels::Stage,
     laws::{
-        boundary::between, contact::way_to, grid::for_candidates, materials::pair_of, normal::normal_force,
-        precision::residue_of, touch::touch_grain, walls::touch_wall,
+        boundary::between,
+        contact::way_to,
+        grains::{labels, same_grain},
+        grid::for_candidates,
+        materials::pair_of,
+        normal::normal_force,
+        precision::residue_of,
+        touch::touch_grain,
+        walls::touch_wall,
     },
     measure::Sample,
     model::Precision,
@@ -201,7 +208,8 @@ impl Checker<'_> {
             return Ok(());
         };
         let undecided = match stage.name {
-            "advance" | "forces" | "synchronise" | "measure" => undecided(self.state, self.precision),
+            "advance" | "forces" | "synchronise" | "measure" | "load" => undecided(self.state, self.precision),
+            "synchronise_clumps" | "measure_clumps" => undecided_clumps(self.state, self.precision),
             "count" | "neighbours" => at_the_reach(self.state, self.precision),
             _ => Vec::new(),
         };
@@ -240,11 +248,10 @@ impl Checker<'_> {
     fn tolerance(&self, stage: &Stage, array: &str, overlap: f64) -> f64 {
         let epsilon = epsilon(self.precision);
         match (stage.name, array) {
-            ("advance" | "forces" | "synchronise" | "measure", _)
-                if overlap > 0.0 && self.precision == Precision::Double =>
-            {
-                16.0 * epsilon * (1.0 / overlap).max(1.0)
-            }
+            (
+                "advance" | "load" | "forces" | "synchronise" | "synchronise_clumps" | "measure" | "measure_clumps",
+                _,
+            ) if overlap > 0.0 && self.precision == Precision::Double => 16.0 * epsilon * (1.0 / overlap).max(1.0),
             // Sums of small differences, some of either sign.
             ("relax" | "follow" | "judge" | "probe", "effort") | ("sweep", "miss") => 1e4 * epsilon,
             _ => 64.0 * epsilon,
@@ -299,6 +306,12 @@ fn undecided(s: &State, precision: Precision) -> Vec<bool> {
     (0..s.sizes.bodies).map(|i| entries(s, i).any(|e| e.overlap.abs() < limit)).collect()
 }
 
+/// Clumps with such a member.
+fn undecided_clumps(s: &State, precision: Precision) -> Vec<bool> {
+    let members = undecided(s, precision);
+    (0..s.sizes.clumps).map(|c| labels(s, c).any(|label| members[s.whereabouts[label] as usize])).collect()
+}
+
 /// Grains with a neighbour so close to the reach of the lists that rounding decides whether it is listed.
 fn at_the_reach(s: &State, precision: Precision) -> Vec<bool> {
     let rounding = 16.0 * epsilon(precision);
@@ -317,7 +330,7 @@ fn at_the_reach(s: &State, precision: Precision) -> Vec<bool> {
     };
     let near = |i: usize| {
         let mut near = false;
-        for_candidates(s, s.place[i].x, |j| near |= j != i && grain(i, j));
+        for_candidates(s, s.place[i].x, |j| near |= !same_grain(s, i, j) && grain(i, j));
         near
     };
     (0..s.sizes.bodies).map(|i| near(i) || s.wall[..s.sizes.walls].iter().any(|w| wall(i, w))).collect()
@@ -336,8 +349,11 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
         s.column(array).lanes(dims, &mut |x| lanes.push(x));
         lanes
     };
-    if array == "residue_next" {
-        return positions(twin, device, undecided);
+    match array {
+        "residue_next" => return positions(twin, device, undecided),
+        "center_residue_next" => return centers(twin, device),
+        "attitude_residue_next" => return attitudes(twin, device),
+        _ => {}
     }
     let (mut a, mut b) = (lanes(twin), lanes(device));
     if stage.unordered.contains(&array) {
@@ -354,7 +370,12 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
             "force" | "torque" | "motion_next" | "spin_next" | "place_next" | "travel",
         ) => undecided[k / width],
         ("count", "slot_start") => undecided.get(k).is_some_and(|u| *u),
-        ("advance" | "neighbours", "spring" | "neighbour") => undecided[owner(twin, k / width)],
+        ("load", "pull" | "twist") | ("synchronise_clumps", "clump_motion_next" | "clump_spin_next") => {
+            undecided[k / width]
+        }
+        ("synchronise_clumps", _) => undecided[twin.owner[twin.number[k / width] as usize] as usize],
+        ("measure_clumps", _) => (k / width..undecided.len()).step_by(crate::state::PARTS).any(|c| undecided[c]),
+        ("advance" | "load" | "neighbours", "spring" | "neighbour") => undecided[owner(twin, k / width)],
         ("measure", _) => (k / width..undecided.len()).step_by(crate::state::PARTS).any(|i| undecided[i]),
         _ => false,
     };
@@ -367,8 +388,10 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
     // many times a grain's weight balance to it.
     let contact_force = || (0..twin.sizes.bodies).flat_map(|i| entries(twin, i)).map(|e| e.force).fold(0.0, f64::max);
     let floor = match (stage.name, array) {
-        ("advance" | "forces", "force" | "spring") => contact_force(),
-        ("forces", "torque") => contact_force() * twin.place.iter().map(|p| p.radius).fold(0.0, f64::max),
+        ("advance" | "load" | "forces", "force" | "spring" | "pull") => contact_force(),
+        ("load" | "forces", "torque" | "twist") => {
+            contact_force() * twin.place.iter().map(|p| p.radius).fold(0.0, f64::max)
+        }
         // A residue is what is left of a step when whole quanta are taken off.
         ("move_walls", "wall") => {
             let step = |wall: &Wall| twin.params.dt * wall.velocity.length();
@@ -435,12 +458,41 @@ fn counters(a: &[f64], b: &[f64]) -> (f64, f64) {
 /// lost. (Either part alone may differ by a whole unit in the last place of the position.)
 fn positions(twin: &State, device: &State, undecided: &[bool]) -> (f64, f64) {
     let largest = twin.motion_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * twin.params.dt;
-    let (mut worst, mut squares) = (0.0_f64, 0.0);
-    for i in (0..twin.sizes.bodies).filter(|i| !undecided.get(*i).is_some_and(|u| *u)) {
+    let decided = (0..twin.sizes.bodies).filter(|i| !undecided.get(*i).is_some_and(|u| *u));
+    let difference = |i: usize| {
         let rest = twin.residue_next[i].x - device.residue_next[i].x;
-        let difference = ((twin.place_next[i].x - device.place_next[i].x) + rest).abs().max_element();
+        ((twin.place_next[i].x - device.place_next[i].x) + rest).abs().max_element()
+    };
+    worst_and_rms(decided.map(difference), largest)
+}
+
+/// The same for the centres of clumps.
+fn centers(twin: &State, device: &State) -> (f64, f64) {
+    let largest = twin.clump_motion_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * twin.params.dt;
+    let difference = |c: usize| {
+        let rest = twin.center_residue_next[c] - device.center_residue_next[c];
+        ((twin.center_next[c] - device.center_next[c]) + rest).abs().max_element()
+    };
+    worst_and_rms((0..twin.sizes.clumps).map(difference), largest)
+}
+
+/// The same for their attitudes, over the largest turn of this step.
+fn attitudes(twin: &State, device: &State) -> (f64, f64) {
+    let largest = twin.clump_spin_next.iter().map(|w| w.0.abs().max_element()).fold(0.0, f64::max);
+    let difference = |c: usize| {
+        let rest = twin.attitude_residue_next[c].0 - device.attitude_residue_next[c].0;
+        ((twin.attitude_next[c].0 - device.attitude_next[c].0) + rest).abs().max_element()
+    };
+    worst_and_rms((0..twin.sizes.clumps).map(difference), 0.5 * largest * twin.params.dt)
+}
+
+/// The largest difference and their root mean square, over a scale.
+fn worst_and_rms(differences: impl Iterator<Item = f64>, scale: f64) -> (f64, f64) {
+    let (mut worst, mut squares, mut count) = (0.0_f64, 0.0, 0.0_f64);
+    for difference in differences {
         worst = if difference.is_nan() { f64::INFINITY } else { worst.max(difference) };
         squares += difference * difference;
+        count += 1.0;
     }
-    if worst == 0.0 { (0.0, 0.0) } else { (worst / largest, (squares / twin.sizes.bodies as f64).sqrt() / largest) }
+    if worst == 0.0 { (0.0, 0.0) } else { (worst / scale, (squares / count).sqrt() / scale) }
 }

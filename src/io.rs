@@ -9,7 +9,7 @@ pub mod vtp;
 use crate::{
     error::{Error, Result},
     measure::Sample,
-    scene::{Grain, Material, Output},
+    scene::{Assembly, Clump, Grain, Material, Output, Shape},
 };
 use std::{
     fs::{self, File},
@@ -20,6 +20,7 @@ use summary::Summary;
 
 pub const HISTORY: &str = "history.csv";
 pub const FINAL: &str = "final.csv";
+pub const MEMBERS: &str = "members.csv";
 pub const SUMMARY: &str = "summary.json";
 pub const SERIES: &str = "packstone.pvd";
 
@@ -28,6 +29,9 @@ pub struct Results {
     folder: PathBuf,
     output: Output,
     materials: Vec<Material>,
+    shapes: Vec<Shape>,
+    /// The clumps of the grains; empty without clumps.
+    owners: Vec<u32>,
     history: csv::History,
     /// Snapshots so far: time and file name.
     series: Vec<(f64, String)>,
@@ -38,7 +42,7 @@ impl Results {
     ///
     /// # Errors
     /// [`Error::Io`], here and in all functions below.
-    pub fn create(folder: &Path, output: Output, materials: &[Material]) -> Result<Results> {
+    pub fn create(folder: &Path, assembly: &Assembly) -> Result<Results> {
         fs::create_dir_all(folder).map_err(at(folder))?;
         for entry in fs::read_dir(folder).map_err(at(folder))? {
             let path = entry.map_err(at(folder))?.path();
@@ -47,7 +51,15 @@ impl Results {
             }
         }
         let history = csv::History::create(&folder.join(HISTORY))?;
-        Ok(Results { folder: folder.to_owned(), output, materials: materials.to_vec(), history, series: Vec::new() })
+        Ok(Results {
+            folder: folder.to_owned(),
+            output: assembly.output,
+            materials: assembly.materials.clone(),
+            shapes: assembly.shapes.clone(),
+            owners: assembly.owners(),
+            history,
+            series: Vec::new(),
+        })
     }
 
     /// A row of the history; `rate` is in particle-steps/s since the row before.
@@ -59,17 +71,21 @@ impl Results {
     pub fn snapshot(&mut self, time: f64, grains: &[Grain]) -> Result<()> {
         if self.output.vtp {
             let name = format!("snapshot_{:06}.vtp", self.series.len());
-            write(&self.folder.join(&name), |file| vtp::write(file, time, grains))?;
+            write(&self.folder.join(&name), |file| vtp::write(file, time, grains, &self.owners))?;
             self.series.push((time, name));
         }
         Ok(())
     }
 
-    /// Everything that is written once, at the end.
-    pub fn finish(self, summary: &Summary, grains: &[Grain]) -> Result<()> {
+    /// Everything that is written once, at the end. With clumps `final.csv` has them, and `members.csv` their members.
+    pub fn finish(self, summary: &Summary, grains: &[Grain], clumps: &[Clump]) -> Result<()> {
         self.history.finish()?;
         if self.output.csv {
-            csv::write_grains(&self.folder.join(FINAL), grains, &self.materials)?;
+            let grains_file = if clumps.is_empty() { FINAL } else { MEMBERS };
+            csv::write_grains(&self.folder.join(grains_file), grains, &self.materials)?;
+        }
+        if self.output.csv && !clumps.is_empty() {
+            csv::write_clumps(&self.folder.join(FINAL), clumps, &self.shapes, &self.materials)?;
         }
         if self.output.vtp {
             write(&self.folder.join(SERIES), |file| vtp::write_series(file, &self.series))?;
@@ -85,7 +101,7 @@ impl Results {
 fn is_ours(name: &str) -> bool {
     let name = name.strip_suffix(".part").unwrap_or(name);
     let number = name.strip_prefix("snapshot_").and_then(|rest| rest.strip_suffix(".vtp"));
-    [HISTORY, FINAL, SUMMARY, SERIES].contains(&name) || number.is_some_and(|n| n.parse::<u64>().is_ok())
+    [HISTORY, FINAL, MEMBERS, SUMMARY, SERIES].contains(&name) || number.is_some_and(|n| n.parse::<u64>().is_ok())
 }
 
 /// What a file is called until it is complete.

@@ -6,10 +6,12 @@
 mod advance;
 mod arrange;
 mod bin;
+mod carry;
 mod conclude;
 mod count;
 mod deliver;
 mod displace;
+mod drive;
 mod extrapolate;
 mod follow;
 mod forces;
@@ -17,7 +19,10 @@ mod gather;
 mod gauge;
 mod half_kick;
 mod judge;
+mod kick_clumps;
+mod load;
 mod measure;
+mod measure_clumps;
 mod meet;
 mod move_walls;
 mod neighbours;
@@ -36,6 +41,7 @@ mod steer;
 mod survey;
 mod sweep;
 mod synchronise;
+mod synchronise_clumps;
 mod tally;
 
 use crate::{
@@ -86,6 +92,10 @@ impl Stage {
 
 fn bodies(sizes: &Sizes) -> usize {
     sizes.bodies
+}
+
+fn clumps(sizes: &Sizes) -> usize {
+    sizes.clumps
 }
 
 fn bodies_plus_one(sizes: &Sizes) -> usize {
@@ -185,6 +195,14 @@ pub static NEIGHBOURS: Stage = Stage::new("neighbours", neighbours::neighbours, 
 pub static HALF_KICK: Stage = Stage::new("half_kick", half_kick::half_kick, bodies);
 /// Contact forces and leapfrog: a step.
 pub static ADVANCE: Stage = Stage::new("advance", advance::advance, bodies);
+/// A step of clumps 1: contact forces on members.
+pub static LOAD: Stage = Stage::new("load", load::load, bodies);
+/// A step of clumps 2: leapfrog and rotation.
+pub static DRIVE: Stage = Stage::new("drive", drive::drive, clumps);
+/// A step of clumps 3: members follow.
+pub static CARRY: Stage = Stage::new("carry", carry::carry, bodies);
+/// Velocities of clumps from 0 to -1/2.
+pub static KICK_CLUMPS: Stage = Stage::new("kick_clumps", kick_clumps::kick_clumps, clumps);
 /// Moving walls.
 pub static MOVE_WALLS: Stage = Stage::new("move_walls", move_walls::move_walls, |sizes| sizes.walls);
 /// How far grains went in a chunk, and how many springs there are.
@@ -231,6 +249,10 @@ pub static DISPLACE: Stage = Stage::new("displace", displace::displace, bodies);
 pub static MEASURE: Stage = Stage::new("measure", measure::measure, |_| PARTS);
 /// Velocities at the time of the positions.
 pub static SYNCHRONISE: Stage = Stage::new("synchronise", synchronise::synchronise, bodies);
+/// Sums over clumps.
+pub static MEASURE_CLUMPS: Stage = Stage::new("measure_clumps", measure_clumps::measure_clumps, |_| PARTS);
+/// Velocities of clumps at the time of the positions.
+pub static SYNCHRONISE_CLUMPS: Stage = Stage::new("synchronise_clumps", synchronise_clumps::synchronise_clumps, clumps);
 /// Contact forces and moments.
 pub static FORCES: Stage = Stage::new("forces", forces::forces, bodies);
 

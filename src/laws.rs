@@ -8,6 +8,7 @@ pub mod contact;
 pub mod dashpot;
 pub mod dimension;
 pub mod friction;
+pub mod grains;
 pub mod grid;
 pub mod leapfrog;
 pub mod materials;

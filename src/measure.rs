@@ -2,7 +2,7 @@
 
 use crate::{
     model::Dimension,
-    scene::{Assembly, Domain, Grain, Wall},
+    scene::{Assembly, Clump, Domain, Grain, Wall},
     state::Part,
     time_step::mass,
 };
@@ -78,11 +78,42 @@ impl Sample {
     }
 }
 
-/// Mass of each grain, kg; fixed grains too.
+/// Mass of each grain, kg; fixed grains too. Of a member, its part by size of the clump's.
 pub fn masses(assembly: &Assembly) -> Vec<f64> {
     let dimension = if assembly.dimension == 2 { Dimension::Plane } else { Dimension::Space };
     let of = |g: &Grain| mass(dimension, assembly.materials[g.material as usize].density, g.radius);
-    assembly.grains.iter().map(of).collect()
+    let mut masses: Vec<f64> = assembly.grains.iter().map(of).collect();
+    for (k, clump) in assembly.clumps.iter().enumerate() {
+        let members = &mut masses[assembly.members(k)];
+        let part = mass_of_clump(assembly, clump) / members.iter().sum::<f64>();
+        members.iter_mut().for_each(|m| *m *= part);
+    }
+    masses
+}
+
+/// Mass of a clump, kg.
+pub fn mass_of_clump(assembly: &Assembly, clump: &Clump) -> f64 {
+    let dimension = if assembly.dimension == 2 { Dimension::Plane } else { Dimension::Space };
+    mass(dimension, assembly.materials[clump.material as usize].density, clump.radius)
+}
+
+/// Linear momentum of the free clumps, kg m/s.
+pub fn momentum_of_clumps(assembly: &Assembly, clumps: &[Clump]) -> DVec3 {
+    clumps.iter().filter(|c| !c.fixed).map(|c| mass_of_clump(assembly, c) * c.velocity).sum()
+}
+
+/// Angular momentum of the free clumps about the origin, kg m²/s; None in a periodic domain.
+pub fn angular_momentum_of_clumps(assembly: &Assembly, clumps: &[Clump]) -> Option<DVec3> {
+    if assembly.domain.periodic.contains(&true) {
+        return None;
+    }
+    let of = |c: &Clump| {
+        let (m, shape) = (mass_of_clump(assembly, c), &assembly.shapes[c.shape as usize]);
+        let principal = c.orientation * shape.frame;
+        let own = m * c.radius * c.radius * (shape.gyration * (principal.inverse() * c.spin));
+        m * c.position.cross(c.velocity) + principal * own
+    };
+    Some(clumps.iter().filter(|c| !c.fixed).map(of).sum())
 }
 
 /// Linear momentum of the free grains, kg m/s.

@@ -73,6 +73,10 @@ slot!(
     Rotation in "rotation" { None = "none", Sphere = "sphere" }
 );
 slot!(
+    /// What a grain is: a body, or a rigid clump of bodies; owns the clumps.
+    Grains in "grains" { Spheres = "spheres", Clumps = "clumps" }
+);
+slot!(
     /// One set of contact parameters, or a table by material.
     Materials in "materials" { One = "one", Many = "many" }
 );
@@ -92,6 +96,7 @@ pub struct Model {
     pub dashpot: Dashpot,
     pub friction: Friction,
     pub rotation: Rotation,
+    pub grains: Grains,
     pub materials: Materials,
     pub walls: Walls,
     /// Optional stage: a wall translates, so that walls are integrated too.
@@ -110,7 +115,8 @@ impl Model {
         };
         let rigid = method == Method::ContactDynamics;
         let frictional = pairs.iter().any(|p| p.friction > 0.0);
-        let spinning = assembly.grains.iter().any(|g| g.spin != glam::DVec3::ZERO);
+        let clumped = !assembly.clumps.is_empty();
+        let spinning = clumped || assembly.grains.iter().any(|g| g.spin != glam::DVec3::ZERO);
         Model {
             precision,
             dimension: if assembly.dimension == 2 { Dimension::Plane } else { Dimension::Space },
@@ -124,6 +130,7 @@ impl Model {
             },
             friction: if frictional || rigid { Friction::Coulomb } else { Friction::None },
             rotation: if frictional || spinning { Rotation::Sphere } else { Rotation::None },
+            grains: if clumped { Grains::Clumps } else { Grains::Spheres },
             materials: if pairs.windows(2).all(|w| w[0] == w[1]) { Materials::One } else { Materials::Many },
             walls: if assembly.walls.is_empty() { Walls::None } else { Walls::Some },
             moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO),
@@ -140,7 +147,7 @@ impl Model {
     }
 
     /// The slots as (slot, alternative), for people.
-    pub fn slots(&self) -> [(&'static str, &'static str); 10] {
+    pub fn slots(&self) -> [(&'static str, &'static str); 11] {
         [
             ("precision", self.precision.label()),
             ("dimension", self.dimension.label()),
@@ -150,6 +157,7 @@ impl Model {
             ("dashpot", self.dashpot.label()),
             ("friction", self.friction.label()),
             ("rotation", self.rotation.label()),
+            ("grains", self.grains.label()),
             ("materials", self.materials.label()),
             ("walls", self.walls.label()),
         ]
@@ -172,6 +180,7 @@ impl Model {
             self.dashpot.file(),
             self.friction.file(),
             self.rotation.file(),
+            self.grains.file(),
             self.materials.file(),
             self.walls.file(),
             "contact.wgsl",
@@ -188,18 +197,21 @@ impl Model {
 
     /// Every combination of slots: what the twin tests walk.
     pub fn all(precision: Precision) -> Vec<Model> {
+        use Grains::{Clumps, Spheres};
         use Method::{ContactDynamics, DiscreteElements};
         let surfaces = [
-            (DiscreteElements, Friction::None, Rotation::None),
-            (DiscreteElements, Friction::None, Rotation::Sphere),
-            (DiscreteElements, Friction::Coulomb, Rotation::Sphere),
-            (ContactDynamics, Friction::Coulomb, Rotation::None),
-            (ContactDynamics, Friction::Coulomb, Rotation::Sphere),
+            (DiscreteElements, Friction::None, Rotation::None, Spheres),
+            (DiscreteElements, Friction::None, Rotation::Sphere, Spheres),
+            (DiscreteElements, Friction::None, Rotation::Sphere, Clumps),
+            (DiscreteElements, Friction::Coulomb, Rotation::Sphere, Spheres),
+            (DiscreteElements, Friction::Coulomb, Rotation::Sphere, Clumps),
+            (ContactDynamics, Friction::Coulomb, Rotation::None, Spheres),
+            (ContactDynamics, Friction::Coulomb, Rotation::Sphere, Spheres),
         ];
         let mut models = Vec::new();
         for &dimension in Dimension::ALL {
             for &boundary in Boundary::ALL {
-                for (method, friction, rotation) in surfaces {
+                for (method, friction, rotation, grains) in surfaces {
                     let rigid = method == ContactDynamics;
                     for &dashpot in if rigid { &[Dashpot::None] } else { Dashpot::ALL } {
                         // Smooth rigid grains are all alike.
@@ -218,6 +230,7 @@ impl Model {
                                         dashpot,
                                         friction,
                                         rotation,
+                                        grains,
                                         materials,
                                         walls,
                                         moving_walls,

@@ -2,7 +2,7 @@
 
 use crate::{
     kernels::{self, Stage},
-    model::{Friction, Method, Model, Precision, Rotation},
+    model::{Friction, Grains, Method, Model, Precision, Rotation},
 };
 use std::fmt;
 
@@ -88,7 +88,7 @@ pub fn plan(model: &Model) -> Plan {
     sort.extend([Clear("cell_start"), Run(&BIN)]);
     sort.extend(SCAN_CELLS.iter().map(Run));
     sort.extend([Run(&SORT), Run(&ORDER), Run(&PERMUTE), Op::Swap("number", "number_next")]);
-    sort.extend(exchange(model));
+    sort.extend(exchange_bodies(model));
 
     let mut list = vec![Run(&COUNT)];
     list.extend(SCAN_SLOTS.iter().map(Run));
@@ -110,15 +110,26 @@ pub fn plan(model: &Model) -> Plan {
         judge.splice(..0, [Run(&DELIVER), Run(&GATHER)]);
     }
 
-    let mut step = vec![Run(if rigid { &DISPLACE } else { &ADVANCE })];
+    let clumped = model.grains == Grains::Clumps;
+    let mut step = match (rigid, clumped) {
+        (true, _) => vec![Run(&DISPLACE)],
+        (false, true) => vec![Run(&LOAD), Run(&DRIVE), Run(&CARRY)],
+        (false, false) => vec![Run(&ADVANCE)],
+    };
     if model.moving_walls {
         step.push(Run(&MOVE_WALLS));
     }
     step.extend(exchange(model));
     step.push(Op::Swap("halt", "halt_next"));
 
-    let mut kick = vec![Run(&HALF_KICK)];
-    kick.extend(exchange(model).filter(|op| matches!(op, Op::Swap("motion" | "spin", _))));
+    let mut kick = vec![Run(if clumped { &KICK_CLUMPS } else { &HALF_KICK })];
+    kick.extend(
+        exchange(model).filter(|op| matches!(op, Op::Swap("motion" | "spin" | "clump_motion" | "clump_spin", _))),
+    );
+    let mut sample = vec![Run(&MEASURE)];
+    if clumped {
+        sample.push(Run(&MEASURE_CLUMPS));
+    }
 
     if rigid {
         kick.clear(); // velocities are those of the positions
@@ -142,32 +153,50 @@ pub fn plan(model: &Model) -> Plan {
         turn,
         survey: vec![Run(&SURVEY)],
         kick,
-        sample: vec![Run(&MEASURE)],
-        synchronise: vec![Run(&SYNCHRONISE)],
+        sample,
+        synchronise: vec![Run(if clumped { &SYNCHRONISE_CLUMPS } else { &SYNCHRONISE })],
         forces: vec![Run(&FORCES)],
     }
 }
 
 /// What comes next becomes what is.
 fn exchange(model: &Model) -> impl Iterator<Item = Op> + use<> {
+    let clumped = model.grains == Grains::Clumps;
+    let split = clumped && model.precision == Precision::Single;
     let pairs = [
+        (clumped, "center", "center_next"),
+        (split, "center_residue", "center_residue_next"),
+        (clumped, "attitude", "attitude_next"),
+        (split, "attitude_residue", "attitude_residue_next"),
+        (clumped, "clump_motion", "clump_motion_next"),
+        (clumped, "clump_spin", "clump_spin_next"),
+    ];
+    exchange_bodies(model).chain(swaps(pairs))
+}
+
+/// The same for what bodies have; a sort moves them alone.
+fn exchange_bodies(model: &Model) -> impl Iterator<Item = Op> + use<> {
+    swaps([
         (true, "place", "place_next"),
         (model.precision == Precision::Single, "residue", "residue_next"),
         (true, "motion", "motion_next"),
         (model.rotation == Rotation::Sphere, "spin", "spin_next"),
-    ];
+    ])
+}
+
+/// Exchanges of arrays that are present.
+fn swaps<const N: usize>(pairs: [(bool, &'static str, &'static str); N]) -> impl Iterator<Item = Op> {
     pairs.into_iter().filter(|(present, ..)| *present).map(|(_, now, next)| Op::Swap(now, next))
 }
 
 /// What a pass has written becomes the last, and the last what was before.
 fn turns(model: &Model) -> impl Iterator<Item = Op> + use<> {
-    let pairs = [
+    swaps([
         (!model.coloured, "spring", "spring_before"),
         (model.coloured, "thrust", "thrust_before"),
         (true, "trial", "trial_before"),
         (model.rotation == Rotation::Sphere, "trial_spin", "trial_spin_before"),
-    ];
-    pairs.into_iter().filter(|(present, ..)| *present).map(|(_, last, before)| Op::Swap(last, before))
+    ])
 }
 
 impl Plan {

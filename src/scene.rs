@@ -1,6 +1,7 @@
 //! Scene files: TOML text, `--set` overrides and grain tables in, a checked [`Assembly`] out.
 
 mod assembly;
+mod bodies;
 mod check;
 mod materials;
 mod neighbours;
@@ -8,11 +9,13 @@ mod overrides;
 mod populate;
 mod radius;
 mod schema;
+mod shape;
 mod table;
 mod validate;
 mod walls;
 
 pub use assembly::*;
+pub use shape::{Member, Shape};
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};

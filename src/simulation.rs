@@ -12,14 +12,14 @@ use crate::{
     engine::{Cpu, Engine, Gpu, gpu},
     error::{Error, Result},
     gpu::{Arrays, Device},
-    laws::precision::residue_of,
+    laws::{grains, precision::residue_of},
     measure::{Sample, masses},
-    model::{Model, Precision, Rotation},
+    model::{Grains, Model, Precision, Rotation},
     plan::{Op, Plan},
-    scene::{Assembly, Grain, Method, Surface},
-    state::{ARRAYS, Array, Counters, Length, Params, Sizes, State},
+    scene::{Assembly, Clump, Grain, Method, Surface},
+    state::{ARRAYS, Array, Counters, Length, Params, Rounds, Sizes, State},
 };
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use rigid::{Look, Solved};
 
 /// Which engine to run on.
@@ -224,8 +224,11 @@ impl Simulation {
     /// As [`Simulation::new`].
     pub fn rewind(&mut self) -> Result<()> {
         setup::fill(&mut self.state, &self.assembly);
-        let arrays = ["place", "residue", "motion", "spin", "number", "wall"];
-        let present: Vec<_> = arrays.into_iter().filter(|a| (Array::named(a).needed)(&self.state.model)).collect();
+        let bodies = ["place", "residue", "motion", "spin", "number", "wall"];
+        let clumps =
+            ["center", "center_residue", "attitude", "attitude_residue", "clump_motion", "clump_spin", "spin_gain"];
+        let present: Vec<_> =
+            bodies.into_iter().chain(clumps).filter(|a| (Array::named(a).needed)(&self.state.model)).collect();
         self.engine.write(&present, &self.state)?;
         // Lists without entries leave no history.
         self.engine.execute(&self.state.params, &[(&[Op::Clear("slot_start")], 1)])?;
@@ -410,7 +413,10 @@ impl Simulation {
         self.refresh()?;
         self.engine.execute(&self.params(), &[(&self.plan.sample, 1)])?;
         self.engine.read(&["part"], &mut self.state)?;
-        let free = self.assembly.grains.iter().filter(|g| !g.fixed).count();
+        let free = match &self.assembly.clumps[..] {
+            [] => self.assembly.grains.iter().filter(|g| !g.fixed).count(),
+            clumps => clumps.iter().filter(|c| !c.fixed).count(),
+        };
         let sample = Sample::new(self.step, self.time(), free, &self.state.part);
         let Some(solved) = self.solved().copied() else { return Ok(sample) };
         let p = &self.state.params;
@@ -442,6 +448,40 @@ impl Simulation {
             grain.spin = s.spin_next.get(i).map_or(grain.spin, |spin| spin.0);
         }
         Ok(grains)
+    }
+
+    /// All clumps now, in input order, with velocities and spins brought to the time of the positions; empty in a scene without.
+    pub fn clumps(&mut self) -> Result<Vec<Clump>> {
+        if self.state.model.grains == Grains::Spheres {
+            return Ok(Vec::new());
+        }
+        self.refresh()?;
+        self.engine.execute(&self.params(), &[(&self.plan.synchronise, 1)])?;
+        let arrays =
+            ["center", "center_residue", "attitude", "attitude_residue", "clump_motion_next", "clump_spin_next"];
+        let present = arrays.into_iter().filter(|a| (Array::named(a).needed)(&self.state.model));
+        self.engine.read(&present.collect::<Vec<_>>(), &mut self.state)?;
+        let mut clumps = self.assembly.clumps.clone();
+        for (c, clump) in clumps.iter_mut().enumerate() {
+            let (s, here) = (&self.state, grains::clump(&self.state, c));
+            let principal = DQuat::from_vec4(here.attitude).normalize();
+            clump.position = here.center.x + here.center.residue;
+            clump.velocity = s.clump_motion_next[c].v;
+            clump.spin = grains::global_spin(s, &here, here.attitude, s.clump_spin_next[c].0);
+            clump.orientation = principal * self.assembly.shapes[clump.shape as usize].frame.inverse();
+        }
+        Ok(clumps)
+    }
+
+    /// How hard the predictor-corrector (2.24)-(2.31) of clumps had to work so far: most rounds of a step of a clump, and steps of
+    /// clumps that ended before they met the tolerance. None in a scene without clumps.
+    pub fn rotation_rounds(&mut self) -> Result<Option<(u32, u32)>> {
+        if self.state.model.grains == Grains::Spheres {
+            return Ok(None);
+        }
+        self.engine.read(&["rounds"], &mut self.state)?;
+        let Rounds { most, capped } = self.state.rounds[0];
+        Ok(Some((most, capped)))
     }
 
     /// Contact force (N) and its moment about the centre (N m) on every grain now, in input order; walls and dashpots

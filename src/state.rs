@@ -3,8 +3,8 @@
 //! The CPU engine works on this struct; the GPU engine keeps buffers of the same names, whose layout it reads from the
 //! WGSL text, so that no struct is described twice. On the CPU a plane is space with z = 0.
 
-use crate::model::{Friction, Materials, Method, Model, Precision, Rotation, Walls};
-use glam::{DVec3, UVec3};
+use crate::model::{Friction, Grains, Materials, Method, Model, Precision, Rotation, Walls};
+use glam::{DVec3, DVec4, UVec3};
 use std::any::Any;
 
 /// Content of a list slot: `NONE`, `INDEX` and `SPRUNG` of `lists.wgsl`.
@@ -97,6 +97,21 @@ impl Element for Packed {
     }
     fn take(dims: usize, source: &mut impl FnMut() -> f64) -> Packed {
         Packed(DVec3::take(dims, source))
+    }
+}
+
+/// The turn from the axes of a body to those of the scene: a unit quaternion (x, y, z, w), in the plane (z, w) of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Attitude(pub DVec4);
+
+impl Element for Attitude {
+    fn put(&self, dims: usize, sink: &mut impl FnMut(f64)) {
+        self.0.to_array()[if dims == 2 { 2 } else { 0 }..].iter().for_each(|c| sink(*c));
+    }
+    fn take(dims: usize, source: &mut impl FnMut() -> f64) -> Attitude {
+        let mut q = [0.0; 4];
+        q[if dims == 2 { 2 } else { 0 }..].iter_mut().for_each(|c| *c = source());
+        Attitude(q.into())
     }
 }
 
@@ -225,6 +240,10 @@ record!(
     Palette { uncoloured: u32, colours: u32, contacts: u32 }
 );
 record!(
+    /// How hard the predictor-corrector of clumps had to work (`shaders/grains/clumps.wgsl`).
+    Rounds { most: u32, capped: u32 }
+);
+record!(
     /// What every kernel may know.
     Params {
         gravity: DVec3,
@@ -244,6 +263,8 @@ record!(
         blur: f64,
         split: f64,
         inverse_split: f64,
+        arm_unit: f64,
+        inverse_arm_unit: f64,
         step_limit: f64,
         drift_limit: f64,
         tolerance: f64,
@@ -254,6 +275,9 @@ record!(
         axes: UVec3,
         cells: UVec3,
         bodies: u32,
+        clumps: u32,
+        arm_shift: u32,
+        arm_shift_fine: u32,
         walls: u32,
         materials: u32,
         parts: u32,
@@ -337,6 +361,8 @@ pub enum Length {
     Bodies,
     BodiesPlusOne,
     BodiesAndWalls,
+    Clumps,
+    ClumpsPlusOne,
     Walls,
     MaterialsSquared,
     CellsPlusOne,
@@ -356,6 +382,7 @@ pub enum Length {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sizes {
     pub bodies: usize,
+    pub clumps: usize,
     pub walls: usize,
     pub materials: usize,
     pub cells: usize,
@@ -385,6 +412,8 @@ impl Sizes {
             Length::Bodies => self.bodies,
             Length::BodiesPlusOne => self.bodies + 1,
             Length::BodiesAndWalls => self.bodies + self.walls,
+            Length::Clumps => self.clumps,
+            Length::ClumpsPlusOne => self.clumps + 1,
             Length::Walls => self.walls,
             Length::MaterialsSquared => self.materials * self.materials,
             Length::CellsPlusOne => self.cells + 1,
@@ -487,6 +516,12 @@ fn rigid(m: &Model) -> bool {
 fn rigid_rotating(m: &Model) -> bool {
     rigid(m) && rotating(m)
 }
+fn clumped(m: &Model) -> bool {
+    m.grains == Grains::Clumps
+}
+fn single_clumped(m: &Model) -> bool {
+    clumped(m) && single(m)
+}
 fn coloured(m: &Model) -> bool {
     m.coloured
 }
@@ -505,6 +540,27 @@ state! {
     spin_next: Spin, Bodies, "rad/s", rotating;
     number: u32, Bodies, "number in the scene", always;
     number_next: u32, Bodies, "number in the scene", always;
+    owner: u32, Bodies, "clump, by number", clumped;
+    offset: Packed, Bodies, "m, by number", clumped;
+    whereabouts: u32, Bodies, "index, by number", clumped;
+    first_member: u32, ClumpsPlusOne, "number in the scene", clumped;
+    inverse_moments: Spin, Clumps, "1/(kg m²)", clumped;
+    center: DVec3, Clumps, "m", clumped;
+    center_next: DVec3, Clumps, "m", clumped;
+    center_residue: DVec3, Clumps, "m, beyond f32", single_clumped;
+    center_residue_next: DVec3, Clumps, "m, beyond f32", single_clumped;
+    attitude: Attitude, Clumps, "unit quaternion", clumped;
+    attitude_next: Attitude, Clumps, "unit quaternion", clumped;
+    attitude_residue: Attitude, Clumps, "beyond f32", single_clumped;
+    attitude_residue_next: Attitude, Clumps, "beyond f32", single_clumped;
+    clump_motion: Motion, Clumps, "m/s, 1/kg", clumped;
+    clump_motion_next: Motion, Clumps, "m/s, 1/kg", clumped;
+    clump_spin: Spin, Clumps, "rad/s", clumped;
+    clump_spin_next: Spin, Clumps, "rad/s", clumped;
+    spin_gain: Spin, Clumps, "rad/s, of the last step", clumped;
+    pull: DVec3, Bodies, "N", clumped;
+    twist: Spin, Bodies, "N m", clumped;
+    rounds: Rounds, One, "of predictor and corrector", clumped;
     travel: f64, Bodies, "m, since the lists were made", always;
     material: u32, BodiesAndWalls, "index, by number", mixed;
     pair: Pair, MaterialsSquared, "N/m, N/m, 1, 1 or 1/s", mixed;

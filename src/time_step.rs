@@ -4,9 +4,9 @@ use crate::{
     error::{Error, Result},
     laws::{dashpot::damping_ratio, dimension::inverse_gyration},
     model::Dimension,
-    scene::{Assembly, Dashpot, Grain, Method, Pair, Surface, TimeStep, Wall},
+    scene::{Assembly, Clump, Dashpot, Grain, Member, Method, Pair, Surface, TimeStep, Wall},
 };
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use std::f64::consts::PI;
 
 /// How many grains of the smallest size can touch a grain at once, and how much of the stiffness of that many contacts
@@ -52,19 +52,17 @@ pub fn mass(dimension: Dimension, density: f64, radius: f64) -> f64 {
 /// For each grain ω² is bounded by twice the stiffness that its contacts can put into one direction, over its mass,
 /// plus twice the tangential stiffness over its inertia (k_T R²/J); the factor two is the part of the other grain, and
 /// falls away for walls. A grain can have no more contacts than the scene has other grains and walls, nor than fit
-/// around it without overlap. A dashpot acts on velocities half a step old, which turns `ω²Δt² < 4` into
+/// around it without overlap. A clump adds up its members, each with the part of its surface that is outside of the others; a
+/// force through a member's centre moves and turns the clump. A dashpot acts on velocities half a step old, which turns `ω²Δt² < 4` into
 /// `ω²Δt² + 2γΔt < 4`. Grains that overlap each other by much, fixed ones above all, can exceed the contacts counted
 /// here.
 pub fn bound(assembly: &Assembly) -> f64 {
-    let dimension = dimension(assembly);
-    let others = (assembly.grains.len() - 1) as f64;
     let walls = assembly.walls.len() as f64;
     let smallest = assembly.grains.iter().map(|g| g.radius).fold(f64::INFINITY, f64::min);
-    let of_grain = |(grain, mass): (&Grain, f64), pair: &Pair| {
-        let coordination = Coordination::new(dimension, grain.radius, smallest);
-        of_contact(&coordination, pair, others, walls, mass, inverse_gyration(dimension))
-    };
-    smallest_over_contacts(assembly, of_grain)
+    let others = |own: usize| (assembly.grains.len() - own) as f64;
+    smallest_over_contacts(assembly, |rigid, pair| {
+        of_contacts(rigid, pair, smallest, others(rigid.members.len()), walls)
+    })
 }
 
 /// The shortest duration of a collision, π √(m*/k_N), s, between equal grains or of a grain with a wall; infinite if
@@ -72,8 +70,74 @@ pub fn bound(assembly: &Assembly) -> f64 {
 pub fn shortest_contact(assembly: &Assembly) -> f64 {
     let share = if assembly.grains.len() > 1 { 0.5 } else { 1.0 };
     let nothing = assembly.grains.len() < 2 && assembly.walls.is_empty();
-    let of_grain = |(_, mass): (&Grain, f64), pair: &Pair| PI * (share * mass / pair.normal_stiffness).sqrt();
+    let of_grain = |rigid: &Rigid, pair: &Pair| PI * (share * rigid.lightest() / pair.normal_stiffness).sqrt();
     if nothing { f64::INFINITY } else { smallest_over_contacts(assembly, of_grain) }
+}
+
+/// What moves as one: a grain, or a clump.
+struct Rigid {
+    dimension: Dimension,
+    mass: f64,
+    /// The smallest moment of inertia.
+    inertia: f64,
+    material: u32,
+    members: Vec<Limb>,
+}
+
+/// A member of it.
+#[derive(Clone, Copy)]
+struct Limb {
+    /// How readily a force through its centre turns the whole, 1/kg: the largest (a × n) J⁻¹ (a × n) of its arm a.
+    yielding: f64,
+    radius: f64,
+    /// The part of its surface that others may touch.
+    exposed: f64,
+}
+
+impl Rigid {
+    /// The smallest mass that a normal force may feel, where it acts beside the centre.
+    fn lightest(&self) -> f64 {
+        1.0 / (1.0 / self.mass + self.members.iter().map(|limb| limb.yielding).fold(0.0, f64::max))
+    }
+}
+
+/// The largest eigenvalue of [a]×ᵀ D [a]×, D diagonal; that of a itself is 0, so the other two follow from traces.
+fn yielding(arm: DVec3, inverse_moments: DVec3) -> f64 {
+    let cross = DMat3::from_cols(arm.cross(DVec3::X), arm.cross(DVec3::Y), arm.cross(DVec3::Z));
+    let b = cross.transpose() * DMat3::from_diagonal(inverse_moments) * cross;
+    let trace = |m: DMat3| m.x_axis.x + m.y_axis.y + m.z_axis.z;
+    let (sum, squares) = (trace(b), trace(b * b));
+    0.5 * (sum + (2.0 * squares - sum * sum).max(0.0).sqrt())
+}
+
+/// Free grains, or free clumps where there are clumps.
+fn rigids(assembly: &Assembly) -> Box<dyn Iterator<Item = Rigid> + '_> {
+    let dimension = dimension(assembly);
+    let mass_of = move |material: u32, radius| mass(dimension, assembly.materials[material as usize].density, radius);
+    if assembly.clumps.is_empty() {
+        let free = assembly.grains.iter().filter(|g| !g.fixed);
+        let rigid = move |g: &Grain| {
+            let mass = mass_of(g.material, g.radius);
+            let inertia = mass * g.radius * g.radius / inverse_gyration(dimension);
+            let members = vec![Limb { yielding: 0.0, radius: g.radius, exposed: 1.0 }];
+            Rigid { dimension, mass, inertia, material: g.material, members }
+        };
+        return Box::new(free.map(rigid));
+    }
+    let free = assembly.clumps.iter().filter(|c| !c.fixed);
+    let rigid = move |c: &Clump| {
+        let shape = &assembly.shapes[c.shape as usize];
+        let mass = mass_of(c.material, c.radius);
+        let limb = |(member, exposed): (&Member, &f64)| Limb {
+            yielding: yielding(member.arm, 1.0 / shape.gyration) / mass,
+            radius: c.radius * member.radius,
+            exposed: *exposed,
+        };
+        let members = shape.members.iter().zip(&shape.exposed).map(limb).collect();
+        let inertia = shape.gyration.min_element() * mass * c.radius * c.radius;
+        Rigid { dimension, mass, inertia, material: c.material, members }
+    };
+    Box::new(free.map(rigid))
 }
 
 fn dimension(assembly: &Assembly) -> Dimension {
@@ -81,38 +145,43 @@ fn dimension(assembly: &Assembly) -> Dimension {
 }
 
 /// The smallest value over free grains and the pairs of materials they can be part of.
-fn smallest_over_contacts(assembly: &Assembly, value: impl Fn((&Grain, f64), &Pair) -> f64) -> f64 {
+fn smallest_over_contacts(assembly: &Assembly, value: impl Fn(&Rigid, &Pair) -> f64) -> f64 {
     let materials = assembly.materials.len();
     let mut present = vec![false; materials];
     assembly.grains.iter().map(|g| g.material).chain(assembly.walls.iter().map(|w| w.material)).for_each(|m| {
         present[m as usize] = true;
     });
-    let free = assembly.grains.iter().filter(|g| !g.fixed);
-    free.map(|grain| {
-        let m = mass(dimension(assembly), assembly.materials[grain.material as usize].density, grain.radius);
-        let pairs = &assembly.pairs[grain.material as usize * materials..][..materials];
+    let of = |rigid: Rigid| {
+        let pairs = &assembly.pairs[rigid.material as usize * materials..][..materials];
         let possible = pairs.iter().zip(&present).filter(|(_, present)| **present);
-        possible.map(|(pair, _)| value((grain, m), pair)).fold(f64::INFINITY, f64::min)
-    })
-    .fold(f64::INFINITY, f64::min)
+        possible.map(|(pair, _)| value(&rigid, pair)).fold(f64::INFINITY, f64::min)
+    };
+    rigids(assembly).map(of).fold(f64::INFINITY, f64::min)
 }
 
-fn of_contact(c: &Coordination, pair: &Pair, others: f64, walls: f64, mass: f64, inverse_gyration: f64) -> f64 {
-    let share = |cap: f64| (2.0 * others.min(cap) + walls.min(cap)).min(2.0 * cap);
+fn of_contacts(rigid: &Rigid, pair: &Pair, smallest: f64, others: f64, walls: f64) -> f64 {
     let tangential = if pair.friction > 0.0 { pair.tangential_stiffness } else { 0.0 };
-    let omega_squared = (share(c.normal) * pair.normal_stiffness
-        + share(c.tangential) * tangential
-        + share(c.rotational) * tangential * inverse_gyration)
-        / mass;
+    let (mut omega_squared, mut contacts) = (0.0, 0.0);
+    for limb in &rigid.members {
+        let c = Coordination::new(rigid.dimension, limb.radius, smallest);
+        let share = |cap: f64| limb.exposed * (2.0 * others.min(cap) + walls.min(cap)).min(2.0 * cap);
+        // Both parts of the stiffness matrix, of translation and of rotation, by the largest eigenvalue; a tangential force turns
+        // by the arm of its member and by the member's own radius.
+        let own = share(c.rotational) * limb.radius * limb.radius / rigid.inertia;
+        let turning = ((share(c.tangential) * limb.yielding).sqrt() + own.sqrt()).powi(2);
+        omega_squared += share(c.normal) * pair.normal_stiffness * (1.0 / rigid.mass + limb.yielding)
+            + tangential * (share(c.tangential) / rigid.mass + turning);
+        contacts += limb.exposed * (others + walls).min(c.contacts).min(c.normal);
+    }
     if omega_squared == 0.0 {
         return f64::INFINITY;
     }
     let per_contact = match pair.dashpot {
         Dashpot::None => 0.0,
         Dashpot::MassScaled(eta) => eta,
-        Dashpot::Restitution(e) => 2.0 * damping_ratio(e) * (2.0 * pair.normal_stiffness / mass).sqrt(),
+        Dashpot::Restitution(e) => 2.0 * damping_ratio(e) * (2.0 * pair.normal_stiffness / rigid.mass).sqrt(),
     };
-    let gamma = (others + walls).min(c.contacts).min(c.normal) * per_contact;
+    let gamma = contacts * per_contact * rigid.mass / rigid.lightest();
     (-gamma + (gamma * gamma + 4.0 * omega_squared).sqrt()) / omega_squared
 }
 

@@ -66,3 +66,93 @@ fn spin_squared(spin: Spin) -> Real {
 fn backward(d: Vec) -> bool {
     return d.x < 0 || (d.x == 0 && d.y < 0);
 }
+
+/// A unit complex number (z, w), the sine and cosine of half the angle, from the axes of a body to those of the scene.
+alias Attitude = Real2;
+
+/// The vector v of a body, along the axes of the scene.
+fn turned(q: Attitude, v: Vec) -> Vec {
+    let t = 2 * q.x * Vec(-v.y, v.x);
+    return v + (q.y * t + q.x * Vec(-t.y, t.x));
+}
+
+fn turned_spin(q: Attitude, w: Spin) -> Spin {
+    return w;
+}
+
+/// The way back.
+fn conjugate(q: Attitude) -> Attitude {
+    return Attitude(-q.x, q.y);
+}
+
+/// The product of complex numbers.
+fn product(a: Attitude, b: Attitude) -> Attitude {
+    return Attitude(a.y * b.x + b.y * a.x, a.y * b.y - a.x * b.x);
+}
+
+/// The number of (2.40) less 1, of β = ω Δt/4 (2.42).
+fn attitude_gain(beta: Spin) -> Attitude {
+    let square = beta * beta;
+    return Attitude(beta, -square) * (2 / (1 + square));
+}
+
+/// |q|² of whole numbers.
+fn square_of_whole(q: Attitude) -> i32 {
+    let whole = vec2<i32>(q);
+    return dot(whole, whole);
+}
+
+/// Rounded down.
+fn shifted_right(count: Whole, shift: u32) -> Whole {
+    return count >> vec2<u32>(shift);
+}
+
+/// By how much the turn 1 + gain moves the end of an arm, m.
+fn arm_gain(gain: Attitude, arm: Vec) -> Vec {
+    let t = gain.x * Vec(-arm.y, arm.x);
+    return 2 * ((1 + gain.y) * t + gain.x * Vec(-t.y, t.x));
+}
+
+/// A matrix.
+struct Columns {
+    x: Vec,
+    y: Vec,
+}
+
+/// The bilinear form B for which I + B(q, q) is the rotation by q.
+fn turning(q: Attitude, p: Attitude) -> Columns {
+    let square = 2 * q.x * p.x;
+    let mixed = q.x * p.y + q.y * p.x;
+    return Columns(Vec(-square, mixed), Vec(-mixed, -square));
+}
+
+fn times(m: Columns, v: Vec) -> Vec {
+    return v.x * m.x + v.y * m.y;
+}
+
+/// a + factor b.
+fn plus(a: Columns, factor: Real, b: Columns) -> Columns {
+    return Columns(a.x + factor * b.x, a.y + factor * b.y);
+}
+
+/// The largest whole numbers that are not above a part of these.
+fn floors(a: Columns, part: Real) -> Columns {
+    return Columns(floor(part * a.x), floor(part * a.y));
+}
+
+fn identity() -> Columns {
+    return Columns(Vec(1, 0), Vec(0, 1));
+}
+
+/// In the plane there are no products of angular velocities.
+fn gyroscopic(w: Spin, inverse_moments: Spin) -> Spin {
+    return 0;
+}
+
+fn largest(w: Spin) -> Real {
+    return max(w, -w);
+}
+
+fn all_equal(w: Spin) -> bool {
+    return true;
+}

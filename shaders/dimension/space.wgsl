@@ -67,3 +67,100 @@ fn spin_squared(spin: Spin) -> Real {
 fn backward(d: Vec) -> bool {
     return d.x < 0 || (d.x == 0 && (d.y < 0 || (d.y == 0 && d.z < 0)));
 }
+
+/// A unit quaternion (x, y, z, w), from the axes of a body to those of the scene.
+alias Attitude = Real4;
+
+/// The vector v of a body, along the axes of the scene.
+fn turned(q: Attitude, v: Vec) -> Vec {
+    let t = 2 * cross(q.xyz, v);
+    return v + (q.w * t + cross(q.xyz, t));
+}
+
+fn turned_spin(q: Attitude, w: Spin) -> Spin {
+    return turned(q, w);
+}
+
+/// The way back.
+fn conjugate(q: Attitude) -> Attitude {
+    return Attitude(-q.xyz, q.w);
+}
+
+/// Hamilton's product.
+fn product(a: Attitude, b: Attitude) -> Attitude {
+    return Attitude(a.w * b.xyz + b.w * a.xyz + cross(a.xyz, b.xyz), a.w * b.w - dot(a.xyz, b.xyz));
+}
+
+/// The quaternion of (2.40) less 1, of β = ω Δt/4 (2.42).
+fn attitude_gain(beta: Spin) -> Attitude {
+    let square = dot(beta, beta);
+    return Attitude(beta, -square) * (2 / (1 + square));
+}
+
+/// |q|² of whole numbers.
+fn square_of_whole(q: Attitude) -> i32 {
+    let whole = vec4<i32>(q);
+    return dot(whole, whole);
+}
+
+/// Rounded down.
+fn shifted_right(count: Whole, shift: u32) -> Whole {
+    return count >> vec3<u32>(shift);
+}
+
+/// By how much the turn 1 + gain moves the end of an arm, m.
+fn arm_gain(gain: Attitude, arm: Vec) -> Vec {
+    let t = cross(gain.xyz, arm);
+    return 2 * ((1 + gain.w) * t + cross(gain.xyz, t));
+}
+
+/// A matrix.
+struct Columns {
+    x: Vec,
+    y: Vec,
+    z: Vec,
+}
+
+/// The bilinear form B for which I + B(q, q) is the rotation by q.
+fn turning(q: Attitude, p: Attitude) -> Columns {
+    let squares = 2 * q * p;
+    let mixed = q.xyz * p.yzx + q.yzx * p.xyz; // xy, yz, zx
+    let twist = q.w * p.xyz + p.w * q.xyz;
+    return Columns(
+        Vec(-squares.y - squares.z, mixed.x + twist.z, mixed.z - twist.y),
+        Vec(mixed.x - twist.z, -squares.z - squares.x, mixed.y + twist.x),
+        Vec(mixed.z + twist.y, mixed.y - twist.x, -squares.x - squares.y),
+    );
+}
+
+fn times(m: Columns, v: Vec) -> Vec {
+    return v.x * m.x + (v.y * m.y + v.z * m.z);
+}
+
+/// a + factor b.
+fn plus(a: Columns, factor: Real, b: Columns) -> Columns {
+    return Columns(a.x + factor * b.x, a.y + factor * b.y, a.z + factor * b.z);
+}
+
+/// The largest whole numbers that are not above a part of these.
+fn floors(a: Columns, part: Real) -> Columns {
+    return Columns(floor(part * a.x), floor(part * a.y), floor(part * a.z));
+}
+
+fn identity() -> Columns {
+    return Columns(Vec(1, 0, 0), Vec(0, 1, 0), Vec(0, 0, 1));
+}
+
+/// The products of angular velocities in (2.21)-(2.23), N m.
+fn gyroscopic(w: Spin, inverse_moments: Spin) -> Spin {
+    let j = 1 / inverse_moments;
+    return w.yzx * w.zxy * (j.yzx - j.zxy);
+}
+
+fn largest(w: Spin) -> Real {
+    return max(max(max(w.x, -w.x), max(w.y, -w.y)), max(w.z, -w.z));
+}
+
+fn all_equal(w: Spin) -> bool {
+    return w.x == w.y && w.y == w.z;
+}

@@ -33,14 +33,28 @@ fn surface_velocity(spin: Spin, arm: Vec) -> Vec {
     return spin_velocity(spin, arm);
 }
 
-/// n - 1/2 to n + 1/2: (2.19) with the moment in place of the force.
+/// ω from n - 1/2 to n + 1/2: (2.19) with the acceleration that the moment gives.
+fn spun(w: Spin, acceleration: Spin) -> Spin {
+    let half = 0.5 * params.dt * params.damping;
+    return w + (params.dt * acceleration - 2 * half * w) / (1 + half);
+}
+
+/// ω from 0 to -1/2.
+fn spun_back(w: Spin, acceleration: Spin) -> Spin {
+    return w - 0.5 * params.dt * (acceleration - params.damping * w);
+}
+
+/// ω from n - 1/2 to n: the inverse of the kick.
+fn half_spun(w: Spin, acceleration: Spin) -> Spin {
+    return (w + 0.5 * params.dt * acceleration) / (1 + 0.5 * params.dt * params.damping);
+}
+
+/// n - 1/2 to n + 1/2.
 fn advanced_spin(here: Body, torque: Spin) -> Spin {
     if (here.motion.inverse_mass == 0) {
         return here.spin;
     }
-    let half = 0.5 * params.dt * params.damping;
-    let j = inverse_inertia(here.place, here.motion.inverse_mass);
-    return here.spin + (params.dt * j * torque - 2 * half * here.spin) / (1 + half);
+    return spun(here.spin, inverse_inertia(here.place, here.motion.inverse_mass) * torque);
 }
 
 /// 0 to -1/2.
@@ -48,8 +62,7 @@ fn kicked_spin(here: Body, torque: Spin) -> Spin {
     if (here.motion.inverse_mass == 0) {
         return here.spin;
     }
-    let acceleration = inverse_inertia(here.place, here.motion.inverse_mass) * torque - params.damping * here.spin;
-    return here.spin - 0.5 * params.dt * acceleration;
+    return spun_back(here.spin, inverse_inertia(here.place, here.motion.inverse_mass) * torque);
 }
 
 /// n - 1/2 to n: the inverse of the kick.
@@ -57,8 +70,7 @@ fn spin_at_step(here: Body, torque: Spin) -> Spin {
     if (here.motion.inverse_mass == 0) {
         return here.spin;
     }
-    let j = inverse_inertia(here.place, here.motion.inverse_mass);
-    return (here.spin + 0.5 * params.dt * j * torque) / (1 + 0.5 * params.dt * params.damping);
+    return half_spun(here.spin, inverse_inertia(here.place, here.motion.inverse_mass) * torque);
 }
 
 /// Kinetic energy of a spin at step n, J.

@@ -3,3 +3,4 @@
 alias Real = f64;
 alias Real2 = vec2<f64>;
 alias Real3 = vec3<f64>;
+alias Real4 = vec4<f64>;

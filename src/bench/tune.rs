@@ -97,6 +97,9 @@ pub fn tune(scene: &Assembly, asked: f64, watch: &mut dyn FnMut(&str)) -> Result
     if !(asked > 0.0 && asked.is_finite()) {
         return Err(Error::Scene(format!("--error {asked}: must be a number > 0, in mean radii")));
     }
+    if !scene.clumps.is_empty() {
+        return Err(Error::Scene("tune does not take clumps yet: small versions would cut them up".to_owned()));
+    }
     let machine = Machine::here();
     let (small, version) = reduce(scene);
     watch(&format!("{version}; advancing it until grains touch"));

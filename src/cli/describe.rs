@@ -36,12 +36,38 @@ fn contents(scene: &Scene, assembly: &Assembly, setup: &Setup) -> String {
     let (dt, bound) = (setup.state.params.dt, setup.dt_bound);
     let bound = if bound.is_finite() { format!("bound {bound:e} s") } else { "no bound".to_owned() };
     format!(
-        "{}: {dimension} dimensions\ngrains     {grains}, {fixed} of them fixed\nwalls      {walls}\n\
+        "{}: {dimension} dimensions\ngrains     {grains}, {fixed} of them fixed\n{}walls      {walls}\n\
          materials  {materials}\ncells      {} = {}\ntime step  {dt:e} s, {bound}",
         scene.name(),
+        clumps(assembly),
         setup.state.sizes.cells,
         cells.join(" x "),
     )
+}
+
+/// How many clumps of which shapes there are; nothing in a scene without.
+fn clumps(assembly: &Assembly) -> String {
+    if assembly.clumps.is_empty() {
+        return String::new();
+    }
+    let mut text = format!("clumps     {}, whose members the grains are\n", assembly.clumps.len());
+    for (k, shape) in assembly.shapes.iter().enumerate() {
+        let count = assembly.clumps.iter().filter(|c| c.shape as usize == k).count();
+        let g = shape.gyration.to_array();
+        let moments =
+            if assembly.dimension == 2 { format!("{:.6}", g[2]) } else { g.map(|j| format!("{j:.6}")).join(", ") };
+        let error = if shape.error == 0.0 { "as given".to_owned() } else { format!("error below {:.0e}", shape.error) };
+        let fit = shape.misfit.map_or(String::new(), |misfit| {
+            format!("; the mesh is {:.4} R away on average, {:.4} R at most", misfit.mean, misfit.max)
+        });
+        text += &format!(
+            "  {:<12} {count} clumps of {} members, reach {:.4} R, J / m R² = {moments} ({error}){fit}\n",
+            shape.name,
+            shape.members.len(),
+            shape.reach()
+        );
+    }
+    text
 }
 
 fn model(setup: &Setup) -> String {

@@ -63,7 +63,9 @@ fn read(state: &Path) -> anyhow::Result<(Vec<GrainRow>, Surroundings)> {
         let flat = grains.iter().all(|g| g.z == 0.0);
         return Ok((grains, Surroundings::empty(if flat { 2 } else { 3 })));
     }
-    let table = state.join(io::FINAL);
+    // Of clumps the members are drawn.
+    let members = state.join(io::MEMBERS);
+    let table = if members.exists() { members } else { state.join(io::FINAL) };
     if !table.exists() {
         bail!("{}: has no {}; is it the folder of a run with \"csv\" in output.formats?", state.display(), io::FINAL);
     }

@@ -163,7 +163,7 @@ impl Run {
         let end = last_step(&assembly.stop, dt);
         let start = Instant::now();
         Ok(Run {
-            results: Results::create(folder, assembly.output, &assembly.materials)?,
+            results: Results::create(folder, assembly)?,
             end,
             history: Clock::new(history_interval(assembly, dt, end)),
             snapshots: assembly.output.snapshots.map(|seconds| Clock::new(seconds / dt)),
@@ -261,10 +261,10 @@ impl Run {
             End::Interrupted => (false, Some(format!("interrupted at step {step}"))),
             End::Stopped(error) => (false, Some(error.to_string())),
         };
-        let grains = self.simulation.grains()?;
+        let (grains, clumps) = (self.simulation.grains()?, self.simulation.clumps()?);
         let ending = Ending { wall_seconds, converged, stopped };
-        let summary = Summary::new(scene, &mut self.simulation, &sample, &grains, ending)?;
-        self.results.finish(&summary, &grains)
+        let summary = Summary::new(scene, &mut self.simulation, &sample, &grains, &clumps, ending)?;
+        self.results.finish(&summary, &grains, &clumps)
     }
 }
 

@@ -4,7 +4,7 @@ use super::{at, part, write};
 use crate::{
     error::{Error, Result},
     measure::Sample,
-    scene::{Grain, Material},
+    scene::{Clump, Grain, Material, Shape},
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -87,6 +87,33 @@ pub fn write_grains(path: &Path, grains: &[Grain], materials: &[Material]) -> Re
         let mut writer = csv::Writer::from_writer(file);
         for (id, grain) in grains.iter().enumerate() {
             writer.serialize(GrainRow::new(id, grain, materials))?;
+        }
+        writer.flush()
+    })
+}
+
+/// What a row of a clump has more than that of a grain, whose radius is that of the sphere (disk) of the same volume. Scenes read
+/// such tables too.
+#[derive(Serialize)]
+struct Pose<'a> {
+    shape: &'a str,
+    qw: f64,
+    qx: f64,
+    qy: f64,
+    qz: f64,
+}
+
+/// Writes all clumps in their order, with their centres of mass and the turn from the axes of their shapes to those of the scene.
+pub fn write_clumps(path: &Path, clumps: &[Clump], shapes: &[Shape], materials: &[Material]) -> Result<()> {
+    write(path, |file| {
+        let mut writer = csv::Writer::from_writer(file);
+        for (id, clump) in clumps.iter().enumerate() {
+            let Clump { position, velocity, spin, radius, material, fixed, .. } = *clump;
+            let grain = Grain { position, velocity, spin, radius, material, fixed };
+            let q = clump.orientation;
+            let shape = &shapes[clump.shape as usize].name;
+            let pose = Pose { shape, qw: q.w, qx: q.x, qy: q.y, qz: q.z };
+            writer.serialize((GrainRow::new(id, &grain, materials), pose))?;
         }
         writer.flush()
     })

@@ -4,7 +4,7 @@ use super::at;
 use crate::{
     error::{Error, Result},
     measure::{self, Sample},
-    scene::{self, Assembly, Grain, Surface},
+    scene::{self, Assembly, Clump, Grain, Surface},
     simulation::{Simulation, rigid::Solved},
 };
 use glam::DVec3;
@@ -44,6 +44,9 @@ pub struct Summary {
     /// Of contact dynamics.
     #[serde(flatten)]
     pub relaxation: Option<Relaxation>,
+    /// Of clumps.
+    #[serde(flatten)]
+    pub rotation: Option<Rotation>,
     /// Why the run ended before its time.
     pub stopped: Option<String>,
     pub version: &'static str,
@@ -74,6 +77,16 @@ impl Relaxation {
     }
 }
 
+/// How clumps have turned.
+#[derive(Clone, Debug, Serialize)]
+pub struct Rotation {
+    pub clumps: usize,
+    /// Most rounds of the predictor-corrector (2.24)-(2.31) in a step of a clump.
+    pub rotation_rounds_max: u32,
+    /// Steps of clumps that ended before they met the tolerance.
+    pub rotation_rounds_capped: u32,
+}
+
 /// How a run ended.
 pub struct Ending {
     pub wall_seconds: f64,
@@ -91,12 +104,19 @@ impl Summary {
         simulation: &mut Simulation,
         sample: &Sample,
         grains: &[Grain],
+        clumps: &[Clump],
         ending: Ending,
     ) -> Result<Summary> {
         let walls = simulation.walls()?;
+        let rounds = simulation.rotation_rounds()?;
         let s = &*simulation;
         let assembly = s.assembly();
-        let masses = measure::masses(assembly);
+        let (momentum, angular_momentum) = if clumps.is_empty() {
+            let masses = measure::masses(assembly);
+            (measure::momentum(grains, &masses), measure::angular_momentum(assembly, grains, &masses))
+        } else {
+            (measure::momentum_of_clumps(assembly, clumps), measure::angular_momentum_of_clumps(assembly, clumps))
+        };
         let work = grains.len() as f64 * s.step() as f64;
         Ok(Summary {
             scene: scene.to_owned(),
@@ -119,10 +139,15 @@ impl Summary {
             max_overlap_over_radius: sample.max_overlap_over_radius,
             unbalanced_force_ratio: sample.unbalanced_force_ratio,
             kinetic_energy: sample.kinetic_energy,
-            momentum: measure::momentum(grains, &masses),
-            angular_momentum: measure::angular_momentum(assembly, grains, &masses),
+            momentum,
+            angular_momentum,
             converged: ending.converged,
             relaxation: s.solved().map(Relaxation::new),
+            rotation: rounds.map(|(most, capped)| Rotation {
+                clumps: clumps.len(),
+                rotation_rounds_max: most,
+                rotation_rounds_capped: capped,
+            }),
             stopped: ending.stopped,
             version: env!("CARGO_PKG_VERSION"),
             surroundings: Surroundings::new(assembly, &walls),

@@ -26,8 +26,8 @@ macro_rules! number {
 
 number!(f64 = "Float64", i64 = "Int64", u32 = "UInt32");
 
-/// Writes a snapshot; material is the index of the material by name.
-pub fn write(out: &mut impl Write, time: f64, grains: &[Grain]) -> io::Result<()> {
+/// Writes a snapshot; material is the index of the material by name. `owners` are the clumps of the grains, or empty.
+pub fn write(out: &mut impl Write, time: f64, grains: &[Grain], owners: &[u32]) -> io::Result<()> {
     let count = grains.len();
     let ids = || (0..count).map(|id| id as i64);
     writeln!(out, r#"<?xml version="1.0"?>"#)?;
@@ -46,6 +46,9 @@ pub fn write(out: &mut impl Write, time: f64, grains: &[Grain]) -> io::Result<()
     vectors(out, "velocity", grains, |g| g.velocity)?;
     vectors(out, "angular_velocity", grains, |g| g.spin)?;
     array(out, "material", 1, grains.iter().map(|g| g.material))?;
+    if !owners.is_empty() {
+        array(out, "clump", 1, owners.iter().copied())?;
+    }
     writeln!(out, "</PointData>\n<Points>")?;
     vectors(out, "Points", grains, |g| g.position)?;
     writeln!(out, "</Points>\n<Verts>")?;

@@ -27,11 +27,16 @@ struct Block<'a> {
     motion: &'a mut [Motion],
     spin: &'a mut [Spin],
     travel: &'a mut [f64],
-    neighbour: &'a mut [u32],
-    spring: &'a mut [Packed],
+    lists: Lists<'a>,
 }
 
-impl Block<'_> {
+/// The slots of a run of grains.
+pub struct Lists<'a> {
+    pub neighbour: &'a mut [u32],
+    pub spring: &'a mut [Packed],
+}
+
+impl Lists<'_> {
     /// What smooth grains do not have is not kept.
     #[inline(always)]
     fn keep_spring(&mut self, slot: usize, f: DVec3) {
@@ -68,8 +73,7 @@ pub fn advance(s: &mut State) {
             motion,
             spin,
             travel,
-            neighbour,
-            spring,
+            lists: Lists { neighbour, spring },
         })
         .enumerate()
         .with_min_len(2)
@@ -101,12 +105,10 @@ impl WithSimd for Work<'_> {
 #[inline(always)]
 fn advance_block(s: &State, first: usize, block: &mut Block) -> (u32, bool) {
     let (mut bad, mut spent) = (0, false);
-    let Sums { of_grains, first_wall } = pushed_by_grains(s, first, block);
+    let Pushed { sums, crossed } = pushed(s, first, block.place.len(), &mut block.lists);
     for k in 0..block.place.len() {
-        let (i, mut sum) = (first + k, of_grains[k]);
+        let (i, sum, crossed) = (first + k, sums[k], crossed[k]);
         let here = body(s, i);
-        let walls = first_wall[k]..row_in_block(s, first, i).end;
-        let crossed = pushed_by_walls(s, i, &here, walls, block, &mut sum);
         let v = advanced(s, &here.motion, sum.force);
         let point = wrapped(s, moved(s, here.place.x, here.residue.x, s.params.dt * v));
         block.place[k] = Place { x: point.x, radius: here.place.radius };
@@ -129,35 +131,53 @@ fn advance_block(s: &State, first: usize, block: &mut Block) -> (u32, bool) {
     (bad, spent)
 }
 
-/// What grains do to the grains of a block, and the slots where their walls begin.
-struct Sums {
-    of_grains: [Gathered; BLOCK],
-    first_wall: [usize; BLOCK],
+/// What contacts do to the grains of a block, and whether the centre of one is beyond a wall.
+pub struct Pushed {
+    pub sums: [Gathered; BLOCK],
+    pub crossed: [bool; BLOCK],
 }
 
-/// Many contacts are computed at a time, and added in the order of the lists.
+/// The contacts of a run of `count` grains, with their springs, in the order of the lists.
 #[inline(always)]
-fn pushed_by_grains(s: &State, first: usize, block: &mut Block) -> Sums {
-    let mut sums = Sums { of_grains: [Gathered::default(); BLOCK], first_wall: [0; BLOCK] };
+pub fn pushed(s: &State, first: usize, count: usize, lists: &mut Lists) -> Pushed {
+    let mut pushed = Pushed { sums: [Gathered::default(); BLOCK], crossed: [false; BLOCK] };
+    let mut first_wall = [0; BLOCK];
+    pushed_by_grains(s, first, lists, &mut pushed.sums, &mut first_wall[..count]);
+    for (k, first_wall) in first_wall[..count].iter().enumerate() {
+        let i = first + k;
+        let walls = *first_wall..row_in_block(s, first, i).end;
+        pushed.crossed[k] = pushed_by_walls(s, i, &body(s, i), walls, lists, &mut pushed.sums[k]);
+    }
+    pushed
+}
+
+/// Many contacts are computed at a time, and added in the order of the lists. Says where walls begin.
+#[inline(always)]
+fn pushed_by_grains(
+    s: &State,
+    first: usize,
+    lists: &mut Lists,
+    sums: &mut [Gathered; BLOCK],
+    first_wall: &mut [usize],
+) {
     let mut batch = Batch::new(s);
-    for sides in near_sides(s, first, block, &mut sums.first_wall).chunks(LANES) {
+    for sides in near_sides(s, first, lists, first_wall).chunks(LANES) {
         batch.compute(s, sides, |side| {
             let slot = side.slot as usize;
-            spring_of(block.neighbour[slot], block.spring.get(slot))
+            spring_of(lists.neighbour[slot], lists.spring.get(slot))
         });
         for (lane, side) in sides.iter().enumerate() {
             let (k, slot) = (side.i as usize - first, side.slot as usize);
             let contact = batch.outcome(lane);
             let closed = contact.gap < 0.0;
             if closed {
-                block.keep_spring(slot, contact.spring);
-                sums.of_grains[k].force += contact.sum.force;
-                sums.of_grains[k].torque += contact.sum.torque;
+                lists.keep_spring(slot, contact.spring);
+                sums[k].force += contact.sum.force;
+                sums[k].torque += contact.sum.torque;
             }
-            block.flag(slot, closed);
+            lists.flag(slot, closed);
         }
     }
-    sums
 }
 
 /// The slots of grain i, counted from the first of its block.
@@ -169,15 +189,15 @@ fn row_in_block(s: &State, first: usize, i: usize) -> Range<usize> {
 
 /// The slots with grains that may touch.
 #[inline(always)]
-fn near_sides(s: &State, first: usize, block: &mut Block, first_wall: &mut [usize; BLOCK]) -> Vec<Side> {
-    let mut sides = vec![Side::default(); block.neighbour.len()];
+fn near_sides(s: &State, first: usize, lists: &mut Lists, first_wall: &mut [usize]) -> Vec<Side> {
+    let mut sides = vec![Side::default(); lists.neighbour.len()];
     let mut found = 0;
-    for (k, first_wall) in first_wall[..block.place.len()].iter_mut().enumerate() {
+    for (k, first_wall) in first_wall.iter_mut().enumerate() {
         let i = first + k;
         let (here, row) = (&s.place[i], row_in_block(s, first, i));
         *first_wall = row.end;
         for slot in row {
-            let entry = &mut block.neighbour[slot];
+            let entry = &mut lists.neighbour[slot];
             let j = *entry & INDEX;
             let Some(there) = s.place.get(j as usize) else {
                 *first_wall = slot;
@@ -201,24 +221,24 @@ fn pushed_by_walls(
     i: usize,
     here: &Body,
     slots: Range<usize>,
-    block: &mut Block,
+    lists: &mut Lists,
     sum: &mut Gathered,
 ) -> bool {
     let mut crossed = false;
     for slot in slots {
-        let entry = block.neighbour[slot];
+        let entry = lists.neighbour[slot];
         if entry == NONE {
             break;
         }
         let w = (entry & INDEX) as usize - s.sizes.bodies;
-        let contact = wall_contact(s, i, here, w, spring_of(entry, block.spring.get(slot)));
+        let contact = wall_contact(s, i, here, w, spring_of(entry, lists.spring.get(slot)));
         let closed = contact.closed;
         if closed {
-            block.keep_spring(slot, contact.spring);
+            lists.keep_spring(slot, contact.spring);
             sum.add(&contact);
             crossed |= contact.gap < -here.place.radius;
         }
-        block.flag(slot, closed);
+        lists.flag(slot, closed);
     }
     crossed
 }

@@ -1,7 +1,7 @@
 //! Twin of `shaders/count.wgsl`: how many slots each grain needs, and whether it is on the right side of every wall.
 
 use crate::{
-    laws::{grid::for_candidates, precision::residue_of, touch::within, walls::touch_wall},
+    laws::{grains::same_grain, grid::for_candidates, precision::residue_of, touch::within, walls::touch_wall},
     state::State,
 };
 use rayon::prelude::*;
@@ -31,7 +31,7 @@ fn slots_of(s: &State, i: usize) -> (u32, bool) {
     let fixed = s.motion[i].inverse_mass == 0.0;
     let reach = s.params.margin + 1e-5 * here.radius;
     let mut slots = 0;
-    for_candidates(s, here.x, |j| slots += u32::from(within(s, here, &s.place[j], reach) & (j != i)));
+    for_candidates(s, here.x, |j| slots += u32::from(within(s, here, &s.place[j], reach) & !same_grain(s, i, j)));
     let mut crossed = false;
     if !fixed {
         for wall in &s.wall[..s.sizes.walls] {

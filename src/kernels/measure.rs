@@ -2,11 +2,11 @@
 
 use crate::{
     laws::{
-        contact::{Body, Gathered, body, closed_contacts, contact_of, motion_now},
+        contact::{Body, Gathered, body, closed_contacts, contact_of},
         friction::{spring_energy, spring_of},
+        grains::{Energies, energies},
         materials::pair_of,
         normal::normal_energy,
-        rotation::spin_energy,
     },
     state::{INDEX, NONE, PARTS, Part, SPRUNG, State},
 };
@@ -25,8 +25,7 @@ pub fn measure(s: &mut State) {
 fn add_body(s: &State, i: usize, sum: &mut Part) {
     let p = &s.params;
     let here = body(s, i);
-    let inverse_mass = here.motion.inverse_mass;
-    if inverse_mass == 0.0 {
+    if here.motion.inverse_mass == 0.0 {
         return;
     }
     let (mut gathered, mut drag) = (Gathered::default(), DVec3::ZERO);
@@ -45,14 +44,15 @@ fn add_body(s: &State, i: usize, sum: &mut Part) {
         sum.single_sides += u32::from(single);
     }
     sum.dissipation += forgotten(s, i, &here) / p.dt;
-    let (v, w) = motion_now(s, &here, &gathered);
-    let kinetic = 0.5 * v.length_squared() / inverse_mass + spin_energy(s, &here, w);
-    let total = gathered.force + p.gravity / inverse_mass;
-    sum.kinetic += kinetic;
-    sum.potential -= p.gravity.dot(here.place.x + here.residue.x) / inverse_mass;
-    sum.net_force += total.length();
-    // Dashpots know the velocities of half a step ago, but it is those of now that they work against.
-    sum.dissipation += 2.0 * p.damping * kinetic - drag.dot(v - here.motion.v);
+    add_energies(sum, &energies(s, &here, &gathered, drag));
+}
+
+/// What a grain has by itself.
+pub fn add_energies(sum: &mut Part, own: &Energies) {
+    sum.kinetic += own.kinetic;
+    sum.potential += own.potential;
+    sum.net_force += own.net_force;
+    sum.dissipation += own.dissipation;
 }
 
 /// Whether only one side of a contact with neighbour j is measured.

@@ -1,6 +1,6 @@
 //! Twin of `shaders/grid.wgsl`: the wrapping grid of the broad phase.
 
-use super::{dimension::cell_coordinates, touch::within};
+use super::{dimension::cell_coordinates, grains::same_grain, touch::within};
 use crate::{model::Precision, state::State};
 use glam::{DVec3, IVec3, UVec3};
 
@@ -63,6 +63,6 @@ pub fn search(s: &State, i: usize, gap: f64, mut visit: impl FnMut(usize, bool))
     let fixed = s.motion[i].inverse_mass == 0.0;
     for_candidates(s, here.x, |j| {
         let pinned = fixed && s.motion[j].inverse_mass == 0.0;
-        visit(j, within(s, here, &s.place[j], gap) & (j != i) & !pinned);
+        visit(j, within(s, here, &s.place[j], gap) & !same_grain(s, i, j) & !pinned);
     });
 }

@@ -34,15 +34,30 @@ pub fn surface_velocity(spin: DVec3, arm: DVec3) -> DVec3 {
     spin_velocity(spin, arm)
 }
 
-/// Spin from n - 1/2 to n + 1/2: (2.19) with the moment in place of the force.
+/// ω from n - 1/2 to n + 1/2: (2.19) with the acceleration that the moment gives.
+#[inline(always)]
+pub fn spun(s: &State, w: DVec3, acceleration: DVec3) -> DVec3 {
+    let half = 0.5 * s.params.dt * s.params.damping;
+    w + (s.params.dt * acceleration - 2.0 * half * w) / (1.0 + half)
+}
+
+/// ω from 0 to -1/2.
+pub fn spun_back(s: &State, w: DVec3, acceleration: DVec3) -> DVec3 {
+    w - 0.5 * s.params.dt * (acceleration - s.params.damping * w)
+}
+
+/// ω from n - 1/2 to n: the inverse of the kick.
+pub fn half_spun(s: &State, w: DVec3, acceleration: DVec3) -> DVec3 {
+    (w + 0.5 * s.params.dt * acceleration) / (1.0 + 0.5 * s.params.dt * s.params.damping)
+}
+
+/// Spin from n - 1/2 to n + 1/2.
 #[inline(always)]
 pub fn advanced_spin(s: &State, here: &Body, torque: DVec3) -> DVec3 {
     if here.motion.inverse_mass == 0.0 {
         return here.spin;
     }
-    let half = 0.5 * s.params.dt * s.params.damping;
-    let j = inverse_inertia(s, &here.place, here.motion.inverse_mass);
-    here.spin + (s.params.dt * j * torque - 2.0 * half * here.spin) / (1.0 + half)
+    spun(s, here.spin, inverse_inertia(s, &here.place, here.motion.inverse_mass) * torque)
 }
 
 /// Spin from 0 to -1/2.
@@ -50,9 +65,7 @@ pub fn kicked_spin(s: &State, here: &Body, torque: DVec3) -> DVec3 {
     if here.motion.inverse_mass == 0.0 {
         return here.spin;
     }
-    let acceleration =
-        inverse_inertia(s, &here.place, here.motion.inverse_mass) * torque - s.params.damping * here.spin;
-    here.spin - 0.5 * s.params.dt * acceleration
+    spun_back(s, here.spin, inverse_inertia(s, &here.place, here.motion.inverse_mass) * torque)
 }
 
 /// Spin from n - 1/2 to n: the inverse of the kick.
@@ -60,8 +73,7 @@ pub fn spin_at_step(s: &State, here: &Body, torque: DVec3) -> DVec3 {
     if here.motion.inverse_mass == 0.0 {
         return here.spin;
     }
-    let j = inverse_inertia(s, &here.place, here.motion.inverse_mass);
-    (here.spin + 0.5 * s.params.dt * j * torque) / (1.0 + 0.5 * s.params.dt * s.params.damping)
+    half_spun(s, here.spin, inverse_inertia(s, &here.place, here.motion.inverse_mass) * torque)
 }
 
 /// Kinetic energy of a spin at step n, J.

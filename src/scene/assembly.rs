@@ -1,8 +1,10 @@
 //! What a validated scene comes down to: numbers in SI units, grains in input order, materials by index.
 //! Everything below `scene` in the crate reads this and nothing else of the scene file.
 
+use super::shape::Shape;
 use crate::cd;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
+use std::ops::Range;
 
 /// A scene with every default filled in, every population placed and every value checked.
 /// In two dimensions all `z` components are 0 and spins have only a `z` component.
@@ -20,8 +22,12 @@ pub struct Assembly {
     pub pairs: Vec<Pair>,
     /// Walls; a box of the scene file is already split into its planes.
     pub walls: Vec<Wall>,
-    /// Grains in input order; the index is the grain's id everywhere.
+    /// Grains in input order; the index is the grain's id everywhere. The members of a clump are grains that follow each other.
     pub grains: Vec<Grain>,
+    /// Shapes that clumps have.
+    pub shapes: Vec<Shape>,
+    /// Empty, or all grains are members of clumps, in order: single spheres among clumps are clumps of one member.
+    pub clumps: Vec<Clump>,
     /// Numbers of the method.
     pub solver: Solver,
     /// When to stop.
@@ -120,6 +126,61 @@ pub struct Grain {
     pub material: u32,
     /// A fixed grain keeps its velocity and spin, whatever pushes it.
     pub fixed: bool,
+}
+
+/// A rigid clump at time 0: a shape of some size. Its members are grains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clump {
+    /// Index into `shapes`.
+    pub shape: u32,
+    /// The first of its members in `grains`; as many follow as the shape has.
+    pub first: u32,
+    /// Centre of mass, m.
+    pub position: DVec3,
+    /// Rotates from the axes in which the shape was given to those of the scene.
+    pub orientation: DQuat,
+    /// Of the centre of mass, m/s.
+    pub velocity: DVec3,
+    /// Along the axes of the scene, rad/s.
+    pub spin: DVec3,
+    /// Radius of the sphere (disk) of the same volume, m.
+    pub radius: f64,
+    /// Index into `materials`.
+    pub material: u32,
+    /// A fixed clump keeps its velocity and spin, whatever pushes it.
+    pub fixed: bool,
+}
+
+impl Clump {
+    /// Its members, as long as no period moves them.
+    pub fn members<'a>(&self, shape: &'a Shape) -> impl Iterator<Item = Grain> + use<'a> {
+        let clump = *self;
+        let principal = clump.orientation * shape.frame;
+        shape.members.iter().map(move |member| {
+            let arm = clump.radius * (principal * member.arm);
+            Grain {
+                position: clump.position + arm,
+                velocity: clump.velocity + clump.spin.cross(arm),
+                spin: clump.spin,
+                radius: clump.radius * member.radius,
+                material: clump.material,
+                fixed: clump.fixed,
+            }
+        })
+    }
+}
+
+impl Assembly {
+    /// Indices of the members of clump k in `grains`.
+    pub fn members(&self, k: usize) -> Range<usize> {
+        let end = self.clumps.get(k + 1).map_or(self.grains.len(), |next| next.first as usize);
+        self.clumps[k].first as usize..end
+    }
+
+    /// The clump of every grain; empty in a scene without clumps.
+    pub fn owners(&self) -> Vec<u32> {
+        (0..self.clumps.len()).flat_map(|k| self.members(k).map(move |_| k as u32)).collect()
+    }
 }
 
 /// Time step as the scene asks for it.

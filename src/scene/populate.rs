@@ -1,13 +1,18 @@
 //! Populations: many grains from a table, on a lattice or at random.
 
-use glam::DVec3;
+use std::f64::consts::TAU;
+
+use glam::{DQuat, DVec3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use super::bodies::{Bodies, Body, Pose};
 use super::check::{AXES, Check, show, show_vector};
 use super::neighbours::Neighbours;
-use super::schema::{Placement, Population};
+use super::schema::{Mixture, Placement, Population};
+use super::shape::{Shape, Shapes};
+use super::validate::orientation;
 use super::walls::distance;
 use super::{Domain, Grain, Surface, Wall, radius, table};
 use crate::Result;
@@ -24,14 +29,8 @@ pub struct Site<'a> {
     pub seed: u64,
 }
 
-/// Adds population number `number` to `grains`.
-pub fn populate(
-    population: &Population,
-    number: usize,
-    site: &Site,
-    grains: &mut Vec<Grain>,
-    check: &Check,
-) -> Result<()> {
+/// Adds population number `number` to `bodies`.
+pub fn populate(population: &Population, number: usize, site: &Site, bodies: &mut Bodies, check: &Check) -> Result<()> {
     let key = format!("population.{number}");
     // Spread out, so that neighbouring seeds share no population.
     let seed = site.seed ^ (number as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15);
@@ -44,8 +43,7 @@ pub fn populate(
         let rule = "must be 0 with fixed = true; each fixed grain would drift on its own for ever";
         return Err(check.origin.bad(&format!("{key}.velocity_spread"), show(spread), rule));
     }
-    let first = grains.len();
-    if let Some(file) = &population.file {
+    let mut placed = if let Some(file) = &population.file {
         let material = population.material.as_deref();
         let options = table::Options {
             scale: check.positive(&format!("{key}.scale"), population.scale.unwrap_or(1.0), "")?,
@@ -53,13 +51,13 @@ pub fn populate(
             material: material.map(|name| check.material(&format!("{key}.material"), name)).transpose()?,
         };
         let path = check.origin.directory.join(file);
-        grains.append(&mut table::read(&path, &options, check)?);
+        table::read(&path, &options, &mut bodies.shapes, check)?
     } else {
-        let mut placed = place(population, &key, site, grains, &mut rng, check)?;
-        grains.append(&mut placed);
-    }
+        place(population, &key, site, bodies, &mut rng, check)?
+    };
     let velocity = check.vector_or_zero(&format!("{key}.velocity"), population.velocity.as_deref())?;
-    for grain in &mut grains[first..] {
+    for body in &mut placed {
+        let grain = &mut body.grain;
         grain.fixed = population.fixed;
         grain.velocity += velocity;
         if spread > 0.0 {
@@ -69,6 +67,8 @@ pub fn populate(
             }
         }
     }
+    bodies.grains.reserve(placed.len());
+    placed.iter().for_each(|body| bodies.push(body));
     Ok(())
 }
 
@@ -76,17 +76,22 @@ fn refuse_foreign_keys(population: &Population, key: &str, check: &Check) -> Res
     let from_file = population.file.is_some();
     let placing = [
         ("radius", population.radius.is_some()),
+        ("shape", population.shape.is_some()),
+        ("orientation", population.orientation.is_some()),
         ("placement", population.placement.is_some()),
         ("gap", population.gap.is_some()),
         ("region", population.region.is_some()),
     ];
     if let Some((field, _)) = placing.iter().find(|(_, set)| *set && from_file) {
-        let message = "does not go with `file`, which gives every position and radius";
+        let message = "does not go with `file`, which gives every position, radius and shape";
         return Err(check.origin.wrong(&format!("{key}.{field}"), message));
     }
     if population.scale.is_some() && !from_file {
         let message = "goes with `file` only";
         return Err(check.origin.wrong(&format!("{key}.scale"), message));
+    }
+    if population.orientation.is_some() && population.shape.is_none() {
+        return Err(check.origin.wrong(&format!("{key}.orientation"), "goes with `shape` only"));
     }
     let random = population.placement == Some(Placement::Random);
     if population.gap.is_some() && random {
@@ -103,10 +108,10 @@ fn place(
     population: &Population,
     key: &str,
     site: &Site,
-    earlier: &[Grain],
+    earlier: &mut Bodies,
     rng: &mut ChaCha8Rng,
     check: &Check,
-) -> Result<Vec<Grain>> {
+) -> Result<Vec<Body>> {
     let missing = |field: &str| {
         let message = format!("missing key `{field}`; a population needs `file`, or `material`, `count` and `radius`");
         check.origin.wrong(key, message)
@@ -123,27 +128,90 @@ fn place(
     let gap = population.gap.unwrap_or(0.05);
     check.not_negative(&format!("{key}.gap"), gap, " (a fraction of the diameter)")?;
 
-    let (lower, upper) = region(population, key, site, check)?;
-    let largest = radii.iter().copied().fold(0.0, f64::max);
-    let known = earlier.iter().map(|grain| grain.radius);
-    let mut neighbours = Neighbours::new(*site.domain, check.dimension, known.fold(largest, f64::max));
-    for grain in earlier {
-        neighbours.insert(grain.position, grain.radius);
-    }
-    let mut job = Job { key, site, check, lower, upper, largest, neighbours };
-    let positions = match population.placement.unwrap_or(Placement::Lattice) {
-        Placement::Lattice => job.lattice(&radii, gap, rng)?,
-        Placement::Random => job.random(&radii, rng)?,
-    };
-    let grain = |(position, radius)| Grain {
-        position,
+    let poses = poses(population, key, count, &mut earlier.shapes, rng, check)?;
+    let grain = |radius| Grain {
+        position: DVec3::ZERO,
         velocity: DVec3::ZERO,
         spin: DVec3::ZERO,
         radius,
         material,
         fixed: false,
     };
-    Ok(positions.into_iter().zip(radii).map(grain).collect())
+    let mut bodies: Vec<Body> =
+        radii.iter().zip(poses).map(|(radius, pose)| Body { grain: grain(*radius), pose }).collect();
+
+    let (lower, upper) = region(population, key, site, check)?;
+    let shapes = &earlier.shapes.all;
+    let reaches: Vec<f64> = bodies.iter().map(|body| body.reach(shapes)).collect();
+    let largest = reaches.iter().copied().fold(0.0, f64::max);
+    let known = earlier.grains.iter().map(|grain| grain.radius);
+    let mut neighbours = Neighbours::new(*site.domain, check.dimension, known.fold(largest, f64::max));
+    for grain in &earlier.grains {
+        neighbours.insert(grain.position, grain.radius);
+    }
+    let mut job = Job { key, site, check, shapes, lower, upper, largest, neighbours };
+    let positions = match population.placement.unwrap_or(Placement::Lattice) {
+        Placement::Lattice => job.lattice(&reaches, gap, rng)?,
+        Placement::Random => job.random(&bodies, &reaches, rng)?,
+    };
+    bodies.iter_mut().zip(positions).for_each(|(body, position)| body.grain.position = position);
+    Ok(bodies)
+}
+
+/// Shape and orientation of every grain; none of a population of spheres.
+fn poses(
+    population: &Population,
+    key: &str,
+    count: usize,
+    shapes: &mut Shapes,
+    rng: &mut ChaCha8Rng,
+    check: &Check,
+) -> Result<Vec<Option<Pose>>> {
+    let key_of = |field: &str| format!("{key}.{field}");
+    let shares = match &population.shape {
+        None => return Ok(vec![None; count]),
+        Some(Mixture::All(name)) => vec![(shapes.named(&key_of("shape"), name)?, 1.0)],
+        Some(Mixture::Shares(table)) => {
+            let share = |(name, share): (&String, &f64)| {
+                let key = format!("{key}.shape.{name}");
+                check.not_negative(&key, *share, ", the share of a shape")?;
+                Ok((shapes.named(&key, name)?, *share))
+            };
+            table.iter().map(share).collect::<Result<Vec<_>>>()?
+        }
+    };
+    let total: f64 = shares.iter().map(|(_, share)| share).sum();
+    if !(total > 0.0 && total.is_finite()) {
+        return Err(check.origin.wrong(&key_of("shape"), "the shares must add up to a positive number"));
+    }
+    let fixed = match &population.orientation {
+        Some(given) => orientation(given, &key_of("orientation"), check)?,
+        None => None,
+    };
+    let pose = |_| {
+        let mut left = if shares.len() == 1 { 0.0 } else { total * rng.random::<f64>() };
+        let chosen = shares.iter().find(|(_, share)| {
+            left -= share;
+            left < 0.0
+        });
+        let shape = chosen.or(shares.last()).map_or(0, |(shape, _)| *shape);
+        Some(Pose { shape, orientation: fixed.unwrap_or_else(|| random_orientation(check.dimension, rng)) })
+    };
+    Ok((0..count).map(pose).collect())
+}
+
+/// Uniform on SO(3): the direction of a normal vector of four components. In the plane any angle.
+fn random_orientation(dimension: usize, rng: &mut ChaCha8Rng) -> DQuat {
+    if dimension == 2 {
+        return DQuat::from_rotation_z(TAU * rng.random::<f64>());
+    }
+    loop {
+        let [x, y, z, w]: [f64; 4] = std::array::from_fn(|_| StandardNormal.sample(rng));
+        let q = DQuat::from_xyzw(x, y, z, w);
+        if q.length() > 1e-6 {
+            return q.normalize();
+        }
+    }
 }
 
 /// Corners of the space a population may fill: domain, upright walls and `region` together.
@@ -181,9 +249,10 @@ struct Job<'a> {
     key: &'a str,
     site: &'a Site<'a>,
     check: &'a Check<'a>,
+    shapes: &'a [Shape],
     lower: DVec3,
     upper: DVec3,
-    /// Largest radius of the population, m.
+    /// Largest radius of the population, of clumps that of the ball around them, m.
     largest: f64,
     /// Grains placed so far.
     neighbours: Neighbours,
@@ -272,25 +341,40 @@ impl Job<'_> {
         (count.max(0.0) as usize, jitter)
     }
 
-    /// Random sequential insertion, the largest grains first because they need the most room.
-    fn random(&mut self, radii: &[f64], rng: &mut ChaCha8Rng) -> Result<Vec<DVec3>> {
+    /// Random sequential insertion, the largest grains first because they need the most room. What a clump needs is what its
+    /// members do, as it is turned.
+    fn random(&mut self, bodies: &[Body], reaches: &[f64], rng: &mut ChaCha8Rng) -> Result<Vec<DVec3>> {
         for axis in 0..self.check.dimension {
             self.need_bounds(axis, true, true)?;
         }
-        let mut order: Vec<usize> = (0..radii.len()).collect();
-        order.sort_by(|&a, &b| radii[b].total_cmp(&radii[a]));
-        let mut positions = vec![DVec3::ZERO; radii.len()];
+        let mut order: Vec<usize> = (0..bodies.len()).collect();
+        order.sort_by(|&a, &b| reaches[b].total_cmp(&reaches[a]));
+        let mut positions = vec![DVec3::ZERO; bodies.len()];
         for (done, &index) in order.iter().enumerate() {
-            let radius = radii[index];
-            let mut trials = (0..ATTEMPTS).filter_map(|_| self.random_point(radius, rng));
-            let Some(position) = trials.find(|&position| self.is_free(position, radius)) else {
+            let members = bodies[index].spheres(self.shapes);
+            let free = |position: DVec3| members.iter().all(|m| self.is_free(position + m.position, m.radius));
+            // Members are asked for their place in the region one by one where the clump is not a ball.
+            let inset = if members.len() == 1 { reaches[index] } else { 0.0 };
+            let inside = |position: DVec3| members.len() == 1 || self.holds(position, &members);
+            let mut trials = (0..ATTEMPTS).filter_map(|_| self.random_point(inset, rng));
+            let Some(position) = trials.find(|&position| inside(position) && free(position)) else {
                 let detail = "at random";
-                return Err(self.too_small(done, radii.len(), detail));
+                return Err(self.too_small(done, bodies.len(), detail));
             };
-            self.neighbours.insert(position, radius);
+            members.iter().for_each(|m| self.neighbours.insert(position + m.position, m.radius));
             positions[index] = position;
         }
         Ok(positions)
+    }
+
+    /// Whether all members of a clump at this position are inside the region.
+    fn holds(&self, position: DVec3, members: &[Grain]) -> bool {
+        (0..self.check.dimension).filter(|axis| !self.wraps(*axis)).all(|axis| {
+            members.iter().all(|m| {
+                let x = position[axis] + m.position[axis];
+                x - m.radius >= self.lower[axis] && x + m.radius <= self.upper[axis]
+            })
+        })
     }
 
     /// A point for a grain that lies inside the region as a whole; None if the region is too narrow for it.

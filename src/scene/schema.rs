@@ -24,6 +24,8 @@ pub struct File {
     #[serde(default)]
     pub wall: Vec<Wall>,
     #[serde(default)]
+    pub shape: Vec<Shape>,
+    #[serde(default)]
     pub grain: Vec<Grain>,
     #[serde(default)]
     pub population: Vec<Population>,
@@ -110,11 +112,59 @@ pub enum WallKind {
     Cylinder,
 }
 
+/// Its members are given one way or another; `shape.rs` checks which keys go together.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Shape {
+    pub name: String,
+    pub members: Option<Vec<Member>>,
+    pub file: Option<String>,
+    pub kind: Option<String>,
+    pub mesh: Option<String>,
+    pub spheres: Option<usize>,
+    pub distance: Option<f64>,
+    pub count: Option<usize>,
+    pub seed: Option<u64>,
+    pub volume: Option<f64>,
+    pub center: Option<Vec<f64>>,
+    pub inertia: Option<Vec<f64>>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Member {
+    pub center: Vec<f64>,
+    pub radius: f64,
+}
+
+/// How a clump is turned: from the axes of its shape to those of the scene.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "orientation must be \"random\", a number of radians (dimension = 2), or one of { quaternion = [w, x, y, z] }, { euler = [phi, theta, psi] } (dimension = 3)"
+)]
+pub enum Orientation {
+    Plane(f64),
+    Word(String),
+    Space(Turn),
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Turn {
+    /// w, x, y, z; of any length but 0.
+    Quaternion([f64; 4]),
+    /// φ, θ, ψ about z, x' and z', rad.
+    Euler([f64; 3]),
+}
+
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Grain {
     pub position: Vec<f64>,
     pub radius: f64,
+    pub shape: Option<String>,
+    pub orientation: Option<Orientation>,
     pub material: String,
     pub velocity: Option<Vec<f64>>,
     pub spin: Option<Spin>,
@@ -137,6 +187,8 @@ pub struct Population {
     pub scale: Option<f64>,
     pub count: Option<usize>,
     pub radius: Option<Radius>,
+    pub shape: Option<Mixture>,
+    pub orientation: Option<Orientation>,
     pub placement: Option<Placement>,
     pub gap: Option<f64>,
     pub region: Option<Region>,
@@ -174,6 +226,16 @@ pub struct Moments {
     pub std: f64,
     pub min: Option<f64>,
     pub max: Option<f64>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "shape must be the name of a shape, or a table of names with their shares such as { dimer = 2, rod = 1 }"
+)]
+pub enum Mixture {
+    All(String),
+    Shares(BTreeMap<String, f64>),
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]

@@ -2,16 +2,19 @@
 
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use super::Grain;
+use super::bodies::{Body, Pose};
 use super::check::{Check, show};
+use super::shape::{Member, Shapes};
 use crate::{Error, Result};
 
 /// A value, or what is wrong with it.
 type Parsed<T> = std::result::Result<T, String>;
 
-const COLUMNS: [&str; 12] = ["id", "x", "y", "z", "radius", "vx", "vy", "vz", "wx", "wy", "wz", "material"];
+const COLUMNS: [&str; 17] =
+    ["id", "x", "y", "z", "radius", "vx", "vy", "vz", "wx", "wy", "wz", "material", "shape", "qw", "qx", "qy", "qz"];
 
 /// How a table is read.
 pub struct Options {
@@ -23,8 +26,8 @@ pub struct Options {
     pub material: Option<u32>,
 }
 
-/// Reads the grains of a CSV file.
-pub fn read(path: &Path, options: &Options, check: &Check) -> Result<Vec<Grain>> {
+/// Reads the grains and clumps of a CSV file.
+pub fn read(path: &Path, options: &Options, shapes: &mut Shapes, check: &Check) -> Result<Vec<Body>> {
     let text = super::read_text(path, "a grain table")?;
     let file_error = |message| Error::Scene(format!("{}: {message}", path.display()));
     let line_error = |line: usize, message| Error::Scene(format!("{}:{line}: {message}", path.display()));
@@ -42,8 +45,16 @@ pub fn read(path: &Path, options: &Options, check: &Check) -> Result<Vec<Grain>>
     let mut grains = Vec::new();
     for (row, line) in lines.take(options.count.unwrap_or(usize::MAX)) {
         split(row, &mut values);
-        let grain = columns.grain(&values, options, check);
-        grains.push(grain.map_err(|message| line_error(line, message))?);
+        let grain = columns.grain(&values, options, check).map_err(|message| line_error(line, message))?;
+        let pose = match columns.shape.map_or("", |column| values[column]) {
+            "" => None,
+            name => {
+                let orientation = columns.orientation(&values).map_err(|message| line_error(line, message))?;
+                let key = format!("{}:{line}: shape", path.display());
+                Some(Pose { shape: shapes.named(&key, name)?, orientation })
+            }
+        };
+        grains.push(Body { grain, pose });
     }
     match options.count {
         Some(count) if grains.len() < count => {
@@ -68,6 +79,9 @@ struct Columns {
     spin: [Option<usize>; 3],
     radius: usize,
     material: Option<usize>,
+    shape: Option<usize>,
+    /// w, x, y, z
+    orientation: [Option<usize>; 4],
 }
 
 impl Columns {
@@ -93,6 +107,8 @@ impl Columns {
             spin: ["wx", "wy", "wz"].map(find),
             radius: need("radius")?,
             material: find("material"),
+            shape: find("shape"),
+            orientation: ["qw", "qx", "qy", "qz"].map(find),
         };
         if columns.material.is_none() && options.material.is_none() {
             return Err("has no column \"material\", so the population needs the key `material`".to_owned());
@@ -124,6 +140,21 @@ impl Columns {
             material,
             fixed: false,
         })
+    }
+
+    /// A unit quaternion; identity where the table has none.
+    fn orientation(&self, row: &[&str]) -> Parsed<DQuat> {
+        let [Some(w), Some(x), Some(y), Some(z)] = self.orientation else {
+            return match self.orientation {
+                [None, None, None, None] => Ok(DQuat::IDENTITY),
+                _ => Err("the columns qw, qx, qy, qz go together".to_owned()),
+            };
+        };
+        let q = DQuat::from_xyzw(number(row, x)?, number(row, y)?, number(row, z)?, number(row, w)?);
+        match (q.length() - 1.0).abs() < 1e-3 {
+            true => Ok(q.normalize()),
+            false => Err(format!("the quaternion has the length {}, must be 1", show(q.length()))),
+        }
     }
 
     fn material(&self, row: &[&str], options: &Options, check: &Check) -> Parsed<u32> {
@@ -158,5 +189,48 @@ fn number(row: &[&str], column: usize) -> Parsed<f64> {
     match text.parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
         _ => Err(format!("value {} = \"{text}\": must be a finite number", column + 1)),
+    }
+}
+
+/// Reads the members of a shape: columns x, y, z (in the plane no z) and radius, in any unit.
+pub fn members(path: &Path, check: &Check) -> Result<Vec<Member>> {
+    let text = super::read_text(path, "a table of members")?;
+    let line_error = |line: usize, message: String| Error::Scene(format!("{}:{line}: {message}", path.display()));
+    let mut lines = text
+        .trim_start_matches('\u{feff}')
+        .lines()
+        .zip(1..)
+        .filter(|(line, _)| !line.trim().is_empty() && !line.starts_with('#'));
+    let names = &["x", "y", "z"][..check.dimension];
+    let wanted: Vec<&str> = names.iter().copied().chain(["radius"]).collect();
+    let mut values = Vec::new();
+    let (header, line) = lines.next().ok_or_else(|| line_error(1, "has no header line".to_owned()))?;
+    split(header, &mut values);
+    let column = |name: &&str| values.iter().position(|value| value == name);
+    let columns: Option<Vec<usize>> = wanted.iter().map(column).collect();
+    let columns = columns
+        .filter(|columns| columns.len() == values.len())
+        .ok_or_else(|| line_error(line, format!("must have the columns {} and no others", wanted.join(", "))))?;
+    let mut members = Vec::new();
+    for (row, line) in lines {
+        let mut values = Vec::new();
+        split(row, &mut values);
+        if values.len() != columns.len() {
+            let message = format!("has {} values, the header line {} columns", values.len(), columns.len());
+            return Err(line_error(line, message));
+        }
+        let mut lanes = [0.0; 4];
+        for (lane, column) in lanes.iter_mut().zip(&columns) {
+            *lane = number(&values, *column).map_err(|message| line_error(line, message))?;
+        }
+        let [x, y, z, radius] = if check.dimension == 2 { [lanes[0], lanes[1], 0.0, lanes[2]] } else { lanes };
+        if radius <= 0.0 {
+            return Err(line_error(line, format!("radius = {}: must be positive", show(radius))));
+        }
+        members.push(Member { arm: DVec3::new(x, y, z), radius });
+    }
+    match members.is_empty() {
+        true => Err(line_error(line, "has no rows below its header line".to_owned())),
+        false => Ok(members),
     }
 }

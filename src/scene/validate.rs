@@ -1,15 +1,18 @@
 //! From the scene file to the assembly: every value checked, every default filled in.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
+use super::bodies::{Bodies, Body, Pose};
 use super::check::{AXES, Check, show, show_vector};
 use super::neighbours::Neighbours;
 use super::populate::{Site, populate};
-use super::schema::{self, Boundary, Face, File, Format, Spin};
+use super::schema::{self, Boundary, Face, File, Format, Orientation, Spin, Turn};
+use super::shape::{Shape, Shapes};
 use super::walls::{distance, walls};
 use super::{
-    Assembly, Domain, Grain, Material, Method, Origin, Output, Relaxation, Solver, Stop, TimeStep, Wall, materials,
+    Assembly, Clump, Domain, Grain, Material, Method, Origin, Output, Relaxation, Solver, Stop, TimeStep, Wall,
+    materials,
 };
 use crate::{Error, Result, cd};
 use std::str::FromStr;
@@ -41,8 +44,15 @@ pub fn assemble(file: &File, origin: &Origin) -> Result<Assembly> {
     let stop = stop(&file.stop, check)?;
     let output = output(&file.output, check)?;
     let site = Site { domain: &domain, walls: &walls, gravity, seed: file.seed };
-    let mut grains = grains(file, &site, check)?;
-    check_grains(&mut grains, &site, solver.allow_overlap, check)?;
+    let mut bodies = Bodies::new(Shapes::read(&file.shape, check)?, domain);
+    grains(file, &site, &mut bodies, check)?;
+    let (shapes, mut grains, mut clumps) = bodies.finish();
+    check_clumps(&mut clumps, &shapes, &domain, check)?;
+    if check.rigid && !clumps.is_empty() {
+        let rule = "does not take clumps yet; use method = \"dem\"";
+        return Err(origin.bad("solver.method", "\"cd\"", rule));
+    }
+    check_grains(&mut grains, &clumps, &site, solver.allow_overlap, check)?;
     Ok(Assembly {
         dimension,
         gravity,
@@ -55,6 +65,8 @@ pub fn assemble(file: &File, origin: &Origin) -> Result<Assembly> {
         pairs,
         walls,
         grains,
+        shapes,
+        clumps,
         solver,
         stop,
         output,
@@ -176,14 +188,15 @@ fn output(output: &schema::Output, check: &Check) -> Result<Output> {
 }
 
 /// Single grains first, then the populations, in the order of the file.
-fn grains(file: &File, site: &Site, check: &Check) -> Result<Vec<Grain>> {
-    let mut grains = Vec::new();
+fn grains(file: &File, site: &Site, bodies: &mut Bodies, check: &Check) -> Result<()> {
     for (number, grain) in file.grain.iter().enumerate() {
-        grains.push(single(grain, &format!("grain.{number}"), check)?);
+        let body = single(grain, &format!("grain.{number}"), &mut bodies.shapes, check)?;
+        bodies.push(&body);
     }
     for (number, population) in file.population.iter().enumerate() {
-        populate(population, number, site, &mut grains, check)?;
+        populate(population, number, site, bodies, check)?;
     }
+    let grains = &bodies.grains;
     if grains.is_empty() {
         let message = "the scene has no grains; add a [[grain]] or a [[population]]";
         return Err(check.origin.wrong("grain", message));
@@ -191,10 +204,10 @@ fn grains(file: &File, site: &Site, check: &Check) -> Result<Vec<Grain>> {
     if u32::try_from(grains.len()).is_err() {
         return Err(check.origin.wrong("population", "too many grains"));
     }
-    Ok(grains)
+    Ok(())
 }
 
-fn single(grain: &schema::Grain, key: &str, check: &Check) -> Result<Grain> {
+fn single(grain: &schema::Grain, key: &str, shapes: &mut Shapes, check: &Check) -> Result<Body> {
     let at = |field: &str| format!("{key}.{field}");
     let spin = match (check.dimension, &grain.spin) {
         (_, None) => DVec3::ZERO,
@@ -212,29 +225,92 @@ fn single(grain: &schema::Grain, key: &str, check: &Check) -> Result<Grain> {
     let radius = check.positive(&at("radius"), grain.radius, " of m")?;
     let material = check.material(&at("material"), &grain.material)?;
     check.body(&at("radius"), radius, material)?;
-    Ok(Grain {
+    let shape = grain.shape.as_ref().map(|name| shapes.named(&at("shape"), name)).transpose()?;
+    let turn = grain.orientation.as_ref().map(|turn| orientation(turn, &at("orientation"), check)).transpose()?;
+    let pose = match (shape, turn) {
+        (None, Some(_)) => return Err(check.origin.wrong(&at("orientation"), "goes with `shape` only")),
+        (_, Some(None)) => {
+            let rule = "is for populations; a single grain has one orientation";
+            return Err(check.origin.bad(&at("orientation"), "\"random\"", rule));
+        }
+        (shape, turn) => shape.map(|shape| Pose { shape, orientation: turn.flatten().unwrap_or(DQuat::IDENTITY) }),
+    };
+    let grain = Grain {
         position: check.vector(&at("position"), &grain.position)?,
         velocity: check.vector_or_zero(&at("velocity"), grain.velocity.as_deref())?,
         spin,
         radius,
         material,
         fixed: grain.fixed,
-    })
+    };
+    Ok(Body { grain, pose })
+}
+
+/// The orientation; None: random. Euler angles are those of (2.34)-(2.37), Rz(φ) Rx(θ) Rz(ψ); a quaternion is (w, x, y, z), which
+/// are q4, q2, -q1, q3 of the chapter.
+pub fn orientation(given: &schema::Orientation, key: &str, check: &Check) -> Result<Option<DQuat>> {
+    let wrong = |message: &str| Err(check.origin.wrong(key, message));
+    match (check.dimension, given) {
+        (_, Orientation::Word(word)) if word == "random" => Ok(None),
+        (_, Orientation::Word(word)) => {
+            Err(check.origin.bad(key, format!("\"{word}\""), "must be \"random\", an angle or a table of one"))
+        }
+        (2, Orientation::Plane(angle)) => Ok(Some(DQuat::from_rotation_z(*angle))),
+        (3, Orientation::Space(Turn::Euler([phi, theta, psi]))) => {
+            Ok(Some(DQuat::from_rotation_z(*phi) * DQuat::from_rotation_x(*theta) * DQuat::from_rotation_z(*psi)))
+        }
+        (3, Orientation::Space(Turn::Quaternion([w, x, y, z]))) => {
+            let q = DQuat::from_xyzw(*x, *y, *z, *w);
+            if q.length() > 1e-150 && q.length() < 1e150 {
+                return Ok(Some(q.normalize()));
+            }
+            wrong("the quaternion must have a length other than 0")
+        }
+        (2, _) => wrong("must be a number of radians, or \"random\" (dimension = 2)"),
+        _ => {
+            wrong("must be { quaternion = [w, x, y, z] }, { euler = [phi, theta, psi] }, or \"random\" (dimension = 3)")
+        }
+    }
+}
+
+/// Clumps as wholes: in the domain, and too small to meet themselves around a period.
+fn check_clumps(clumps: &mut [Clump], shapes: &[Shape], domain: &Domain, check: &Check) -> Result<()> {
+    for (id, clump) in clumps.iter_mut().enumerate() {
+        let shape = &shapes[clump.shape as usize];
+        let widest = shape.members.iter().map(|m| m.radius).fold(0.0, f64::max);
+        for axis in (0..check.dimension).filter(|axis| domain.periodic[*axis]) {
+            let (low, high) = (domain.lower[axis], domain.upper[axis]);
+            let least = 2.0 * clump.radius * (shape.reach() + widest);
+            if high - low < least {
+                let message = format!(
+                    "the periodic axis {} is {} m long, must be at least {} m for a clump of shape \"{}\" and size {} m",
+                    AXES[axis],
+                    show(high - low),
+                    show(least),
+                    shape.name,
+                    show(clump.radius)
+                );
+                return Err(check.origin.wrong("domain", message));
+            }
+        }
+        check_in_domain("clump", id, &mut clump.position, domain, check)?;
+    }
+    Ok(())
 }
 
 /// Checks the start as a whole: domain, walls, overlaps.
-fn check_grains(grains: &mut [Grain], site: &Site, allow_overlap: bool, check: &Check) -> Result<()> {
+fn check_grains(grains: &mut [Grain], clumps: &[Clump], site: &Site, allow_overlap: bool, check: &Check) -> Result<()> {
     let largest = grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
     check_periods(site.domain, largest, check)?;
     for (id, grain) in grains.iter_mut().enumerate() {
-        check_in_domain(id, grain, site.domain, check)?;
+        check_in_domain("grain", id, &mut grain.position, site.domain, check)?;
         for wall in site.walls {
             check_at_wall(id, grain, wall, allow_overlap, check)?;
         }
     }
     match allow_overlap {
         true => Ok(()),
-        false => check_overlaps(grains, site.domain, largest, check),
+        false => check_overlaps(grains, clumps, site.domain, largest, check),
     }
 }
 
@@ -255,14 +331,14 @@ fn check_periods(domain: &Domain, largest: f64, check: &Check) -> Result<()> {
     Ok(())
 }
 
-fn check_in_domain(id: usize, grain: &mut Grain, domain: &Domain, check: &Check) -> Result<()> {
+fn check_in_domain(what: &str, id: usize, position: &mut DVec3, domain: &Domain, check: &Check) -> Result<()> {
     for (axis, name) in AXES.iter().enumerate() {
         let (low, high) = (domain.lower[axis], domain.upper[axis]);
-        let value = grain.position[axis];
+        let value = position[axis];
         if !(low..=high).contains(&value) {
             let message = format!(
-                "grain {id} at {} is outside the domain: {name} must be from {} to {}",
-                show_vector(grain.position, check.dimension),
+                "{what} {id} at {} is outside the domain: {name} must be from {} to {}",
+                show_vector(*position, check.dimension),
                 show(low),
                 show(high)
             );
@@ -270,7 +346,7 @@ fn check_in_domain(id: usize, grain: &mut Grain, domain: &Domain, check: &Check)
         }
         // The two ends of a period are the same place; the rest of the crate expects the lower one.
         if domain.periodic[axis] && value == high {
-            grain.position[axis] = low;
+            position[axis] = low;
         }
     }
     Ok(())
@@ -299,7 +375,10 @@ fn check_at_wall(id: usize, grain: &Grain, wall: &Wall, allow_overlap: bool, che
     Ok(())
 }
 
-fn check_overlaps(grains: &[Grain], domain: &Domain, largest: f64, check: &Check) -> Result<()> {
+fn check_overlaps(grains: &[Grain], clumps: &[Clump], domain: &Domain, largest: f64, check: &Check) -> Result<()> {
+    // Members of a clump may overlap as they like.
+    let owner = |id: usize| clumps.partition_point(|clump| clump.first as usize <= id);
+    let together = |a: usize, b: usize| !clumps.is_empty() && owner(a) == owner(b);
     let mut neighbours = Neighbours::new(*domain, check.dimension, largest);
     for grain in grains {
         neighbours.insert(grain.position, grain.radius);
@@ -309,7 +388,7 @@ fn check_overlaps(grains: &[Grain], domain: &Domain, largest: f64, check: &Check
         let deep = |other: usize, overlap: f64| {
             let smaller = grain.radius.min(grains[other].radius);
             let both_fixed = grain.fixed && grains[other].fixed;
-            other != id && !both_fixed && overlap > OVERLAP * smaller
+            other != id && !both_fixed && overlap > OVERLAP * smaller && !together(id, other)
         };
         let (other, overlap) = neighbours.find_overlap(grain.position, grain.radius, true, deep)?;
         Some((id.min(other), id.max(other), overlap))

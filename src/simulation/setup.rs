@@ -6,17 +6,19 @@ use crate::{
     error::{Error, Result},
     laws::{
         dashpot::damping_ratio,
+        dimension::all_equal,
+        grains::turned_on,
         precision::{quantised, quantum, split},
         rotation::inverse_inertia,
     },
     memory,
-    model::{Model, Precision, Rotation},
+    model::{Grains, Model, Precision, Rotation},
     plan::{Plan, plan},
-    scene::{Assembly, Dashpot, Grain, Method, Surface},
-    state::{Motion, PARTS, Pair, Params, Place, Residue, Sizes, Spin, State, Wall},
+    scene::{Assembly, Clump, Dashpot, Grain, Method, Surface},
+    state::{Attitude, Motion, PARTS, Packed, Pair, Params, Place, Residue, Sizes, Spin, State, Wall},
     time_step,
 };
-use glam::{DVec3, UVec3};
+use glam::{DVec3, DVec4, UVec3};
 
 /// Everything a scene implies before an engine is chosen: the state at time 0, its plan, and the time step's bound.
 pub struct Setup {
@@ -41,6 +43,7 @@ impl Setup {
         let guess = bodies * if assembly.dimension == 2 { 4 } else { 6 };
         let sizes = Sizes {
             bodies,
+            clumps: assembly.clumps.len(),
             walls: assembly.walls.len(),
             materials: assembly.materials.len(),
             cells: (cells.x * cells.y * cells.z) as usize,
@@ -103,6 +106,7 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
         pair: pair(&assembly.pairs[0]),
         cells: UVec3::ONE,
         bodies: grains.len() as u32,
+        clumps: assembly.clumps.len() as u32,
         walls: assembly.walls.len() as u32,
         materials: assembly.materials.len() as u32,
         parts: PARTS as u32,
@@ -116,9 +120,14 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
         let gentle = if pull > 0.0 { 0.1 * pull } else { 1e-3 * mean_radius / dt };
         p.correction = relaxation.max_correction_velocity.unwrap_or(gentle);
     }
+    let arm = |c: &Clump| c.radius * assembly.shapes[c.shape as usize].reach();
+    p.arm_unit = quantum(assembly.clumps.iter().map(arm).fold(0.0, f64::max));
+    p.inverse_arm_unit = 1.0 / p.arm_unit;
     let reach = landmarks(assembly).map(|x| x.abs().max_element()).fold(0.0, f64::max);
     p.quantum = quantum(reach + largest);
     p.inverse_quantum = 1.0 / p.quantum;
+    let shift = |unit: f64| (p.quantum / unit).log2().clamp(0.0, 26.0) as u32;
+    (p.arm_shift, p.arm_shift_fine) = (shift(p.arm_unit), shift(p.arm_unit / 2048.0));
     let single = model.precision == Precision::Single;
     // Residues are at most half a quantum and half a quantum of the period; the rest is for rounding.
     p.blur = 1e-5 * largest + if single { 4.0 * p.quantum } else { 0.0 };
@@ -217,6 +226,9 @@ pub(super) fn fill(state: &mut State, assembly: &Assembly) {
         state.number[i] = i as u32;
         state.motion[i] = Motion { v: grain.velocity, inverse_mass: if grain.fixed { 0.0 } else { 1.0 / mass } };
     }
+    if state.model.grains == Grains::Clumps {
+        fill_clumps(state, assembly);
+    }
     if state.model.rotation == Rotation::Sphere {
         state.spin = assembly.grains.iter().map(|g| Spin(g.spin)).collect();
     }
@@ -239,12 +251,55 @@ pub(super) fn fill(state: &mut State, assembly: &Assembly) {
     }
 }
 
+/// The clumps of a scene, and what their members know of them.
+fn fill_clumps(state: &mut State, assembly: &Assembly) {
+    let (dimension, precision) = (state.model.dimension, state.model.precision);
+    state.owner = assembly.owners();
+    for (c, clump) in assembly.clumps.iter().enumerate() {
+        let shape = &assembly.shapes[clump.shape as usize];
+        let density = assembly.materials[clump.material as usize].density;
+        let mass = time_step::mass(dimension, density, clump.radius);
+        let inverse_mass = if clump.fixed { 0.0 } else { 1.0 / mass };
+        let inverse_moments = (1.0 / shape.gyration) * inverse_mass / (clump.radius * clump.radius);
+        let principal = (clump.orientation * shape.frame).normalize();
+        state.inverse_moments[c] = Spin(inverse_moments);
+        state.clump_motion[c] = Motion { v: clump.velocity, inverse_mass };
+        let round = all_equal(dimension, inverse_moments);
+        state.clump_spin[c] = Spin(if round { clump.spin } else { principal.inverse() * clump.spin });
+        state.spin_gain[c] = Spin::default();
+        let (whole, rest) = turned_on(precision, DVec4::ZERO, DVec4::ZERO, DVec4::from(principal));
+        state.attitude[c] = Attitude(whole);
+        state.center[c] = clump.position;
+        if precision == Precision::Single {
+            state.attitude_residue[c] = Attitude(rest);
+            state.center[c] = quantised(&state.params, clump.position);
+            state.center_residue[c] = clump.position - state.center[c];
+        }
+        let members = assembly.members(c);
+        state.first_member[c] = members.start as u32;
+        state.first_member[c + 1] = members.end as u32;
+        for (label, member) in members.zip(&shape.members) {
+            state.offset[label] = Packed(clump.radius * member.arm);
+            state.motion[label].inverse_mass = inverse_mass;
+        }
+    }
+}
+
 /// What leaves the range of f32 must not get to a device that computes in it.
 ///
 /// # Errors
 /// [`Error::Scene`] with the grain and the number.
 fn check_range(state: &State) -> Result<()> {
     let fits = |x: f64| x == 0.0 || (f64::from(f32::MIN_POSITIVE)..1e37).contains(&x.abs());
+    for (c, inverse_moments) in state.inverse_moments.iter().enumerate() {
+        if !inverse_moments.0.to_array().into_iter().all(fits) {
+            return Err(Error::Scene(format!(
+                "clump {c}: its inverse moments of inertia, {} in SI units, are beyond single precision; use --precision double \
+                 or --engine cpu",
+                inverse_moments.0
+            )));
+        }
+    }
     for (i, (place, motion)) in state.place.iter().zip(&state.motion).enumerate() {
         let inertia = inverse_inertia(state, place, motion.inverse_mass);
         let numbers = [("inverse mass", motion.inverse_mass), ("inverse moment of inertia", inertia)];

@@ -4,14 +4,14 @@
 pub mod oracle;
 pub mod stiffness;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use packstone::{
     cd,
     gpu::adapters,
     model::Precision,
     scene::{
-        Assembly, Dashpot, Domain, Grain, Material, Method, Output, Pair, Relaxation, Solver, Stop, Surface, TimeStep,
-        Wall,
+        Assembly, Clump, Dashpot, Domain, Grain, Material, Member, Method, Output, Pair, Relaxation, Shape, Solver,
+        Stop, Surface, TimeStep, Wall,
     },
     simulation::{EngineChoice, Options, Simulation},
 };
@@ -97,6 +97,8 @@ pub fn blank(dimension: usize) -> Assembly {
         pairs: vec![law(0.0)],
         walls: vec![],
         grains: vec![],
+        shapes: vec![],
+        clumps: vec![],
         solver: Solver {
             method: Method::DiscreteElements,
             dt: TimeStep::Fixed(1e-6),
@@ -154,6 +156,37 @@ pub fn grain(x: f64, y: f64, z: f64) -> Grain {
         material: 0,
         fixed: false,
     }
+}
+
+/// A clump of this shape (an index into the scene's) at rest at the origin, along the axes of its shape, of size `R`.
+pub fn clump(shape: u32) -> Clump {
+    Clump {
+        shape,
+        first: 0,
+        position: DVec3::ZERO,
+        orientation: DQuat::IDENTITY,
+        velocity: DVec3::ZERO,
+        spin: DVec3::ZERO,
+        radius: R,
+        material: 0,
+        fixed: false,
+    }
+}
+
+/// Put clumps into a scene, in place of all its grains.
+pub fn set_clumps(assembly: &mut Assembly, shapes: Vec<Shape>, clumps: Vec<Clump>) {
+    assembly.grains.clear();
+    assembly.clumps = clumps;
+    for clump in &mut assembly.clumps {
+        clump.first = assembly.grains.len() as u32;
+        assembly.grains.extend(clump.members(&shapes[clump.shape as usize]));
+    }
+    assembly.shapes = shapes;
+}
+
+/// Members of radius 1 at these points.
+pub fn members(centers: &[DVec3]) -> Vec<Member> {
+    centers.iter().map(|arm| Member { arm: *arm, radius: 1.0 }).collect()
 }
 
 pub fn plane(point: DVec3, normal: DVec3) -> Wall {
