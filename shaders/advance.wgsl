@@ -64,7 +64,7 @@ fn advance(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
     let point = wrapped(moved(here.place.x, here.residue.x, params.dt * v));
     motion_next[i] = Motion(v, here.motion.inverse_mass);
     keep_spin(i, advanced_spin(here, sum.torque));
-    if (arrive(i, here, point, params.dt * sqrt(dot(v, v)), lost)) {
+    if (arrive(i, here.place, here.residue, point, params.dt * sqrt(dot(v, v)), lost)) {
         atomicStore(&halt_next, 1u);
     }
 }

@@ -22,9 +22,9 @@ fn body(i: u32) -> Body {
 
 /// Grain i has come to this point by a way of this length, m. Whether the lists may miss a neighbour of it from now on, or the
 /// grain is lost: beyond the domain, or too fast to be followed.
-fn arrive(i: u32, here: Body, point: Point, stride: Real, crossed: bool) -> bool {
-    place_next[i] = Place(point.x, here.place.radius);
-    keep_residue(i, Residue(point.residue, here.residue.radius));
+fn arrive(i: u32, place: Place, residue: Residue, point: Point, stride: Real, crossed: bool) -> bool {
+    place_next[i] = Place(point.x, place.radius);
+    keep_residue(i, Residue(point.residue, residue.radius));
     let way = travel[i] + stride;
     travel[i] = way;
     let lost = crossed || outside(point.x, params.lower, params.upper) || !(stride <= params.step_limit);

@@ -18,18 +18,18 @@ fn carry(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
     }
     let label = number[i];
     let c = owner[label];
-    let before = clump(c);
-    let v = clump_motion_next[c].v;
-    let w = clump_spin_next[c];
-    let spin = global_spin(before, before.attitude, w); // the turn about its own axis leaves it as it is
-    let arm = arm_of(before.attitude, label);
+    let before = attitude[c] + attitude_residue_of(c);
+    let motion = clump_motion_next[c];
+    // The turn about its own axis leaves the spin as it is.
+    let spin = global_spin(inverse_moments[c], before, clump_spin_next[c]);
+    let arm = arm_of(before, label);
     let gain = arm_gain(attitude_gain(0.25 * params.dt * spin), arm);
-    motion_next[i] = Motion(v + surface_velocity(spin, arm + 0.5 * gain), before.motion.inverse_mass);
+    motion_next[i] = Motion(motion.v + surface_velocity(spin, arm + 0.5 * gain), motion.inverse_mass);
     keep_spin(i, spin);
     let center = Point(center_next[c], center_residue_next_of(c));
     let point = wrapped(carried(center, attitude_next[c], attitude_residue_next_of(c), unpacked(offset[label])));
-    let way = params.dt * v + gain;
-    if (arrive(i, body(i), point, sqrt(dot(way, way)), false)) {
+    let way = params.dt * motion.v + gain;
+    if (arrive(i, place[i], residue_of(i), point, sqrt(dot(way, way)), false)) {
         atomicStore(&halt_next, 1u);
     }
 }

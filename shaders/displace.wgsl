@@ -21,12 +21,13 @@ fn displace(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroup
         let impulse = kept_spring(slot);
         flag(slot, entry, any(impulse != Vec()));
     }
-    let here = body(i);
+    let here = place[i];
+    let residue = residue_of(i);
     let v = trial[i].v;
-    let point = wrapped(moved(here.place.x, here.residue.x, params.dt * v));
-    motion_next[i] = Motion(v, here.motion.inverse_mass);
+    let point = wrapped(moved(here.x, residue.x, params.dt * v));
+    motion_next[i] = Motion(v, motion[i].inverse_mass);
     keep_spin(i, trial_spin_of(i));
-    if (arrive(i, here, point, params.dt * sqrt(dot(v, v)), false)) {
+    if (arrive(i, here, residue, point, params.dt * sqrt(dot(v, v)), false)) {
         atomicStore(&halt, 1u); // the host will take the step back, and walls must not have moved
     }
 }

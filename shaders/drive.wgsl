@@ -19,14 +19,14 @@ fn drive(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
     }
     let v = advanced(here.motion, sum.force);
     var w = here.spin;
-    if (!is_round(here)) {
+    if (!is_round(here.inverse_moments)) {
         let gain = gained(here, own_torque(here, sum.torque), spin_gain[c]);
         w += gain.spin;
         spin_gain[c] = gain.spin;
         if (gain.rounds > atomicLoad(&rounds.most)) {
             atomicMax(&rounds.most, gain.rounds);
         }
-        if (gain.rounds == MOST_ROUNDS) {
+        if (!gain.settled) {
             atomicAdd(&rounds.capped, 1u);
         }
     } else if (here.motion.inverse_mass != 0) {
@@ -41,7 +41,7 @@ fn drive(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
     let q = here.attitude;
     let turn = attitude_gain(0.25 * params.dt * w);
     let defect = attitude_defect(attitude[c], attitude_residue_of(c)); // what rounding has done to its length
-    let way = select(product(q, turn), product(turn, q), is_round(here));
+    let way = select(product(q, turn), product(turn, q), is_round(here.inverse_moments));
     let next = turned_on(attitude[c], attitude_residue_of(c), way + (0.5 * defect) * q);
     attitude_next[c] = next.q;
     keep_attitude_residue(c, next.residue);

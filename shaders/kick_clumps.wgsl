@@ -10,12 +10,11 @@ fn kick_clumps(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     let here = clump(c);
     let sum = contacts_of_clump(c, here.attitude);
     var w = here.spin;
-    if (!is_round(here)) {
-        let acceleration = spin_acceleration(here, w, own_torque(here, sum.torque));
-        w -= 0.5 * params.dt * acceleration;
-        spin_gain[c] = params.dt * acceleration;
+    if (!is_round(here.inverse_moments)) {
+        w = spun_back(w, spin_acceleration(here, w, own_torque(here, sum.torque)));
     } else if (here.motion.inverse_mass != 0) {
         w = spun_back(w, here.inverse_moments * sum.torque);
     }
+    spin_gain[c] = 2 * (here.spin - w); // the step that the half step back is half of
     set_motion(c, here, kicked(here.motion, sum.force), w);
 }

@@ -15,7 +15,6 @@ fn measure_clumps(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_wor
             continue;
         }
         let all = contacts_of_clump(c, here.attitude);
-        let drag = drag_of_clump(c, here.attitude);
         let v = at_step(here.motion, all.force);
         let w = spin_of_clump_now(c, here, all.torque);
         let kinetic = 0.5 * dot(v, v) / inverse_mass + 0.5 * spin_dot(w, w / here.inverse_moments);
@@ -24,8 +23,8 @@ fn measure_clumps(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_wor
         sum.potential -= dot(params.gravity, here.center.x + here.center.residue) / inverse_mass;
         sum.net_force += sqrt(dot(total, total));
         // Dashpots know the velocities of half a step ago, but it is those of now that they work against.
-        let turn = global_spin(here, here.attitude, w - here.spin);
-        sum.dissipation += 2 * params.damping * kinetic - dot(drag.force, v - here.motion.v) - spin_dot(drag.torque, turn);
+        let spin = global_spin(here.inverse_moments, here.attitude, w);
+        sum.dissipation += 2 * params.damping * kinetic + dashpots_late(c, here.attitude, v, spin);
     }
     part[p] = sum;
 }

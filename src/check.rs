@@ -25,7 +25,7 @@ use crate::{
     plan::{Op, Plan},
     scene::Assembly,
     simulation::{EngineChoice, Options, Setup, Simulation},
-    state::{ARRAYS, INDEX, Length, NONE, State, Wall},
+    state::{ARRAYS, Element, INDEX, Length, NONE, Part, State, Wall},
 };
 use glam::DVec3;
 use serde::Serialize;
@@ -351,6 +351,8 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
     };
     match array {
         "residue_next" => return positions(twin, device, undecided),
+        "attitude_next" if twin.model.precision == Precision::Single => return attitudes(twin, device),
+        "rounds" => return rounds(twin, device),
         "center_residue_next" => return centers(twin, device),
         "attitude_residue_next" => return attitudes(twin, device),
         _ => {}
@@ -397,13 +399,18 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
             let step = |wall: &Wall| twin.params.dt * wall.velocity.length();
             twin.wall.iter().map(step).fold(twin.params.quantum, f64::max)
         }
+        // Grains that start from rest are at rest again when half a step is taken back.
+        ("synchronise" | "synchronise_clumps", "motion_next" | "clump_motion_next") => {
+            twin.params.dt * twin.params.gravity.length()
+        }
         // Friction at the Coulomb limit is beyond it by rounding.
         ("judge", "effort") => twin.effort.iter().map(|e| e.pressing).fold(0.0, f64::max),
         _ => 0.0,
     };
     // Members of a record have different units, so each is compared with its own largest value; vectors as a whole.
     let mut result = (0.0_f64, 0.0_f64);
-    for members in member_lanes(twin, array, width) {
+    for (member, members) in member_lanes(twin, array, width).into_iter().enumerate() {
+        let floor = if array == "part" { floor.max(part_floor(twin, member)) } else { floor };
         let (mut worst, mut largest, mut squares, mut scale) = (0.0_f64, floor, 0.0, 0.0);
         for k in (0..a.len()).filter(|k| members.contains(&(k % width)) && !masked(*k)) {
             let difference = (a[k] - b[k]).abs();
@@ -419,6 +426,18 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
         result.1 = result.1.max(relative(squares.sqrt(), own));
     }
     result
+}
+
+/// What sums over grains at rest may differ by for a member of [`Part`]: the energy, J, that gravity gives the heaviest in a step,
+/// and what global damping takes of it, W.
+fn part_floor(s: &State, member: usize) -> f64 {
+    let lightest = s.motion.iter().map(|m| m.inverse_mass).filter(|m| *m > 0.0).fold(f64::INFINITY, f64::min);
+    let kinetic = 0.5 * (s.params.gravity.length() * s.params.dt).powi(2) / lightest;
+    match Part::names(3)[member] {
+        "kinetic" => kinetic,
+        "dissipation" => 2.0 * s.params.damping * kinetic,
+        _ => 0.0,
+    }
 }
 
 /// Lanes of each member of a record: a vector is one member. Plain arrays have one.
@@ -457,13 +476,23 @@ fn counters(a: &[f64], b: &[f64]) -> (f64, f64) {
 /// Positions with their residues: the difference over the largest displacement of this step, which is what must not be
 /// lost. (Either part alone may differ by a whole unit in the last place of the position.)
 fn positions(twin: &State, device: &State, undecided: &[bool]) -> (f64, f64) {
-    let largest = twin.motion_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * twin.params.dt;
+    let way = twin.motion_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * twin.params.dt;
+    // Members of clumps are put at the ends of arms, anew in every step, with 34 bits of the longest of these.
+    let arm = twin.offset.iter().map(|arm| arm.0.length()).fold(0.0, f64::max);
+    let largest = way.max(arm * 2f64.powi(-15)).max(twin.params.quantum / 64.0);
     let decided = (0..twin.sizes.bodies).filter(|i| !undecided.get(*i).is_some_and(|u| *u));
     let difference = |i: usize| {
         let rest = twin.residue_next[i].x - device.residue_next[i].x;
         ((twin.place_next[i].x - device.place_next[i].x) + rest).abs().max_element()
     };
     worst_and_rms(decided.map(difference), largest)
+}
+
+/// Rounding may make a round more or less.
+fn rounds(twin: &State, device: &State) -> (f64, f64) {
+    let (a, b) = (twin.rounds[0], device.rounds[0]);
+    let different = a.most.abs_diff(b.most) > 1 || a.capped != b.capped;
+    (f64::from(u8::from(different)), 0.0)
 }
 
 /// The same for the centres of clumps.
@@ -473,7 +502,7 @@ fn centers(twin: &State, device: &State) -> (f64, f64) {
         let rest = twin.center_residue_next[c] - device.center_residue_next[c];
         ((twin.center_next[c] - device.center_next[c]) + rest).abs().max_element()
     };
-    worst_and_rms((0..twin.sizes.clumps).map(difference), largest)
+    worst_and_rms((0..twin.sizes.clumps).map(difference), largest.max(twin.params.quantum / 64.0))
 }
 
 /// The same for their attitudes, over the largest turn of this step.
@@ -483,7 +512,8 @@ fn attitudes(twin: &State, device: &State) -> (f64, f64) {
         let rest = twin.attitude_residue_next[c].0 - device.attitude_residue_next[c].0;
         ((twin.attitude_next[c].0 - device.attitude_next[c].0) + rest).abs().max_element()
     };
-    worst_and_rms((0..twin.sizes.clumps).map(difference), 0.5 * largest * twin.params.dt)
+    // At rest, some units in the last place of the residues are what their lengths are corrected by.
+    worst_and_rms((0..twin.sizes.clumps).map(difference), (0.5 * largest * twin.params.dt).max(2f64.powi(-16)))
 }
 
 /// The largest difference and their root mean square, over a scale.

@@ -225,8 +225,16 @@ impl Simulation {
     pub fn rewind(&mut self) -> Result<()> {
         setup::fill(&mut self.state, &self.assembly);
         let bodies = ["place", "residue", "motion", "spin", "number", "wall"];
-        let clumps =
-            ["center", "center_residue", "attitude", "attitude_residue", "clump_motion", "clump_spin", "spin_gain"];
+        let clumps = [
+            "center",
+            "center_residue",
+            "attitude",
+            "attitude_residue",
+            "clump_motion",
+            "clump_spin",
+            "spin_gain",
+            "rounds",
+        ];
         let present: Vec<_> =
             bodies.into_iter().chain(clumps).filter(|a| (Array::named(a).needed)(&self.state.model)).collect();
         self.engine.write(&present, &self.state)?;
@@ -467,7 +475,7 @@ impl Simulation {
             let principal = DQuat::from_vec4(here.attitude).normalize();
             clump.position = here.center.x + here.center.residue;
             clump.velocity = s.clump_motion_next[c].v;
-            clump.spin = grains::global_spin(s, &here, here.attitude, s.clump_spin_next[c].0);
+            clump.spin = grains::global_spin(s, here.inverse_moments, here.attitude, s.clump_spin_next[c].0);
             clump.orientation = principal * self.assembly.shapes[clump.shape as usize].frame.inverse();
         }
         Ok(clumps)

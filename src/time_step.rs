@@ -7,7 +7,7 @@ use crate::{
     scene::{Assembly, Clump, Dashpot, Grain, Member, Method, Pair, Surface, TimeStep, Wall},
 };
 use glam::{DMat3, DVec3};
-use std::f64::consts::PI;
+use std::{f64::consts::PI, ops::Deref, slice};
 
 /// How many grains of the smallest size can touch a grain at once, and how much of the stiffness of that many contacts
 /// can act along one normal direction, one tangential direction and about one axis.
@@ -81,7 +81,24 @@ struct Rigid {
     /// The smallest moment of inertia.
     inertia: f64,
     material: u32,
-    members: Vec<Limb>,
+    members: Limbs,
+}
+
+/// All of them; a sphere is not worth a list.
+enum Limbs {
+    One(Limb),
+    Many(Vec<Limb>),
+}
+
+impl Deref for Limbs {
+    type Target = [Limb];
+
+    fn deref(&self) -> &[Limb] {
+        match self {
+            Limbs::One(limb) => slice::from_ref(limb),
+            Limbs::Many(limbs) => limbs,
+        }
+    }
 }
 
 /// A member of it.
@@ -119,7 +136,7 @@ fn rigids(assembly: &Assembly) -> Box<dyn Iterator<Item = Rigid> + '_> {
         let rigid = move |g: &Grain| {
             let mass = mass_of(g.material, g.radius);
             let inertia = mass * g.radius * g.radius / inverse_gyration(dimension);
-            let members = vec![Limb { yielding: 0.0, radius: g.radius, exposed: 1.0 }];
+            let members = Limbs::One(Limb { yielding: 0.0, radius: g.radius, exposed: 1.0 });
             Rigid { dimension, mass, inertia, material: g.material, members }
         };
         return Box::new(free.map(rigid));
@@ -133,8 +150,8 @@ fn rigids(assembly: &Assembly) -> Box<dyn Iterator<Item = Rigid> + '_> {
             radius: c.radius * member.radius,
             exposed: *exposed,
         };
-        let members = shape.members.iter().zip(&shape.exposed).map(limb).collect();
-        let inertia = shape.gyration.min_element() * mass * c.radius * c.radius;
+        let members = Limbs::Many(shape.members.iter().zip(&shape.exposed).map(limb).collect());
+        let inertia = mass * c.radius * c.radius / (1.0 / shape.gyration.min_element());
         Rigid { dimension, mass, inertia, material: c.material, members }
     };
     Box::new(free.map(rigid))
@@ -162,16 +179,18 @@ fn smallest_over_contacts(assembly: &Assembly, value: impl Fn(&Rigid, &Pair) -> 
 fn of_contacts(rigid: &Rigid, pair: &Pair, smallest: f64, others: f64, walls: f64) -> f64 {
     let tangential = if pair.friction > 0.0 { pair.tangential_stiffness } else { 0.0 };
     let (mut omega_squared, mut contacts) = (0.0, 0.0);
-    for limb in &rigid.members {
+    for limb in rigid.members.iter().filter(|limb| limb.exposed > 0.0) {
         let c = Coordination::new(rigid.dimension, limb.radius, smallest);
-        let share = |cap: f64| limb.exposed * (2.0 * others.min(cap) + walls.min(cap)).min(2.0 * cap);
+        // Of a member that shows any surface, a grain touches at least that, and a flat side lies on a wall with all its members.
+        let shown = |cap: f64| (limb.exposed * others.min(cap)).max(others.min(cap).min(1.0));
+        let share = |cap: f64| (2.0 * shown(cap) + walls.min(cap)).min(2.0 * cap);
         // Both parts of the stiffness matrix, of translation and of rotation, by the largest eigenvalue; a tangential force turns
         // by the arm of its member and by the member's own radius.
         let own = share(c.rotational) * limb.radius * limb.radius / rigid.inertia;
         let turning = ((share(c.tangential) * limb.yielding).sqrt() + own.sqrt()).powi(2);
         omega_squared += share(c.normal) * pair.normal_stiffness * (1.0 / rigid.mass + limb.yielding)
             + tangential * (share(c.tangential) / rigid.mass + turning);
-        contacts += limb.exposed * (others + walls).min(c.contacts).min(c.normal);
+        contacts += (shown(c.contacts) + walls).min(c.contacts).min(c.normal);
     }
     if omega_squared == 0.0 {
         return f64::INFINITY;
@@ -189,7 +208,10 @@ fn of_contacts(rigid: &Rigid, pair: &Pair, smallest: f64, others: f64, walls: f6
 fn free_flight(assembly: &Assembly, time: f64) -> f64 {
     let fastest = assembly.grains.iter().map(|g| g.velocity.length()).fold(0.0, f64::max);
     let radius = assembly.grains.iter().map(|g| g.radius).sum::<f64>() / assembly.grains.len() as f64;
-    0.25 * assembly.solver.margin * radius / (fastest + assembly.gravity.length() * time)
+    let flight = 0.25 * assembly.solver.margin * radius / (fastest + assembly.gravity.length() * time);
+    // A body that spins has to be followed around.
+    let spin = assembly.clumps.iter().map(|c| c.spin.length()).fold(0.0, f64::max);
+    flight.min(0.05 / spin)
 }
 
 /// The step of rigid grains, which nothing bounds but what is seen of them: the smallest grain takes 20 steps to fall by its

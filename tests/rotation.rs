@@ -182,7 +182,7 @@ fn the_middle_axis_flips_with_the_period_of_elliptic_functions() {
         let found = crossings.windows(2).map(|c| c[1] - c[0]).sum::<f64>() / (crossings.len() - 1) as f64;
         println!("{}: flips every {found} s, exact {half} s, {} of them", bench.name, crossings.len());
         assert!(crossings.len() >= 3);
-        close(bench.name, found, half, half, 1e-4);
+        close(bench.name, found, half, half, 1e-6);
     }
 }
 
@@ -199,7 +199,7 @@ fn fast_spin_takes_few_rounds_and_stays() {
             let energy = (moments * w).dot(w) / (moments * spin).dot(spin);
             println!("{}: ωΔt = {per_step}: {rounds} rounds at most, energy {energy}", bench.name);
             assert_eq!(capped, 0, "{}", bench.name);
-            assert!((energy - 1.0).abs() < 0.05 * (per_step / 0.5).powi(2) + bench.pick(1e-9, 1e-4), "{energy}");
+            assert!((energy - 1.0).abs() < 2e-3 * (per_step / 0.5).powi(2) + bench.pick(1e-4, 2e-4), "{energy}");
             let most = if bench.is_single() { 6 } else { 12 };
             assert!(rounds <= if per_step < 0.05 { 5 } else { most }, "{}: {rounds} rounds", bench.name);
         }
@@ -314,6 +314,132 @@ fn an_oblique_impact_keeps_momentum() {
     }
 }
 
+/// Velocities of members are those at which they move: over a step of a spinning clump, the way over the time.
+#[test]
+fn members_move_at_their_velocities() {
+    let mut scene = blank_dt(3, 1e-5);
+    let spinning = Clump { velocity: DVec3::new(0.1, -0.2, 0.05), spin: DVec3::new(300.0, -200.0, 400.0), ..clump(0) };
+    set_clumps(&mut scene, vec![boomerang()], vec![spinning]);
+    for bench in engines() {
+        let mut simulation = bench.start(&scene);
+        simulation.advance(10).unwrap();
+        let arrays: &[&'static str] =
+            if bench.is_single() { &["place", "residue", "motion", "spin"] } else { &["place", "motion", "spin"] };
+        let read = |simulation: &mut packstone::simulation::Simulation| {
+            let s = simulation.read(arrays).unwrap();
+            let x = |i: usize| s.place[i].x + s.residue.get(i).map_or(DVec3::ZERO, |r| r.x);
+            (0..3).map(|i| (x(i), s.motion[i].v)).collect::<Vec<_>>()
+        };
+        let before = read(&mut simulation);
+        simulation.advance(1).unwrap();
+        let after = read(&mut simulation);
+        for ((x, _), (y, v)) in before.iter().zip(&after) {
+            let error = ((*y - *x) / 1e-5 - *v).length() / v.length();
+            println!("{}: velocity {v}, error {error:.1e}", bench.name);
+            // What a straight line misses of an arc, (ωΔt)²/24, and in f32 the places' last bits.
+            assert!(error < bench.pick(5e-6, 1e-4), "{}: {error:e}", bench.name);
+        }
+        // Where clumps are said to be, their members are, and with the velocities that a rigid body has there.
+        let (c, grains) = (simulation.clumps().unwrap()[0], simulation.grains().unwrap());
+        for (member, grain) in c.members(&scene.shapes[0]).zip(&grains) {
+            assert!((member.position - grain.position).length() < bench.pick(1e-15, 1e-9), "{}", bench.name);
+            assert!((member.velocity - grain.velocity).length() < bench.pick(1e-12, 1e-5), "{}", bench.name);
+        }
+    }
+}
+
+/// Verification R3: a block of four disks on a slope slides at g (sin θ - μ cos θ) and does not turn; on less of a slope it stays.
+#[test]
+fn a_block_slides_or_stays() {
+    let square = Shape::of_union(
+        "square",
+        &members(&[-1.0, 1.0].map(|x| [-1.0, 1.0].map(|y| DVec3::new(x, y, 0.0))).concat()),
+        2,
+    );
+    let mu = 0.3;
+    for (tangent, bench) in [(0.4, CPU), (0.2, CPU)] {
+        let mut scene = blank_dt(2, 1e-6);
+        scene.pairs = vec![law(mu)];
+        scene.pairs[0].dashpot = packstone::scene::Dashpot::Restitution(0.3);
+        let theta = f64::atan(tangent);
+        scene.gravity = G * DVec3::new(theta.sin(), -theta.cos(), 0.0);
+        scene.walls = vec![plane(DVec3::ZERO, DVec3::Y)];
+        // Where its two feet carry it: the overlap that its weight makes.
+        let r = R * square.members[0].radius;
+        let height = r - R * square.members[0].arm.y;
+        let weight = mass(2, R) * G * theta.cos();
+        let block = Clump { position: (height - weight / 2.0 / KN) * DVec3::Y, ..clump(0) };
+        set_clumps(&mut scene, vec![square.clone()], vec![block]);
+        let mut simulation = bench.start(&scene);
+        // Once it no longer rocks.
+        simulation.advance(100_000).unwrap();
+        let before = simulation.clumps().unwrap()[0];
+        simulation.advance(50_000).unwrap();
+        let c = simulation.clumps().unwrap()[0];
+        let found = (c.velocity.x - before.velocity.x) / 0.05;
+        let expected = (G * (theta.sin() - mu * theta.cos())).max(0.0);
+        println!("{} tan {tangent}: a {found}, expected {expected}, ω {}", bench.name, c.spin.z);
+        close(bench.name, found, expected, G, 1e-3);
+        close(bench.name, c.spin.z * R, 0.0, c.velocity.x.abs().max(1e-3), 1e-3);
+    }
+}
+
+/// Kinetic, potential and elastic energy lose what `dissipation` says, in a rough, damped collision of spinning clumps.
+#[test]
+fn energy_is_accounted_for() {
+    let loss = |dt: f64| {
+        let mut scene = oblique();
+        scene.solver.dt = TimeStep::Fixed(dt);
+        scene.solver.damping = 20.0;
+        scene.gravity = DVec3::new(0.0, 0.0, -G);
+        scene.pairs[0].dashpot = packstone::scene::Dashpot::Restitution(0.4);
+        let mut simulation = CPU.start(&scene);
+        let energy = |s: &packstone::measure::Sample| s.kinetic_energy + s.potential_energy + s.elastic_energy;
+        let first = energy(&simulation.sample().unwrap());
+        let (mut lost, mut contacts, mut last) = (0.0, 0, first);
+        for _ in 0..(3e-3 / dt) as u64 {
+            simulation.advance(1).unwrap();
+            let sample = simulation.sample().unwrap();
+            (lost, contacts, last) = (lost + dt * sample.dissipation, contacts.max(sample.contacts), energy(&sample));
+        }
+        assert!(contacts > 0);
+        println!("dt {dt:e}: {:e} of {first:e} lost, balance {:.2e}", lost, (first - last) / lost - 1.0);
+        (first - last) / lost - 1.0
+    };
+    let (coarse, fine) = (loss(1e-6), loss(2.5e-7));
+    assert!(coarse.abs() < 5e-3 && fine.abs() < 2e-3, "{coarse:e} {fine:e}");
+}
+
+/// What a run writes at its end is what the next one can start from.
+#[test]
+fn clumps_go_on_from_a_table() {
+    use packstone::{io::csv::write_clumps, scene::Scene};
+    let head = "gravity = [0, 0, 0]\n[material.a]\ndensity = 2500\nnormal_stiffness = 1e4\n[stop]\nsteps = 1\n[[shape]]\n\
+                name = \"boomerang\"\nmembers = [{ center = [0, 0, 0], radius = 1 }, { center = [1.2, 0.3, 0.1], radius = 1 }, \
+                { center = [-0.2, 1.4, -0.3], radius = 1 }]\n";
+    let folder = tempfile::tempdir().unwrap();
+    let scene = |rest: &str| {
+        Scene::parse(&format!("dimension = 3\n{head}{rest}"), "test", folder.path(), &[]).unwrap().assemble().unwrap()
+    };
+    let start = scene(
+        "[[grain]]\nposition = [0, 0, 0]\nradius = 1e-3\nmaterial = \"a\"\nshape = \"boomerang\"\nspin = [300, -200, 100]\n\
+         orientation = { euler = [0.3, 0.8, -0.4] }\n[[grain]]\nposition = [0.01, 0, 0]\nradius = 1e-3\nmaterial = \"a\"\n",
+    );
+    let mut simulation = CPU.start(&start);
+    simulation.advance(1000).unwrap();
+    let (clumps, grains) = (simulation.clumps().unwrap(), simulation.grains().unwrap());
+    write_clumps(&folder.path().join("final.csv"), &clumps, &start.shapes, &start.materials).unwrap();
+    let again = scene("[[population]]\nfile = \"final.csv\"\n");
+    assert_eq!(again.grains.len(), grains.len());
+    for (a, b) in again.grains.iter().zip(&grains) {
+        assert!(
+            (a.position - b.position).length() < 1e-15 && (a.velocity - b.velocity).length() < 1e-12,
+            "{a:?} {b:?}"
+        );
+        assert!((a.spin - b.spin).length() < 1e-9 && a.radius == b.radius, "{a:?} {b:?}");
+    }
+}
+
 /// Spheres among themselves, as grains and as clumps of one member.
 #[test]
 fn a_clump_of_one_member_is_a_sphere_bit_for_bit() {
@@ -379,7 +505,11 @@ fn a_turned_scene_goes_the_same_way() {
             let off = (turn * a.position - b.position).length() / R;
             let spin = (turn * a.spin - b.spin).length() / 100.0;
             println!("{}: {off:.1e} R, {spin:.1e}", bench.name);
-            assert!(off < bench.pick(1e-9, 1e-3) && spin < bench.pick(1e-8, 5e-3), "{}: {off:e} {spin:e}", bench.name);
+            assert!(
+                off < bench.pick(2e-11, 2e-5) && spin < bench.pick(1e-10, 1e-4),
+                "{}: {off:e} {spin:e}",
+                bench.name
+            );
         }
     }
 }
@@ -400,7 +530,7 @@ fn clumps_go_around_periods() {
         for (a, b) in a.iter().zip(&b) {
             let off = wrap(a.position + shift - b.position).length() / R;
             println!("{}: {off:.1e} R", bench.name);
-            assert!(off < bench.pick(1e-9, 1e-3), "{}: {off:e}", bench.name);
+            assert!(off < bench.pick(2e-11, 1e-5), "{}: {off:e}", bench.name);
         }
     }
 }
@@ -411,9 +541,13 @@ fn slow_turns_are_not_lost() {
     for bench in engines() {
         let mut scene = free(DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.0, 0.0, 1e-3), 1e-6);
         scene.solver.dt = TimeStep::Fixed(1e-6);
-        let c = after(bench, &scene, 20_000)[0];
-        let angle = 2.0 * c.orientation.z.atan2(c.orientation.w);
-        println!("{}: turned by {angle:e}", bench.name);
-        close(bench.name, angle, 2e-5, 2e-5, bench.pick(1e-9, 1e-3));
+        // As well when it has turned for a while, and the residue is large.
+        for before in [0.0, 3.1e-4] {
+            scene.clumps[0].orientation = DQuat::from_rotation_z(before);
+            let c = after(bench, &scene, 20_000)[0];
+            let angle = 2.0 * c.orientation.z.atan2(c.orientation.w) - before;
+            println!("{}: turned by {angle:e}", bench.name);
+            close(bench.name, angle, 2e-5, 2e-5, bench.pick(1e-9, 0.03));
+        }
     }
 }

@@ -42,6 +42,9 @@ const SCENES: &[(&str, &[&str], u64, f64, Read)] = &[
         0.05,
         Read::Rest(0.9),
     ),
+    // Thrown onto the floor.
+    ("clumps", &["population.0.count=40", "population.0.velocity=[0,0,-0.5]"], 3000, 0.1, Read::Energy),
+    ("pebbles", &["population.0.count=4", "shape.0.spheres=5"], 200, 0.05, Read::Energy),
     (
         "published_bed",
         &["population.0.count=1500", "material.M1.normal_stiffness=200", "solver.damping=40"],

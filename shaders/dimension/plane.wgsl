@@ -120,7 +120,7 @@ struct Columns {
 }
 
 /// The bilinear form B for which I + B(q, q) is the rotation by q.
-fn turning(q: Attitude, p: Attitude) -> Columns {
+fn bilinear(q: Attitude, p: Attitude) -> Columns {
     let square = 2 * q.x * p.x;
     let mixed = q.x * p.y + q.y * p.x;
     return Columns(Vec(-square, mixed), Vec(-mixed, -square));

@@ -122,7 +122,7 @@ struct Columns {
 }
 
 /// The bilinear form B for which I + B(q, q) is the rotation by q.
-fn turning(q: Attitude, p: Attitude) -> Columns {
+fn bilinear(q: Attitude, p: Attitude) -> Columns {
     let squares = 2 * q * p;
     let mixed = q.xyz * p.yzx + q.yzx * p.xyz; // xy, yz, zx
     let twist = q.w * p.xyz + p.w * q.xyz;

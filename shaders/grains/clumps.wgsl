@@ -58,13 +58,13 @@ fn energies(here: Body, sum: Gathered, drag: Vec) -> Energies {
 
 /// Whether no product of angular velocities turns up in (2.21)-(2.23). Such a clump spins along the axes of the scene, like a
 /// sphere, and so does a fixed one.
-fn is_round(here: Clump) -> bool {
-    return all_equal(here.inverse_moments);
+fn is_round(inverse_moments: Spin) -> bool {
+    return all_equal(inverse_moments);
 }
 
 /// Spin along the axes of the scene, rad/s.
-fn global_spin(here: Clump, q: Attitude, w: Spin) -> Spin {
-    if (is_round(here)) {
+fn global_spin(inverse_moments: Spin, q: Attitude, w: Spin) -> Spin {
+    if (is_round(inverse_moments)) {
         return w;
     }
     return turned_spin(q, w);
@@ -87,13 +87,14 @@ fn contacts_of_clump(c: u32, q: Attitude) -> Gathered {
     return sum;
 }
 
-/// The same of their dashpots alone.
-fn drag_of_clump(c: u32, q: Attitude) -> Gathered {
-    var sum = Gathered();
+/// By how much more power the dashpots of a clump would take, W, if the velocities of half a step ago, with which they were
+/// computed, were those of now: v and, along the axes of the scene, w.
+fn dashpots_late(c: u32, q: Attitude, v: Vec, w: Spin) -> Real {
+    var sum = Real(0);
     for (var label = first_member[c]; label < first_member[c + 1u]; label++) {
         let i = whereabouts[label];
         let here = body(i);
-        let arm = arm_of(q, label);
+        let change = v + surface_velocity(w, arm_of(q, label)) - here.motion.v;
         for (var slot = slot_start[i]; slot < slot_start[i + 1u]; slot++) {
             let entry = neighbour[slot];
             if (entry == NONE) {
@@ -101,43 +102,42 @@ fn drag_of_clump(c: u32, q: Attitude) -> Gathered {
             }
             let contact = contact_of(i, here, slot, entry);
             if (contact.closed) {
-                sum.force += contact.damping;
-                sum.torque += moment(arm + contact.arm, contact.damping);
+                sum -= dot(contact.damping, change + surface_velocity(w - here.spin, contact.arm));
             }
         }
     }
     return sum;
 }
 
-/// Angular acceleration (2.21)-(2.23), rad/s².
+/// Angular acceleration (2.21)-(2.23) without damping, rad/s².
 fn spin_acceleration(here: Clump, w: Spin, torque: Spin) -> Spin {
-    return here.inverse_moments * (torque + gyroscopic(w, here.inverse_moments)) - params.damping * w;
+    return here.inverse_moments * (torque + gyroscopic(w, here.inverse_moments));
 }
 
 /// Δω of a step, rad/s, and the rounds that it took.
 struct Gain {
     spin: Spin,
     rounds: u32,
+    settled: bool,
 }
 
 /// Rounds of predictor and corrector (2.24)-(2.31), until none changes Δω by more than this part of ω. The torque is along the
-/// principal axes.
+/// principal axes. Damping is solved for, as in (2.19), so that the iteration has to find the products of ω alone.
 fn gained(here: Clump, torque: Spin, before: Spin) -> Gain {
     var gain = before;
     var count = 0u;
-    loop {
-        let predicted = params.dt * spin_acceleration(here, here.spin + 0.5 * gain, torque);
-        gain = params.dt * spin_acceleration(here, here.spin + 0.5 * predicted, torque);
+    var settled = false;
+    while (!settled && count < MOST_ROUNDS) {
+        let predicted = spin_gained(here.spin, spin_acceleration(here, here.spin + 0.5 * gain, torque));
+        gain = spin_gained(here.spin, spin_acceleration(here, here.spin + 0.5 * predicted, torque));
         count++;
         let scale = max(largest(here.spin), largest(gain));
-        if (!(largest(gain - predicted) > SPIN_TOLERANCE * scale) || count == MOST_ROUNDS) {
-            break;
-        }
+        settled = !(largest(gain - predicted) > SPIN_TOLERANCE * scale);
     }
-    return Gain(gain, count);
+    return Gain(gain, count, settled);
 }
 
-/// A step that needs more rounds than this is counted.
+/// A step that is not settled after so many rounds is counted.
 const MOST_ROUNDS = 25u;
 
 /// The moment along the axes in which the clump spins.
@@ -147,7 +147,7 @@ fn own_torque(here: Clump, torque: Spin) -> Spin {
 
 /// Spin at step n, rad/s, in the axes in which the clump spins; the torque is along those of the scene.
 fn spin_of_clump_now(c: u32, here: Clump, torque: Spin) -> Spin {
-    if (!is_round(here)) {
+    if (!is_round(here.inverse_moments)) {
         return here.spin + 0.5 * gained(here, own_torque(here, torque), spin_gain[c]).spin;
     }
     if (here.motion.inverse_mass == 0) {
@@ -160,7 +160,7 @@ fn spin_of_clump_now(c: u32, here: Clump, torque: Spin) -> Spin {
 fn set_motion(c: u32, here: Clump, v: Vec, w: Spin) {
     clump_motion_next[c] = Motion(v, here.motion.inverse_mass);
     clump_spin_next[c] = w;
-    let spin = global_spin(here, here.attitude, w);
+    let spin = global_spin(here.inverse_moments, here.attitude, w);
     for (var label = first_member[c]; label < first_member[c + 1u]; label++) {
         let i = whereabouts[label];
         motion_next[i] = Motion(v + surface_velocity(spin, arm_of(here.attitude, label)), here.motion.inverse_mass);

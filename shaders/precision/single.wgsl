@@ -69,12 +69,15 @@ fn attitude_residue_next_of(c: u32) -> Attitude {
 /// What attitudes are kept as multiples of: the rest is their residue. Products of two are whole multiples of its square, which
 /// f32 holds exactly.
 const ATTITUDE_QUANTUM: Real = 0x1p-11;
+const ATTITUDE_SQUARE: Real = 0x1p-22;
+// Not divisions, which a device may round.
+const INVERSE_ATTITUDE_QUANTUM: Real = 2048;
+const INVERSE_ATTITUDE_SQUARE: Real = 4194304;
 
 /// 1 - |q|² of q + residue, with the digits that this subtraction would lose: its leading part is that of whole numbers.
 fn attitude_defect(q: Attitude, residue: Attitude) -> Real {
-    let square = ATTITUDE_QUANTUM * ATTITUDE_QUANTUM;
-    let whole = i32(1 / square) - square_of_whole(q / ATTITUDE_QUANTUM);
-    return Real(whole) * square - (2 * dot(q, residue) + dot(residue, residue));
+    let whole = i32(INVERSE_ATTITUDE_SQUARE) - square_of_whole(round(q * INVERSE_ATTITUDE_QUANTUM));
+    return Real(whole) * ATTITUDE_SQUARE - (2 * dot(q, residue) + dot(residue, residue));
 }
 
 /// The end of an arm that is turned by q + residue, with 34 bits of the longest arm: as with a matrix in units of the square of the
@@ -82,18 +85,17 @@ fn attitude_defect(q: Attitude, residue: Attitude) -> Real {
 /// whole numbers below 2^24, and what is left of matrix and arm. Whole numbers also part what goes to the position's whole from what
 /// goes to its residue: drivers reorder sums of floats.
 fn carried(center: Point, q: Attitude, residue: Attitude, arm: Vec) -> Point {
-    let square = ATTITUDE_QUANTUM * ATTITUDE_QUANTUM;
-    let exact = plus(identity(), 1, turning(q, q));
-    let rest = plus(turning(q + residue, residue), 1, turning(q, residue));
-    let high = floors(exact, 1 / ATTITUDE_QUANTUM);
-    let low = plus(floors(exact, 1 / square), -1 / ATTITUDE_QUANTUM, high);
+    let exact = plus(identity(), 1, bilinear(q, q));
+    let rest = plus(bilinear(q + residue, residue), 1, bilinear(q, residue));
+    let high = floors(exact, INVERSE_ATTITUDE_QUANTUM);
+    let low = plus(floors(exact, INVERSE_ATTITUDE_SQUARE), -INVERSE_ATTITUDE_QUANTUM, high);
     let units = round(arm * params.inverse_arm_unit);
     let arm_high = floor(units * ATTITUDE_QUANTUM);
-    let arm_low = units - arm_high / ATTITUDE_QUANTUM;
+    let arm_low = units - arm_high * INVERSE_ATTITUDE_QUANTUM;
     let first = parted(Whole(times(high, arm_high)), params.arm_unit, params.arm_shift);
     let mixed = Whole(times(high, arm_low) + times(low, arm_high));
     let second = parted(mixed, params.arm_unit * ATTITUDE_QUANTUM, params.arm_shift_fine);
-    let third = (params.arm_unit * square) * times(low, arm_low);
+    let third = (params.arm_unit * ATTITUDE_SQUARE) * times(low, arm_low);
     let left = times(rest, arm) + times(exact, arm - params.arm_unit * units);
     let small = (first.residue + second.residue) + (third + left);
     return moved(center.x + (first.x + second.x), center.residue, small);
@@ -109,7 +111,7 @@ fn parted(count: Whole, unit: Real, shift: u32) -> Point {
 /// q + residue + step, split anew.
 fn turned_on(q: Attitude, residue: Attitude, step: Attitude) -> Turning {
     let y = residue + step;
-    let whole = ATTITUDE_QUANTUM * floor(y * (1 / ATTITUDE_QUANTUM) + Attitude(0.5));
+    let whole = ATTITUDE_QUANTUM * floor(y * INVERSE_ATTITUDE_QUANTUM + Attitude(0.5));
     return Turning(q + whole, y - whole);
 }
 

@@ -35,8 +35,13 @@ fn surface_velocity(spin: Spin, arm: Vec) -> Vec {
 
 /// ω from n - 1/2 to n + 1/2: (2.19) with the acceleration that the moment gives.
 fn spun(w: Spin, acceleration: Spin) -> Spin {
+    return w + spin_gained(w, acceleration);
+}
+
+/// By how much.
+fn spin_gained(w: Spin, acceleration: Spin) -> Spin {
     let half = 0.5 * params.dt * params.damping;
-    return w + (params.dt * acceleration - 2 * half * w) / (1 + half);
+    return (params.dt * acceleration - 2 * half * w) / (1 + half);
 }
 
 /// ω from 0 to -1/2.

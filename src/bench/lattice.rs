@@ -1,8 +1,8 @@
 //! Packings of any size: lattices of grains that touch, jittered, with random velocities; and one of grains that are about to
 //! touch, above a floor.
 
-use crate::scene::{Assembly, Grain};
-use glam::DVec3;
+use crate::scene::{Assembly, Clump, Grain, Member, Shape};
+use glam::{DQuat, DVec3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -42,6 +42,53 @@ pub fn fill(scene: &Assembly, count: usize) -> Assembly {
         ..first
     };
     filled.grains = places.into_iter().map(grain).collect();
+    filled
+}
+
+/// Fill the periodic domain with clumps of three of the scene's grain in a row, about `count` members in all: the body-centred
+/// lattice of [`fill`], cut up along its diagonals, so that a member has 6 2/3 contacts with other clumps.
+pub fn rods(scene: &Assembly, count: usize) -> Assembly {
+    let mut filled = scene.clone();
+    let first = scene.grains[0];
+    let spacing = 2.0 * first.radius * (1.0 - OVERLAP);
+    // Diagonals hold two members per cell, and have to be cut up without a rest.
+    let cells = ((count as f64 / 2.0).cbrt() / 3.0).round().max(2.0) as usize * 3;
+    let (places, upper) = body_centred(2 * cells.pow(3), spacing);
+    let shape = Shape::of_union(
+        "rod",
+        &[-1.0, 0.0, 1.0].map(|k| Member { arm: k * spacing * DVec3::X, radius: first.radius }),
+        3,
+    );
+    (filled.domain.lower, filled.domain.upper) = (DVec3::ZERO, upper);
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let mut scatter = |most: f64| DVec3::from_array(std::array::from_fn(|_| random.random_range(-most..most)));
+    let mass = crate::measure::masses(scene)[0];
+    let speed = SPEED * first.radius * (2.0 * scene.pairs[0].normal_stiffness / mass).sqrt();
+    let inside = |x: DVec3| x.rem_euclid(upper);
+    let along = DQuat::from_rotation_arc(DVec3::X, DVec3::ONE.normalize());
+    let step = DVec3::splat(upper.x / (2 * cells) as f64);
+    filled.grains.clear();
+    // Places come in pairs, corner and centre of a cell; along its diagonal a member's number follows from any one coordinate.
+    for place in places {
+        let number = (place.x / step.x).round() as usize;
+        if number % 3 != 1 {
+            continue;
+        }
+        let clump = Clump {
+            shape: 0,
+            first: filled.grains.len() as u32,
+            position: inside(place + scatter(2.0 * first.radius * JITTER)),
+            orientation: along,
+            velocity: scatter(speed),
+            spin: DVec3::ZERO,
+            radius: shape.radius,
+            material: first.material,
+            fixed: false,
+        };
+        filled.grains.extend(clump.members(&shape).map(|g| Grain { position: inside(g.position), ..g }));
+        filled.clumps.push(clump);
+    }
+    filled.shapes = vec![shape];
     filled
 }
 

@@ -19,13 +19,13 @@ const LIFE: u64 = 50;
 pub fn run(log: &mut Log) {
     let sizes: &[usize] = log.pick(&[1000, 10_000], &[1000, 10_000, 100_000, 1_000_000]);
     let budget = log.pick(Budget { work: 3e5, least: LIFE, repeats: 3 }, Budget { work: 3e6, least: LIFE, repeats: 5 });
-    let scenes = [
-        ("spheres", scene("spheres", include_str!("scenes/spheres.toml"), &[])),
-        ("disks", scene("disks", include_str!("scenes/disks.toml"), &[])),
-    ];
-    for (name, start) in &scenes {
+    let spheres = || scene("spheres", include_str!("scenes/spheres.toml"), &[]);
+    let disks = || scene("disks", include_str!("scenes/disks.toml"), &[]);
+    let scenes: [(&str, Result<Assembly>, Lattice); 3] =
+        [("spheres", spheres(), lattice::fill), ("rods", spheres(), lattice::rods), ("disks", disks(), lattice::fill)];
+    for (name, start, lattice) in &scenes {
         for size in sizes {
-            let filled = start.as_ref().map(|start| lattice::fill(start, *size));
+            let filled = start.as_ref().map(|start| lattice(start, *size));
             let mut reference: Option<Vec<Grain>> = None;
             let settings = log.settings(&[1.0]).into_iter().filter(|s| s.backend != Backend::GpuDouble);
             for setting in settings {
@@ -50,6 +50,9 @@ pub fn run(log: &mut Log) {
         }
     }
 }
+
+/// What fills the domain with about so many grains.
+type Lattice = fn(&Assembly, usize) -> Assembly;
 
 /// How long to measure.
 #[derive(Clone, Copy)]

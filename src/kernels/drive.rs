@@ -5,9 +5,9 @@ use crate::{
         boundary::wrapped,
         contact::Gathered,
         dimension::moment,
-        grains::{Gain, MOST_ROUNDS, arm_of, attitude_step, clump, gained, is_round, labels, own_torque, turned_on},
+        grains::{Gain, arm_of, attitude_step, clump, gained, is_round, labels, own_torque},
         leapfrog::advanced,
-        precision::{Point, moved},
+        precision::{Point, Turning, moved, turned_on},
         rotation::spun,
     },
     state::{Attitude, Motion, Spin, State},
@@ -20,7 +20,7 @@ struct Next {
     center: Point,
     motion: Motion,
     spin: DVec3,
-    attitude: (DVec4, DVec4),
+    attitude: Turning,
     gain: Option<Gain>,
 }
 
@@ -31,19 +31,17 @@ pub fn drive(s: &mut State) {
     let next: Vec<Next> = (0..s.sizes.clumps).into_par_iter().with_min_len(64).map(|c| driven(s, c)).collect();
     for (c, next) in next.into_iter().enumerate() {
         s.center_next[c] = next.center.x;
-        if let Some(residue) = s.center_residue_next.get_mut(c) {
-            *residue = next.center.residue;
-        }
         s.clump_motion_next[c] = next.motion;
         s.clump_spin_next[c].0 = next.spin;
-        s.attitude_next[c] = Attitude(next.attitude.0);
-        if let Some(residue) = s.attitude_residue_next.get_mut(c) {
-            *residue = Attitude(next.attitude.1);
+        s.attitude_next[c] = Attitude(next.attitude.q);
+        if !s.center_residue_next.is_empty() {
+            s.center_residue_next[c] = next.center.residue;
+            s.attitude_residue_next[c] = Attitude(next.attitude.residue);
         }
-        if let Some(Gain { spin, rounds }) = next.gain {
+        if let Some(Gain { spin, rounds, settled }) = next.gain {
             s.spin_gain[c] = Spin(spin);
             s.rounds[0].most = s.rounds[0].most.max(rounds);
-            s.rounds[0].capped += u32::from(rounds == MOST_ROUNDS);
+            s.rounds[0].capped += u32::from(!settled);
         }
     }
 }
@@ -59,7 +57,7 @@ fn driven(s: &State, c: usize) -> Next {
     }
     let v = advanced(s, &here.motion, sum.force);
     let (mut spin, mut gain) = (here.spin, None);
-    if !is_round(s, &here) {
+    if !is_round(s, here.inverse_moments) {
         let found = gained(s, &here, own_torque(&here, sum.torque), s.spin_gain[c].0);
         spin += found.spin;
         gain = Some(found);
@@ -67,12 +65,12 @@ fn driven(s: &State, c: usize) -> Next {
         spin = spun(s, spin, here.inverse_moments * sum.torque);
     }
     let residue = s.attitude_residue.get(c).map_or(DVec4::ZERO, |r| r.0);
-    let step = attitude_step(s, &here, spin);
+    let step = attitude_step(s, c, &here, spin);
     Next {
         center: wrapped(s, moved(s, here.center.x, here.center.residue, s.params.dt * v)),
         motion: Motion { v, inverse_mass: here.motion.inverse_mass },
         spin,
-        attitude: turned_on(s.model.precision, s.attitude[c].0, residue, step),
+        attitude: turned_on(s, s.attitude[c].0, residue, step),
         gain,
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::{
     laws::{
-        grains::{clump, contacts_of_clump, is_round, own_torque, set_motion, spin_acceleration},
+        grains::{is_round, own_torque, set_motions, spin_acceleration},
         leapfrog::kicked,
         rotation::spun_back,
     },
@@ -10,18 +10,17 @@ use crate::{
 };
 
 pub fn kick_clumps(s: &mut State) {
-    for c in 0..s.sizes.clumps {
-        let here = clump(s, c);
-        let sum = contacts_of_clump(s, c, here.attitude);
+    let before = s.clump_spin.clone();
+    set_motions(s, |s, _, here, sum| {
         let mut w = here.spin;
-        if !is_round(s, &here) {
-            let acceleration = spin_acceleration(s, &here, w, own_torque(&here, sum.torque));
-            w -= 0.5 * s.params.dt * acceleration;
-            s.spin_gain[c] = Spin(s.params.dt * acceleration);
+        if !is_round(s, here.inverse_moments) {
+            w = spun_back(s, w, spin_acceleration(s, here, w, own_torque(here, sum.torque)));
         } else if here.motion.inverse_mass != 0.0 {
             w = spun_back(s, w, here.inverse_moments * sum.torque);
         }
-        let v = kicked(s, &here.motion, sum.force);
-        set_motion(s, c, &here, v, w);
+        (kicked(s, &here.motion, sum.force), w)
+    });
+    for (gain, (before, now)) in s.spin_gain.iter_mut().zip(before.iter().zip(&s.clump_spin_next)) {
+        *gain = Spin(2.0 * (before.0 - now.0)); // the step that the half step back is half of
     }
 }

@@ -4,14 +4,15 @@ use super::{
     contact::{Body, Gathered, body, closed_contacts, contacts_of, motion_now},
     dimension::{all_equal, attitude_gain, conjugate, gyroscopic, largest, moment, product, spin_dot, turned},
     leapfrog::at_step,
-    precision::Point,
-    rotation::{half_spun, spin_energy, surface_velocity},
+    precision::{Point, attitude_defect, spin_tolerance},
+    rotation::{half_spun, spin_energy, spin_gained, surface_velocity},
 };
 use crate::{
-    model::{Grains, Precision},
+    model::Grains,
     state::{Motion, State},
 };
 use glam::{DVec3, DVec4};
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Whether bodies i and j belong to one grain.
@@ -82,13 +83,13 @@ pub fn labels(s: &State, c: usize) -> Range<usize> {
 }
 
 /// Whether no product of angular velocities turns up in (2.21)-(2.23).
-pub fn is_round(s: &State, here: &Clump) -> bool {
-    all_equal(s.model.dimension, here.inverse_moments)
+pub fn is_round(s: &State, inverse_moments: DVec3) -> bool {
+    all_equal(s.model.dimension, inverse_moments)
 }
 
 /// Spin along the axes of the scene, rad/s.
-pub fn global_spin(s: &State, here: &Clump, q: DVec4, w: DVec3) -> DVec3 {
-    if is_round(s, here) { w } else { turned(q, w) }
+pub fn global_spin(s: &State, inverse_moments: DVec3, q: DVec4, w: DVec3) -> DVec3 {
+    if is_round(s, inverse_moments) { w } else { turned(q, w) }
 }
 
 /// From the centre of the clump to a member, m.
@@ -109,23 +110,24 @@ pub fn contacts_of_clump(s: &State, c: usize, q: DVec4) -> Gathered {
     sum
 }
 
-/// The same of their dashpots alone.
-pub fn drag_of_clump(s: &State, c: usize, q: DVec4) -> Gathered {
-    let mut sum = Gathered::default();
+/// By how much more power the dashpots of a clump would take, W, if the velocities of half a step ago, with which they were
+/// computed, were those of now: v and, along the axes of the scene, w.
+pub fn dashpots_late(s: &State, c: usize, q: DVec4, v: DVec3, w: DVec3) -> f64 {
+    let mut sum = 0.0;
     for label in labels(s, c) {
         let i = s.whereabouts[label] as usize;
-        let arm = arm_of(s, q, label);
-        for (_, contact) in closed_contacts(s, i, &body(s, i)) {
-            sum.force += contact.damping;
-            sum.torque += moment(arm + contact.arm, contact.damping);
+        let here = body(s, i);
+        let change = v + surface_velocity(w, arm_of(s, q, label)) - here.motion.v;
+        for (_, contact) in closed_contacts(s, i, &here) {
+            sum -= contact.damping.dot(change + surface_velocity(w - here.spin, contact.arm));
         }
     }
     sum
 }
 
-/// Angular acceleration (2.21)-(2.23), rad/s².
+/// Angular acceleration (2.21)-(2.23) without damping, rad/s².
 pub fn spin_acceleration(s: &State, here: &Clump, w: DVec3, torque: DVec3) -> DVec3 {
-    here.inverse_moments * (torque + gyroscopic(s.model.dimension, w, here.inverse_moments)) - s.params.damping * w
+    here.inverse_moments * (torque + gyroscopic(s.model.dimension, w, here.inverse_moments))
 }
 
 /// Δω of a step, rad/s, and the rounds that it took.
@@ -133,34 +135,25 @@ pub fn spin_acceleration(s: &State, here: &Clump, w: DVec3, torque: DVec3) -> DV
 pub struct Gain {
     pub spin: DVec3,
     pub rounds: u32,
+    pub settled: bool,
 }
 
-/// A step that needs more rounds than this is counted.
+/// A step that is not settled after so many rounds is counted.
 pub const MOST_ROUNDS: u32 = 25;
 
-/// Rounds of predictor and corrector end when they change Δω by less than this part of ω.
-fn spin_tolerance(precision: Precision) -> f64 {
-    match precision {
-        Precision::Double => 1e-12,
-        Precision::Single => 1e-6,
-    }
-}
-
 /// Rounds of predictor and corrector (2.24)-(2.31), until none changes Δω by more than a small part of ω. The torque is along the
-/// principal axes.
+/// principal axes. Damping is solved for, as in (2.19), so that the iteration has to find the products of ω alone.
 pub fn gained(s: &State, here: &Clump, torque: DVec3, before: DVec3) -> Gain {
-    let acceleration = |w: DVec3| spin_acceleration(s, here, w, torque);
-    let (mut gain, mut rounds) = (before, 0);
-    loop {
-        let predicted = s.params.dt * acceleration(here.spin + 0.5 * gain);
-        gain = s.params.dt * acceleration(here.spin + 0.5 * predicted);
+    let gain_at = |w: DVec3| spin_gained(s, here.spin, spin_acceleration(s, here, w, torque));
+    let (mut gain, mut rounds, mut settled) = (before, 0, false);
+    while !settled && rounds < MOST_ROUNDS {
+        let predicted = gain_at(here.spin + 0.5 * gain);
+        gain = gain_at(here.spin + 0.5 * predicted);
         rounds += 1;
         let scale = largest(here.spin).max(largest(gain));
-        let settled = !(largest(gain - predicted) > spin_tolerance(s.model.precision) * scale);
-        if settled || rounds == MOST_ROUNDS {
-            return Gain { spin: gain, rounds };
-        }
+        settled = !(largest(gain - predicted) > spin_tolerance(s) * scale);
     }
+    Gain { spin: gain, rounds, settled }
 }
 
 /// The moment along the axes in which the clump spins.
@@ -170,7 +163,7 @@ pub fn own_torque(here: &Clump, torque: DVec3) -> DVec3 {
 
 /// Spin at step n, rad/s, in the axes in which the clump spins; the torque is along those of the scene.
 pub fn spin_of_clump_now(s: &State, c: usize, here: &Clump, torque: DVec3) -> DVec3 {
-    if !is_round(s, here) {
+    if !is_round(s, here.inverse_moments) {
         return here.spin + 0.5 * gained(s, here, own_torque(here, torque), s.spin_gain[c].0).spin;
     }
     if here.motion.inverse_mass == 0.0 {
@@ -181,33 +174,28 @@ pub fn spin_of_clump_now(s: &State, c: usize, here: &Clump, torque: DVec3) -> DV
 
 /// How far the attitude turns in a step (2.40): a turn about the axes of the scene comes from the left, one about those of the
 /// body from the right. What rounding has done to its length is undone.
-pub fn attitude_step(s: &State, here: &Clump, w: DVec3) -> DVec4 {
+pub fn attitude_step(s: &State, c: usize, here: &Clump, w: DVec3) -> DVec4 {
     let q = here.attitude;
+    let rest = s.attitude_residue.get(c).map_or(DVec4::ZERO, |r| r.0);
     let turn = attitude_gain(0.25 * s.params.dt * w);
-    let way = if is_round(s, here) { product(turn, q) } else { product(q, turn) };
-    way + 0.5 * (1.0 - q.length_squared()) * q
+    let way = if is_round(s, here.inverse_moments) { product(turn, q) } else { product(q, turn) };
+    way + 0.5 * attitude_defect(s.attitude[c].0, rest) * q
 }
 
-/// What attitudes are kept as multiples of in single precision: the rest is their residue.
-const ATTITUDE_QUANTUM: f64 = 1.0 / (1 << 11) as f64;
-
-/// q + residue + step, split anew.
-pub fn turned_on(precision: Precision, q: DVec4, residue: DVec4, step: DVec4) -> (DVec4, DVec4) {
-    match precision {
-        Precision::Double => (q + step, DVec4::ZERO),
-        Precision::Single => {
-            let y = residue + step;
-            let whole = ATTITUDE_QUANTUM * (y * (1.0 / ATTITUDE_QUANTUM) + DVec4::splat(0.5)).floor();
-            (q + whole, y - whole)
-        }
+/// Clumps and their members have the velocities next, where they are, that a law gives with the contacts of a clump.
+pub fn set_motions(s: &mut State, law: impl Fn(&State, usize, &Clump, &Gathered) -> (DVec3, DVec3) + Sync) {
+    let of = |c| law(s, c, &clump(s, c), &contacts_of_clump(s, c, clump(s, c).attitude));
+    let motions: Vec<(DVec3, DVec3)> = (0..s.sizes.clumps).into_par_iter().with_min_len(64).map(of).collect();
+    for (c, (v, w)) in motions.into_iter().enumerate() {
+        set_motion(s, c, &clump(s, c), v, w);
     }
 }
 
 /// A clump and its members have these velocities next, where they are.
-pub fn set_motion(s: &mut State, c: usize, here: &Clump, v: DVec3, w: DVec3) {
+fn set_motion(s: &mut State, c: usize, here: &Clump, v: DVec3, w: DVec3) {
     s.clump_motion_next[c] = Motion { v, inverse_mass: here.motion.inverse_mass };
     s.clump_spin_next[c].0 = w;
-    let spin = global_spin(s, here, here.attitude, w);
+    let spin = global_spin(s, here.inverse_moments, here.attitude, w);
     for label in labels(s, c) {
         let i = s.whereabouts[label] as usize;
         let v = v + surface_velocity(spin, arm_of(s, here.attitude, label));
@@ -229,15 +217,14 @@ pub fn energies_of_clump(s: &State, c: usize) -> Energies {
         return Energies::default();
     }
     let all = contacts_of_clump(s, c, here.attitude);
-    let drag = drag_of_clump(s, c, here.attitude);
     let v = at_step(s, &here.motion, all.force);
     let w = spin_of_clump_now(s, c, &here, all.torque);
     let kinetic = 0.5 * v.length_squared() / inverse_mass + 0.5 * spin_dot(w, spins_over(w, here.inverse_moments));
-    let turn = global_spin(s, &here, here.attitude, w - here.spin);
+    let spin = global_spin(s, here.inverse_moments, here.attitude, w);
     Energies {
         kinetic,
         potential: -p.gravity.dot(here.center.x + here.center.residue) / inverse_mass,
         net_force: (all.force + p.gravity / inverse_mass).length(),
-        dissipation: 2.0 * p.damping * kinetic - drag.force.dot(v - here.motion.v) - spin_dot(drag.torque, turn),
+        dissipation: 2.0 * p.damping * kinetic + dashpots_late(s, c, here.attitude, v, spin),
     }
 }

@@ -1,7 +1,10 @@
 //! Twin of `shaders/grid.wgsl`: the wrapping grid of the broad phase.
 
 use super::{dimension::cell_coordinates, grains::same_grain, touch::within};
-use crate::{model::Precision, state::State};
+use crate::{
+    model::{Grains, Precision},
+    state::State,
+};
 use glam::{DVec3, IVec3, UVec3};
 
 /// Cell of a point, by axis of the grid, in the precision of the model: where a grain lies on the border of two cells, rounding decides, and
@@ -63,6 +66,7 @@ pub fn search(s: &State, i: usize, gap: f64, mut visit: impl FnMut(usize, bool))
     let fixed = s.motion[i].inverse_mass == 0.0;
     for_candidates(s, here.x, |j| {
         let pinned = fixed && s.motion[j].inverse_mass == 0.0;
-        visit(j, within(s, here, &s.place[j], gap) & !same_grain(s, i, j) & !pinned);
+        let apart = s.model.grains == Grains::Spheres || !same_grain(s, i, j);
+        visit(j, within(s, here, &s.place[j], gap) & (j != i) & !pinned && apart);
     });
 }

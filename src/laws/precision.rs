@@ -1,10 +1,11 @@
 //! Twin of `shaders/precision/`: in single precision a position is a multiple of a quantum and a residue.
 
+use super::dimension::turned;
 use crate::{
     model::Precision,
     state::{Params, Residue, State},
 };
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 
 /// A position: in single precision a multiple of the quantum and a residue, m.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -53,4 +54,45 @@ pub fn quantum(extent: f64) -> f64 {
 /// The unit of the leading 15 bits of lengths up to `reach`.
 pub fn split(reach: f64) -> f64 {
     2.0_f64.powi(reach.log2().ceil() as i32 - 15)
+}
+
+/// An attitude: in single precision a multiple of a quantum and a residue, quaternions (x, y, z, w).
+#[derive(Clone, Copy, Debug)]
+pub struct Turning {
+    pub q: DVec4,
+    pub residue: DVec4,
+}
+
+/// What attitudes are kept as multiples of: the rest is their residue.
+const ATTITUDE_QUANTUM: f64 = 1.0 / 2048.0;
+
+/// 1 - |q|² of q + residue.
+pub fn attitude_defect(q: DVec4, residue: DVec4) -> f64 {
+    (1.0 - q.length_squared()) - (2.0 * q.dot(residue) + residue.length_squared())
+}
+
+/// The end of an arm that is turned by q + residue. (In single precision the device takes pains for its digits.)
+#[inline(always)]
+pub fn carried(s: &State, center: Point, q: DVec4, residue: DVec4, arm: DVec3) -> Point {
+    moved(s, center.x, center.residue, turned(q + residue, arm))
+}
+
+/// q + residue + step, split anew.
+pub fn turned_on(s: &State, q: DVec4, residue: DVec4, step: DVec4) -> Turning {
+    match s.model.precision {
+        Precision::Double => Turning { q: q + step, residue: DVec4::ZERO },
+        Precision::Single => {
+            let y = residue + step;
+            let whole = ATTITUDE_QUANTUM * (y * (1.0 / ATTITUDE_QUANTUM) + DVec4::splat(0.5)).floor();
+            Turning { q: q + whole, residue: y - whole }
+        }
+    }
+}
+
+/// Rounds of predictor and corrector end when they change Δω by less than this part of ω.
+pub fn spin_tolerance(s: &State) -> f64 {
+    match s.model.precision {
+        Precision::Double => 1e-12,
+        Precision::Single => 1e-6,
+    }
 }

@@ -37,8 +37,14 @@ pub fn surface_velocity(spin: DVec3, arm: DVec3) -> DVec3 {
 /// ω from n - 1/2 to n + 1/2: (2.19) with the acceleration that the moment gives.
 #[inline(always)]
 pub fn spun(s: &State, w: DVec3, acceleration: DVec3) -> DVec3 {
+    w + spin_gained(s, w, acceleration)
+}
+
+/// By how much.
+#[inline(always)]
+pub fn spin_gained(s: &State, w: DVec3, acceleration: DVec3) -> DVec3 {
     let half = 0.5 * s.params.dt * s.params.damping;
-    w + (s.params.dt * acceleration - 2.0 * half * w) / (1.0 + half)
+    (s.params.dt * acceleration - 2.0 * half * w) / (1.0 + half)
 }
 
 /// ω from 0 to -1/2.

@@ -12,33 +12,32 @@ pub struct Pose {
     pub orientation: DQuat,
 }
 
-/// A sphere (disk), or a clump whose centre of mass, velocity, spin and size (that of the sphere of the same volume) the grain has.
-#[derive(Clone, Copy, Debug)]
-pub struct Body {
-    pub grain: Grain,
-    pub pose: Option<Pose>,
+/// Grains of a population: spheres (disks), or clumps whose centres of mass, velocities, spins and sizes (that of the sphere of the
+/// same volume) the grains have.
+pub struct Placed {
+    pub grains: Vec<Grain>,
+    pub poses: Option<Vec<Pose>>,
 }
 
-impl Body {
-    /// The clump; `first` is the number of its first member. None of a sphere.
-    fn clump(&self, first: usize) -> Option<Clump> {
-        let Grain { position, velocity, spin, radius, material, fixed } = self.grain;
-        let Pose { shape, orientation } = self.pose?;
-        Some(Clump { shape, first: first as u32, position, orientation, velocity, spin, radius, material, fixed })
-    }
-
-    /// The spheres that it consists of.
-    pub fn spheres(&self, shapes: &[Shape]) -> Vec<Grain> {
-        match self.clump(0) {
-            Some(clump) => clump.members(&shapes[clump.shape as usize]).collect(),
-            None => vec![self.grain],
+impl Placed {
+    /// The spheres that number k consists of.
+    pub fn spheres(&self, k: usize, shapes: &[Shape], spheres: &mut Vec<Grain>) {
+        spheres.clear();
+        match &self.poses {
+            None => spheres.push(self.grains[k]),
+            Some(poses) => {
+                let clump = clump(&self.grains[k], &poses[k], 0);
+                spheres.extend(clump.members(&shapes[clump.shape as usize]));
+            }
         }
     }
+}
 
-    /// Radius of the ball about its centre that holds it, m.
-    pub fn reach(&self, shapes: &[Shape]) -> f64 {
-        self.grain.radius * self.pose.map_or(1.0, |pose| shapes[pose.shape as usize].reach())
-    }
+/// The clump that a grain and a pose make; `first` is the number of its first member.
+fn clump(grain: &Grain, pose: &Pose, first: usize) -> Clump {
+    let Grain { position, velocity, spin, radius, material, fixed } = *grain;
+    let Pose { shape, orientation } = *pose;
+    Clump { shape, first: first as u32, position, orientation, velocity, spin, radius, material, fixed }
 }
 
 /// Everything that has been placed.
@@ -54,11 +53,17 @@ impl<'a> Bodies<'a> {
         Bodies { shapes, domain, grains: Vec::new(), clumps: Vec::new() }
     }
 
-    pub fn push(&mut self, body: &Body) {
-        let Some(clump) = body.clump(self.grains.len()) else {
-            self.grains.push(body.grain);
+    pub fn append(&mut self, mut placed: Placed) {
+        let Some(poses) = &placed.poses else {
+            self.grains.append(&mut placed.grains);
             return;
         };
+        placed.grains.iter().zip(poses).for_each(|(grain, pose)| self.push(grain, pose));
+    }
+
+    /// A clump.
+    fn push(&mut self, grain: &Grain, pose: &Pose) {
+        let clump = clump(grain, pose, self.grains.len());
         let domain = self.domain;
         let members = clump.members(&self.shapes.all[clump.shape as usize]).map(|mut member| {
             for axis in (0..3).filter(|axis| domain.periodic[*axis]) {
@@ -66,7 +71,8 @@ impl<'a> Bodies<'a> {
                 // The centre is in the domain, or an error later on; its members may stand out.
                 let outside = member.position[axis] < low || member.position[axis] >= low + length;
                 if outside && (domain.lower[axis]..=domain.upper[axis]).contains(&clump.position[axis]) {
-                    member.position[axis] = low + (member.position[axis] - low).rem_euclid(length);
+                    let inside = low + (member.position[axis] - low).rem_euclid(length);
+                    member.position[axis] = if inside < domain.upper[axis] { inside } else { low };
                 }
             }
             member
@@ -87,8 +93,8 @@ impl<'a> Bodies<'a> {
         let places: Vec<(usize, usize)> = places.chain([end]).collect();
         for (k, (first, members)) in places.into_iter().enumerate() {
             for (sphere, grain) in (at..first).zip(&self.grains[at..first]) {
-                let pose = Some(Pose { shape: self.shapes.sphere(), orientation: DQuat::IDENTITY });
-                clumps.extend(Body { grain: *grain, pose }.clump(sphere));
+                let pose = Pose { shape: self.shapes.sphere(), orientation: DQuat::IDENTITY };
+                clumps.push(clump(grain, &pose, sphere));
             }
             clumps.extend(self.clumps.get(k));
             at = first + members;

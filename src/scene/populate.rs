@@ -7,7 +7,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::bodies::{Bodies, Body, Pose};
+use super::bodies::{Bodies, Placed, Pose};
 use super::check::{AXES, Check, show, show_vector};
 use super::neighbours::Neighbours;
 use super::schema::{Mixture, Placement, Population};
@@ -56,8 +56,7 @@ pub fn populate(population: &Population, number: usize, site: &Site, bodies: &mu
         place(population, &key, site, bodies, &mut rng, check)?
     };
     let velocity = check.vector_or_zero(&format!("{key}.velocity"), population.velocity.as_deref())?;
-    for body in &mut placed {
-        let grain = &mut body.grain;
+    for grain in &mut placed.grains {
         grain.fixed = population.fixed;
         grain.velocity += velocity;
         if spread > 0.0 {
@@ -67,8 +66,7 @@ pub fn populate(population: &Population, number: usize, site: &Site, bodies: &mu
             }
         }
     }
-    bodies.grains.reserve(placed.len());
-    placed.iter().for_each(|body| bodies.push(body));
+    bodies.append(placed);
     Ok(())
 }
 
@@ -111,7 +109,7 @@ fn place(
     earlier: &mut Bodies,
     rng: &mut ChaCha8Rng,
     check: &Check,
-) -> Result<Vec<Body>> {
+) -> Result<Placed> {
     let missing = |field: &str| {
         let message = format!("missing key `{field}`; a population needs `file`, or `material`, `count` and `radius`");
         check.origin.wrong(key, message)
@@ -129,20 +127,24 @@ fn place(
     check.not_negative(&format!("{key}.gap"), gap, " (a fraction of the diameter)")?;
 
     let poses = poses(population, key, count, &mut earlier.shapes, rng, check)?;
-    let grain = |radius| Grain {
+    let shapes = &earlier.shapes.all;
+    let members = poses.iter().flatten().map(|pose| shapes[pose.shape as usize].members.len() as u64).sum::<u64>();
+    crate::memory::check_host(members * crate::memory::BYTES_PER_GRAIN)?;
+    let grain = |radius: &f64| Grain {
         position: DVec3::ZERO,
         velocity: DVec3::ZERO,
         spin: DVec3::ZERO,
-        radius,
+        radius: *radius,
         material,
         fixed: false,
     };
-    let mut bodies: Vec<Body> =
-        radii.iter().zip(poses).map(|(radius, pose)| Body { grain: grain(*radius), pose }).collect();
+    let mut placed = Placed { grains: radii.iter().map(grain).collect(), poses };
+    let reaches = match &placed.poses {
+        None => radii,
+        Some(poses) => radii.iter().zip(poses).map(|(r, pose)| r * shapes[pose.shape as usize].reach()).collect(),
+    };
 
     let (lower, upper) = region(population, key, site, check)?;
-    let shapes = &earlier.shapes.all;
-    let reaches: Vec<f64> = bodies.iter().map(|body| body.reach(shapes)).collect();
     let largest = reaches.iter().copied().fold(0.0, f64::max);
     let known = earlier.grains.iter().map(|grain| grain.radius);
     let mut neighbours = Neighbours::new(*site.domain, check.dimension, known.fold(largest, f64::max));
@@ -152,10 +154,10 @@ fn place(
     let mut job = Job { key, site, check, shapes, lower, upper, largest, neighbours };
     let positions = match population.placement.unwrap_or(Placement::Lattice) {
         Placement::Lattice => job.lattice(&reaches, gap, rng)?,
-        Placement::Random => job.random(&bodies, &reaches, rng)?,
+        Placement::Random => job.random(&placed, &reaches, rng)?,
     };
-    bodies.iter_mut().zip(positions).for_each(|(body, position)| body.grain.position = position);
-    Ok(bodies)
+    placed.grains.iter_mut().zip(positions).for_each(|(grain, position)| grain.position = position);
+    Ok(placed)
 }
 
 /// Shape and orientation of every grain; none of a population of spheres.
@@ -166,16 +168,16 @@ fn poses(
     shapes: &mut Shapes,
     rng: &mut ChaCha8Rng,
     check: &Check,
-) -> Result<Vec<Option<Pose>>> {
+) -> Result<Option<Vec<Pose>>> {
     let key_of = |field: &str| format!("{key}.{field}");
     let shares = match &population.shape {
-        None => return Ok(vec![None; count]),
-        Some(Mixture::All(name)) => vec![(shapes.named(&key_of("shape"), name)?, 1.0)],
+        None => return Ok(None),
+        Some(Mixture::All(name)) => vec![(shapes.named(|| key_of("shape"), name)?, 1.0)],
         Some(Mixture::Shares(table)) => {
             let share = |(name, share): (&String, &f64)| {
                 let key = format!("{key}.shape.{name}");
                 check.not_negative(&key, *share, ", the share of a shape")?;
-                Ok((shapes.named(&key, name)?, *share))
+                Ok((shapes.named(|| key.clone(), name)?, *share))
             };
             table.iter().map(share).collect::<Result<Vec<_>>>()?
         }
@@ -195,9 +197,9 @@ fn poses(
             left < 0.0
         });
         let shape = chosen.or(shares.last()).map_or(0, |(shape, _)| *shape);
-        Some(Pose { shape, orientation: fixed.unwrap_or_else(|| random_orientation(check.dimension, rng)) })
+        Pose { shape, orientation: fixed.unwrap_or_else(|| random_orientation(check.dimension, rng)) }
     };
-    Ok((0..count).map(pose).collect())
+    Ok(Some((0..count).map(pose).collect()))
 }
 
 /// Uniform on SO(3): the direction of a normal vector of four components. In the plane any angle.
@@ -343,15 +345,16 @@ impl Job<'_> {
 
     /// Random sequential insertion, the largest grains first because they need the most room. What a clump needs is what its
     /// members do, as it is turned.
-    fn random(&mut self, bodies: &[Body], reaches: &[f64], rng: &mut ChaCha8Rng) -> Result<Vec<DVec3>> {
+    fn random(&mut self, placed: &Placed, reaches: &[f64], rng: &mut ChaCha8Rng) -> Result<Vec<DVec3>> {
         for axis in 0..self.check.dimension {
             self.need_bounds(axis, true, true)?;
         }
-        let mut order: Vec<usize> = (0..bodies.len()).collect();
+        let mut order: Vec<usize> = (0..reaches.len()).collect();
         order.sort_by(|&a, &b| reaches[b].total_cmp(&reaches[a]));
-        let mut positions = vec![DVec3::ZERO; bodies.len()];
+        let mut positions = vec![DVec3::ZERO; reaches.len()];
+        let mut members = Vec::new();
         for (done, &index) in order.iter().enumerate() {
-            let members = bodies[index].spheres(self.shapes);
+            placed.spheres(index, self.shapes, &mut members);
             let free = |position: DVec3| members.iter().all(|m| self.is_free(position + m.position, m.radius));
             // Members are asked for their place in the region one by one where the clump is not a ball.
             let inset = if members.len() == 1 { reaches[index] } else { 0.0 };
@@ -359,7 +362,7 @@ impl Job<'_> {
             let mut trials = (0..ATTEMPTS).filter_map(|_| self.random_point(inset, rng));
             let Some(position) = trials.find(|&position| inside(position) && free(position)) else {
                 let detail = "at random";
-                return Err(self.too_small(done, bodies.len(), detail));
+                return Err(self.too_small(done, reaches.len(), detail));
             };
             members.iter().for_each(|m| self.neighbours.insert(position + m.position, m.radius));
             positions[index] = position;

@@ -78,10 +78,10 @@ impl Shape {
         if let &[Member { arm, radius }] = members {
             return Shape { name: name.to_owned(), center: arm, radius, ..Shape::sphere(dimension) };
         }
-        let union::Measured { moments, error } = union::measure(members, dimension);
-        let center = moments.first / moments.volume;
-        let inertia = moments.moved(-center).inertia();
-        Shape::new(name, members, dimension, &Mass { volume: moments.volume, center, inertia }, error)
+        let union::Measured { middle, moments, error } = union::measure(members, dimension);
+        let shift = moments.first / moments.volume;
+        let inertia = moments.moved(-shift).inertia();
+        Shape::new(name, members, dimension, &Mass { volume: moments.volume, center: middle + shift, inertia }, error)
     }
 
     /// The shape of these members with mass properties that are known.
@@ -223,9 +223,10 @@ impl<'a> Shapes<'a> {
         let mut shapes = Shapes { check, all: Vec::new(), known: BTreeMap::new() };
         for (number, given) in tables.iter().enumerate() {
             let key = format!("shape.{number}");
-            if shapes.known.contains_key(&given.name) || given.name.is_empty() || given.name.contains(['"', ',', '\n'])
-            {
-                let rule = "must be a name of its own, without commas and quotes";
+            // The library's names mean what they say, spheres among clumps above all.
+            let taken = shapes.known.contains_key(&given.name) || given.name.parse::<Kind>().is_ok();
+            if taken || given.name.is_empty() || given.name.contains(['"', ',', '\n']) {
+                let rule = "must be a name that neither another shape nor the library has, without commas and quotes";
                 return Err(check.origin.bad(&format!("{key}.name"), format!("\"{}\"", given.name), rule));
             }
             let shape = read(given, &key, check)?;
@@ -245,7 +246,7 @@ impl<'a> Shapes<'a> {
     ///
     /// # Errors
     /// [`crate::Error::Scene`] if there is none.
-    pub fn named(&mut self, key: &str, name: &str) -> Result<u32> {
+    pub fn named(&mut self, key: impl Fn() -> String, name: &str) -> Result<u32> {
         if let Some(index) = self.known.get(name) {
             return Ok(*index);
         }
@@ -257,7 +258,7 @@ impl<'a> Shapes<'a> {
         };
         let unknown = |_| {
             let rule = format!("is no shape; there are {}", known());
-            self.check.origin.bad(key, format!("\"{name}\""), rule)
+            self.check.origin.bad(&key(), format!("\"{name}\""), rule)
         };
         let kind: Kind = name.parse().map_err(unknown)?;
         if !kind.fits(dimension) {
@@ -274,6 +275,9 @@ impl<'a> Shapes<'a> {
     }
 }
 
+/// What they share is found by looking at all pairs of them, many times.
+const MOST_MEMBERS: usize = 500;
+
 fn read(given: &schema::Shape, key: &str, check: &Check) -> Result<Shape> {
     if let Some(file) = &given.mesh {
         return of_mesh(given, file, key, check);
@@ -282,6 +286,10 @@ fn read(given: &schema::Shape, key: &str, check: &Check) -> Result<Shape> {
         return Err(check.origin.wrong(&format!("{key}.spheres"), "goes with `mesh` only"));
     }
     let members = members(given, key, check)?;
+    if members.len() > MOST_MEMBERS {
+        let message = format!("has {} members, at most {MOST_MEMBERS} are possible (2000 in a mesh)", members.len());
+        return Err(check.origin.wrong(key, message));
+    }
     let at = |field: &str| format!("{key}.{field}");
     let (Some(volume), Some(center), Some(inertia)) = (given.volume, &given.center, &given.inertia) else {
         if given.volume.is_some() || given.center.is_some() || given.inertia.is_some() {
@@ -306,14 +314,15 @@ fn read(given: &schema::Shape, key: &str, check: &Check) -> Result<Shape> {
     let mass = Mass { volume, center: check.vector(&at("center"), center)?, inertia };
     let shape = Shape::new(&given.name, &members, check.dimension, &mass, 0.0);
     let g = shape.gyration;
-    let real =
-        g.min_element() > 0.0 && (check.dimension == 2 || 2.0 * g.max_element() <= g.element_sum() * (1.0 + 1e-9));
+    let real = g.min_element() > 1e-6
+        && g.max_element() < 1e6
+        && (check.dimension == 2 || 2.0 * g.max_element() <= g.element_sum() * (1.0 + 1e-9));
     match real {
         true => Ok(shape),
         false => Err(check.origin.wrong(
             &at("inertia"),
             format!(
-                "belongs to no body: the principal moments {}, {}, {} (over m R²) must be positive, none above the sum of the others",
+                "belongs to no body: the principal moments {}, {}, {} (over m R²) must be from 1e-6 to 1e6, none above the sum of the others",
                 show(g.x),
                 show(g.y),
                 show(g.z)
@@ -385,7 +394,7 @@ fn members(given: &schema::Shape, key: &str, check: &Check) -> Result<Vec<Member
         if !kind.counts() {
             return Err(check.origin.wrong(&at("count"), "goes with kind = \"rod\" or \"random\" only"));
         }
-        options.count = Some(check.within(&at("count"), count as f64, 1.0, 10_000.0, "")? as usize);
+        options.count = Some(check.within(&at("count"), count as f64, 1.0, MOST_MEMBERS as f64, "")? as usize);
     }
     if let Some(seed) = given.seed {
         if kind != Kind::Random {

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{DQuat, DVec3};
 
 use super::Grain;
-use super::bodies::{Body, Pose};
+use super::bodies::{Placed, Pose};
 use super::check::{Check, show};
 use super::shape::{Member, Shapes};
 use crate::{Error, Result};
@@ -27,7 +27,7 @@ pub struct Options {
 }
 
 /// Reads the grains and clumps of a CSV file.
-pub fn read(path: &Path, options: &Options, shapes: &mut Shapes, check: &Check) -> Result<Vec<Body>> {
+pub fn read(path: &Path, options: &Options, shapes: &mut Shapes, check: &Check) -> Result<Placed> {
     let text = super::read_text(path, "a grain table")?;
     let file_error = |message| Error::Scene(format!("{}: {message}", path.display()));
     let line_error = |line: usize, message| Error::Scene(format!("{}:{line}: {message}", path.display()));
@@ -42,26 +42,29 @@ pub fn read(path: &Path, options: &Options, shapes: &mut Shapes, check: &Check) 
     split(header, &mut values);
     let columns = Columns::find(&values, options, check).map_err(|message| line_error(line, message))?;
 
-    let mut grains = Vec::new();
+    let (mut grains, mut poses) = (Vec::new(), Vec::new());
     for (row, line) in lines.take(options.count.unwrap_or(usize::MAX)) {
         split(row, &mut values);
         let grain = columns.grain(&values, options, check).map_err(|message| line_error(line, message))?;
-        let pose = match columns.shape.map_or("", |column| values[column]) {
-            "" => None,
+        grains.push(grain);
+        let Some(column) = columns.shape else { continue };
+        let pose = match values[column] {
+            "" => Pose { shape: shapes.sphere(), orientation: DQuat::IDENTITY },
             name => {
-                let orientation = columns.orientation(&values).map_err(|message| line_error(line, message))?;
-                let key = format!("{}:{line}: shape", path.display());
-                Some(Pose { shape: shapes.named(&key, name)?, orientation })
+                let flat = check.dimension == 2;
+                let orientation = columns.orientation(&values, flat).map_err(|message| line_error(line, message))?;
+                let key = || format!("{}:{line}: shape", path.display());
+                Pose { shape: shapes.named(key, name)?, orientation }
             }
         };
-        grains.push(Body { grain, pose });
+        poses.push(pose);
     }
     match options.count {
         Some(count) if grains.len() < count => {
             Err(file_error(format!("has {} rows, but count = {count} are asked for", grains.len())))
         }
         _ if grains.is_empty() => Err(file_error("has no rows below its header line".to_owned())),
-        _ => Ok(grains),
+        _ => Ok(Placed { grains, poses: columns.shape.map(|_| poses) }),
     }
 }
 
@@ -110,6 +113,9 @@ impl Columns {
             shape: find("shape"),
             orientation: ["qw", "qx", "qy", "qz"].map(find),
         };
+        if columns.shape.is_none() && columns.orientation.iter().any(Option::is_some) {
+            return Err("has an orientation (qw, qx, qy, qz) but no column \"shape\"".to_owned());
+        }
         if columns.material.is_none() && options.material.is_none() {
             return Err("has no column \"material\", so the population needs the key `material`".to_owned());
         }
@@ -143,7 +149,7 @@ impl Columns {
     }
 
     /// A unit quaternion; identity where the table has none.
-    fn orientation(&self, row: &[&str]) -> Parsed<DQuat> {
+    fn orientation(&self, row: &[&str], flat: bool) -> Parsed<DQuat> {
         let [Some(w), Some(x), Some(y), Some(z)] = self.orientation else {
             return match self.orientation {
                 [None, None, None, None] => Ok(DQuat::IDENTITY),
@@ -151,6 +157,9 @@ impl Columns {
             };
         };
         let q = DQuat::from_xyzw(number(row, x)?, number(row, y)?, number(row, z)?, number(row, w)?);
+        if flat && (q.x != 0.0 || q.y != 0.0) {
+            return Err("qx and qy must be 0 in two dimensions".to_owned());
+        }
         match (q.length() - 1.0).abs() < 1e-3 {
             true => Ok(q.normalize()),
             false => Err(format!("the quaternion has the length {}, must be 1", show(q.length()))),

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
-use super::bodies::{Bodies, Body, Pose};
+use super::bodies::{Bodies, Placed, Pose};
 use super::check::{AXES, Check, show, show_vector};
 use super::neighbours::Neighbours;
 use super::populate::{Site, populate};
@@ -190,8 +190,8 @@ fn output(output: &schema::Output, check: &Check) -> Result<Output> {
 /// Single grains first, then the populations, in the order of the file.
 fn grains(file: &File, site: &Site, bodies: &mut Bodies, check: &Check) -> Result<()> {
     for (number, grain) in file.grain.iter().enumerate() {
-        let body = single(grain, &format!("grain.{number}"), &mut bodies.shapes, check)?;
-        bodies.push(&body);
+        let placed = single(grain, &format!("grain.{number}"), &mut bodies.shapes, check)?;
+        bodies.append(placed);
     }
     for (number, population) in file.population.iter().enumerate() {
         populate(population, number, site, bodies, check)?;
@@ -207,7 +207,7 @@ fn grains(file: &File, site: &Site, bodies: &mut Bodies, check: &Check) -> Resul
     Ok(())
 }
 
-fn single(grain: &schema::Grain, key: &str, shapes: &mut Shapes, check: &Check) -> Result<Body> {
+fn single(grain: &schema::Grain, key: &str, shapes: &mut Shapes, check: &Check) -> Result<Placed> {
     let at = |field: &str| format!("{key}.{field}");
     let spin = match (check.dimension, &grain.spin) {
         (_, None) => DVec3::ZERO,
@@ -225,7 +225,7 @@ fn single(grain: &schema::Grain, key: &str, shapes: &mut Shapes, check: &Check) 
     let radius = check.positive(&at("radius"), grain.radius, " of m")?;
     let material = check.material(&at("material"), &grain.material)?;
     check.body(&at("radius"), radius, material)?;
-    let shape = grain.shape.as_ref().map(|name| shapes.named(&at("shape"), name)).transpose()?;
+    let shape = grain.shape.as_ref().map(|name| shapes.named(|| at("shape"), name)).transpose()?;
     let turn = grain.orientation.as_ref().map(|turn| orientation(turn, &at("orientation"), check)).transpose()?;
     let pose = match (shape, turn) {
         (None, Some(_)) => return Err(check.origin.wrong(&at("orientation"), "goes with `shape` only")),
@@ -243,7 +243,7 @@ fn single(grain: &schema::Grain, key: &str, shapes: &mut Shapes, check: &Check) 
         material,
         fixed: grain.fixed,
     };
-    Ok(Body { grain, pose })
+    Ok(Placed { grains: vec![grain], poses: pose.map(|pose| vec![pose]) })
 }
 
 /// The orientation; None: random. Euler angles are those of (2.34)-(2.37), Rz(φ) Rx(θ) Rz(ψ); a quaternion is (w, x, y, z), which

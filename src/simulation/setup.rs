@@ -5,17 +5,17 @@ use crate::{
     cd,
     error::{Error, Result},
     laws::{
+        boundary::wrapped,
         dashpot::damping_ratio,
         dimension::all_equal,
-        grains::turned_on,
-        precision::{quantised, quantum, split},
+        precision::{Point, carried, quantised, quantum, split, turned_on},
         rotation::inverse_inertia,
     },
     memory,
     model::{Grains, Model, Precision, Rotation},
     plan::{Plan, plan},
     scene::{Assembly, Clump, Dashpot, Grain, Method, Surface},
-    state::{Attitude, Motion, PARTS, Packed, Pair, Params, Place, Residue, Sizes, Spin, State, Wall},
+    state::{Attitude, Motion, PARTS, Packed, Pair, Params, Place, Residue, Rounds, Sizes, Spin, State, Wall},
     time_step,
 };
 use glam::{DVec3, DVec4, UVec3};
@@ -261,17 +261,23 @@ fn fill_clumps(state: &mut State, assembly: &Assembly) {
         let mass = time_step::mass(dimension, density, clump.radius);
         let inverse_mass = if clump.fixed { 0.0 } else { 1.0 / mass };
         let inverse_moments = (1.0 / shape.gyration) * inverse_mass / (clump.radius * clump.radius);
+        // Whether a clump is round is asked of these numbers on both sides, so both must have the same.
+        let inverse_moments = match precision {
+            Precision::Single => inverse_moments.as_vec3().as_dvec3(),
+            Precision::Double => inverse_moments,
+        };
         let principal = (clump.orientation * shape.frame).normalize();
         state.inverse_moments[c] = Spin(inverse_moments);
         state.clump_motion[c] = Motion { v: clump.velocity, inverse_mass };
         let round = all_equal(dimension, inverse_moments);
         state.clump_spin[c] = Spin(if round { clump.spin } else { principal.inverse() * clump.spin });
         state.spin_gain[c] = Spin::default();
-        let (whole, rest) = turned_on(precision, DVec4::ZERO, DVec4::ZERO, DVec4::from(principal));
-        state.attitude[c] = Attitude(whole);
+        state.rounds[0] = Rounds::default();
+        let turning = turned_on(state, DVec4::ZERO, DVec4::ZERO, DVec4::from(principal));
+        state.attitude[c] = Attitude(turning.q);
         state.center[c] = clump.position;
         if precision == Precision::Single {
-            state.attitude_residue[c] = Attitude(rest);
+            state.attitude_residue[c] = Attitude(turning.residue);
             state.center[c] = quantised(&state.params, clump.position);
             state.center_residue[c] = clump.position - state.center[c];
         }
@@ -279,8 +285,18 @@ fn fill_clumps(state: &mut State, assembly: &Assembly) {
         state.first_member[c] = members.start as u32;
         state.first_member[c + 1] = members.end as u32;
         for (label, member) in members.zip(&shape.members) {
-            state.offset[label] = Packed(clump.radius * member.arm);
             state.motion[label].inverse_mass = inverse_mass;
+            let arm = clump.radius * member.arm;
+            state.offset[label] = Packed(arm);
+            if precision == Precision::Single {
+                // As the device will have them, so that no member jumps in the first step.
+                state.offset[label] = Packed(arm.as_vec3().as_dvec3());
+                let center = Point { x: state.center[c], residue: state.center_residue[c] };
+                let arm = state.offset[label].0;
+                let point = carried(state, center, state.attitude[c].0, state.attitude_residue[c].0, arm);
+                let point = wrapped(state, point);
+                (state.place[label].x, state.residue[label].x) = (point.x, point.residue);
+            }
         }
     }
 }
@@ -301,7 +317,9 @@ fn check_range(state: &State) -> Result<()> {
         }
     }
     for (i, (place, motion)) in state.place.iter().zip(&state.motion).enumerate() {
-        let inertia = inverse_inertia(state, place, motion.inverse_mass);
+        // A member turns with its clump, whose moments have been looked at.
+        let clumped = state.model.grains == Grains::Clumps;
+        let inertia = if clumped { 0.0 } else { inverse_inertia(state, place, motion.inverse_mass) };
         let numbers = [("inverse mass", motion.inverse_mass), ("inverse moment of inertia", inertia)];
         if let Some((what, number)) = numbers.into_iter().find(|(_, x)| !fits(*x)) {
             return Err(Error::Scene(format!(

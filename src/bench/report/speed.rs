@@ -19,8 +19,13 @@ pub fn write(text: &mut String, points: &[&Point], stages: &[StageRow]) {
     for last in &largest {
         growth(text, points, last);
     }
-    for (disks, spheres) in pairs(&largest) {
-        frugality(text, disks, spheres);
+    for (disks, spheres) in pairs("disks", points) {
+        if largest.iter().any(|p| p.case == disks.case) {
+            frugality(text, disks, spheres);
+        }
+    }
+    for (rods, spheres) in pairs("rods", points) {
+        price_of_rods(text, rods, spheres);
     }
     for last in &largest {
         table(text, last, stages);
@@ -58,12 +63,12 @@ fn largest<'a>(points: &[&'a Point]) -> Vec<&'a Point> {
     found
 }
 
-/// As many disks and spheres on the same engine.
-fn pairs<'a>(points: &[&'a Point]) -> impl Iterator<Item = (&'a Point, &'a Point)> {
-    let of = |name: &'static str| points.iter().copied().filter(move |p| scene(p) == name);
+/// Packings of a scene with as many spheres on the same engine.
+fn pairs<'a>(name: &'static str, points: &[&'a Point]) -> impl Iterator<Item = (&'a Point, &'a Point)> {
+    let of = |name: &'static str| points.iter().copied().filter(move |p| p.passed() && scene(p) == name);
     let spheres: Vec<&Point> = of("spheres").collect();
-    let disks: Vec<&Point> = of("disks").collect();
-    disks
+    let others: Vec<&Point> = of(name).collect();
+    others
         .into_iter()
         .filter_map(move |d| Some((d, spheres.iter().copied().find(|s| alike(d, s) && size(d) == size(s))?)))
 }
@@ -98,6 +103,27 @@ fn frugality(text: &mut String, disks: &Point, spheres: &Point) {
         disks.engine,
         many / few,
         met(faster >= many / few)
+    );
+}
+
+/// Contacts that a member of a rod has with other rods, and a sphere with others, on the same lattice.
+const CONTACTS: [f64; 2] = [8.0 - 4.0 / 3.0, 8.0];
+/// The least part of the rate of spheres that clumps are to reach.
+const PRICE: f64 = 0.6;
+
+fn price_of_rods(text: &mut String, rods: &Point, spheres: &Point) {
+    let members = rate(rods) / rate(spheres);
+    let _ = writeln!(
+        text,
+        "\nRods of three spheres, {} members, on the {}: {members:.2} × the member-steps of as many spheres (at least {PRICE}: {}), {:.2} × \
+         the contacts, of which a member has {:.2} and a sphere {}; {:.3e} member-contacts/s.",
+        rods.grains.unwrap_or(0),
+        rods.engine,
+        met(members >= PRICE),
+        members * CONTACTS[0] / CONTACTS[1],
+        CONTACTS[0],
+        CONTACTS[1],
+        rate(rods) * CONTACTS[0]
     );
 }
 

@@ -5,8 +5,8 @@
 //! mesh, by the sum of squared distances from points spread over the mesh. No sphere reaches out of the mesh.
 
 use std::collections::HashMap;
-use std::fs::File;
-use std::io::BufReader;
+use std::f64::consts::PI;
+use std::io::Cursor;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
@@ -45,7 +45,8 @@ pub fn fill(path: &Path, count: usize) -> Result<Filled> {
     let points = spread(&mesh.triangles);
     let candidates: Vec<Member> = points.par_iter().map(|(x, n)| medial_ball(&mesh, &points, *x, *n)).collect();
     let largest = candidates.iter().map(|ball| ball.radius).fold(0.0, f64::max);
-    let candidates: Vec<Member> = candidates.into_iter().filter(|ball| ball.radius > SMALLEST * largest).collect();
+    let seen = |ball: &Member| ball.radius > SMALLEST * largest && is_inside(&mesh.triangles, ball.arm);
+    let candidates: Vec<Member> = candidates.into_par_iter().filter(seen).collect();
     let members = choose(&points, &candidates, count);
     let gaps = points.iter().map(|(x, _)| gap_to(&members, *x));
     let (sum, max) = gaps.fold((0.0, 0.0f64), |(sum, max), gap| (sum + gap, max.max(gap)));
@@ -54,8 +55,15 @@ pub fn fill(path: &Path, count: usize) -> Result<Filled> {
 
 fn read(path: &Path) -> Result<Mesh> {
     let wrong = |message: String| Error::Scene(format!("{}: {message}", path.display()));
-    let file = File::open(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
-    let stl = stl_io::read_stl(&mut BufReader::new(file)).map_err(|e| wrong(format!("is no STL mesh: {e}")))?;
+    let mut bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+    // A binary file has 84 bytes and 50 per triangle, whatever it begins with; a text may begin with nothing but the word.
+    let count = bytes.get(80..84).map_or(0, |n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
+    if bytes.len() == 84 + 50 * count {
+        bytes[..80].fill(0);
+    } else if bytes.starts_with(b"solid\n") || bytes.starts_with(b"solid\r") {
+        bytes.splice(5..5, *b" mesh");
+    }
+    let stl = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| wrong(format!("is no STL mesh: {e}")))?;
     let vertex = |k: usize| {
         let [x, y, z] = stl.vertices[k].0;
         DVec3::new(x.into(), y.into(), z.into())
@@ -63,13 +71,25 @@ fn read(path: &Path) -> Result<Mesh> {
     if let Some(k) = (0..stl.vertices.len()).find(|k| !vertex(*k).is_finite()) {
         return Err(wrong(format!("vertex {k} has a coordinate that is no number")));
     }
-    if stl.faces.is_empty() {
+    // Places that differ in the sign of a zero are one; triangles without area say nothing of the surface.
+    let mut places: HashMap<[u64; 3], usize> = HashMap::new();
+    let mut place = |k: usize| {
+        let next = places.len();
+        *places.entry((vertex(k) + 0.0).to_array().map(f64::to_bits)).or_insert(next)
+    };
+    let faces: Vec<([usize; 3], [DVec3; 3])> = stl
+        .faces
+        .iter()
+        .map(|face| (face.vertices.map(&mut place), face.vertices.map(vertex)))
+        .filter(|([a, b, c], _)| a != b && b != c && c != a)
+        .collect();
+    if faces.is_empty() {
         return Err(wrong("has no triangles".to_owned()));
     }
     // In a closed surface every edge is passed once in each direction.
     let mut edges: HashMap<(usize, usize), i32> = HashMap::new();
-    for face in &stl.faces {
-        let [a, b, c] = face.vertices;
+    for ([a, b, c], _) in &faces {
+        let (a, b, c) = (*a, *b, *c);
         for (from, to) in [(a, b), (b, c), (c, a)] {
             *edges.entry((from.min(to), from.max(to))).or_default() += if from < to { 1 } else { -1 };
         }
@@ -81,7 +101,7 @@ fn read(path: &Path) -> Result<Mesh> {
             edges.len()
         )));
     }
-    let mut triangles: Vec<[DVec3; 3]> = stl.faces.iter().map(|face| face.vertices.map(vertex)).collect();
+    let mut triangles: Vec<[DVec3; 3]> = faces.into_iter().map(|(_, corners)| corners).collect();
     let mut mass = weigh(&triangles);
     if mass.volume < 0.0 {
         triangles.iter_mut().for_each(|t| t.swap(1, 2));
@@ -157,6 +177,17 @@ fn medial_ball(mesh: &Mesh, points: &[(DVec3, DVec3)], x: DVec3, n: DVec3) -> Me
     let center = x - radius * n;
     // Points do not see the whole surface, triangles do.
     Member { arm: center, radius: mesh.triangles.iter().map(|t| distance_to(t, center)).fold(radius, f64::min) }
+}
+
+/// Whether the surface winds around x: the solid angles of its triangles add up to 4π (van Oosterom and Strackee, 1983). Where a
+/// part of the mesh is thinner than the distance of the points on it, a ball may have gone through to the other side.
+fn is_inside(triangles: &[[DVec3; 3]], x: DVec3) -> bool {
+    let angle = |t: &[DVec3; 3]| {
+        let [a, b, c] = t.map(|corner| corner - x);
+        let (la, lb, lc) = (a.length(), b.length(), c.length());
+        2.0 * a.dot(b.cross(c)).atan2(la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb)
+    };
+    triangles.iter().map(angle).sum::<f64>() > 2.0 * PI
 }
 
 /// How far x is outside of all balls.

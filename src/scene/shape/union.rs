@@ -2,12 +2,13 @@
 //!
 //! Disks: exact, from the arcs of the boundary by Green's theorem. Balls: in closed form if the caps that neighbours cut off
 //! a ball do not meet on it (rods, dimers, whatever does not overlap three-fold); else slices, each of them a union of disks,
-//! are integrated over z by an adaptive Gauss-Kronrod rule, which bounds its error.
+//! are integrated over z by an adaptive Gauss-Kronrod rule, whose error is taken to be the difference of its two rules.
 
 use std::collections::BinaryHeap;
 use std::f64::consts::{PI, TAU};
 
 use glam::{DMat3, DVec3};
+use rayon::prelude::*;
 
 use super::Member;
 
@@ -71,8 +72,9 @@ fn outer(a: DVec3, b: DVec3) -> DMat3 {
     DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
-/// A result, and a bound of its error relative to volume and size (of lengths, their powers).
+/// A result about a point amid the members, and its error relative to volume and size (of lengths, their powers).
 pub struct Measured {
+    pub middle: DVec3,
     pub moments: Moments,
     pub error: f64,
 }
@@ -80,19 +82,16 @@ pub struct Measured {
 /// Rounding of what is computed in closed form.
 const ROUNDING: f64 = 1e-14;
 
-/// Moments of disks (`dimension` 2, z = 0) or balls about the origin.
+/// Moments of disks (`dimension` 2, z = 0) or balls.
 pub fn measure(members: &[Member], dimension: usize) -> Measured {
     // About a point amid the members, where least cancels.
     let middle = members.iter().map(|m| m.arm).sum::<DVec3>() / members.len() as f64;
     let near: Vec<Member> = members.iter().map(|m| Member { arm: m.arm - middle, ..*m }).collect();
-    let measured = match dimension {
-        2 => Measured { moments: of_disks(&near), error: ROUNDING },
-        _ => match of_separate_caps(&near) {
-            Some(moments) => Measured { moments, error: ROUNDING },
-            None => of_slices(&near),
-        },
+    let (moments, error) = match dimension {
+        2 => (of_disks(&near), ROUNDING),
+        _ => of_separate_caps(&near).map_or_else(|| of_slices(&near), |moments| (moments, ROUNDING)),
     };
-    Measured { moments: measured.moments.moved(middle), ..measured }
+    Measured { middle, moments, error }
 }
 
 /// Disks, exactly.
@@ -241,8 +240,11 @@ fn of_cap(cap: &Cap, r: f64) -> Moments {
     }
 }
 
-/// Error, relative, at which slices are fine enough, and how many times they are divided at most.
+/// Error, relative, at which slices are fine enough (of many members, for which they take long), and how many times they are
+/// divided at most.
 const TOLERANCE: f64 = 1e-11;
+const ROUGH: f64 = 1e-8;
+const MANY: usize = 50;
 const DIVISIONS: usize = 4000;
 
 /// A piece of the z axis with its integral.
@@ -273,10 +275,10 @@ impl Ord for Piece {
 }
 
 /// Balls, by slices.
-fn of_slices(balls: &[Member]) -> Measured {
+fn of_slices(balls: &[Member]) -> (Moments, f64) {
     // Between the ends of balls and of the circles in which they meet the slices change smoothly but for three-fold corners.
     let mut ends: Vec<f64> = balls.iter().flat_map(|b| [b.arm.z - b.radius, b.arm.z + b.radius]).collect();
-    for (k, a) in balls.iter().enumerate() {
+    for (k, a) in balls.iter().enumerate().filter(|_| balls.len() <= MANY) {
         for b in &balls[..k] {
             let way = b.arm - a.arm;
             let distance = way.length();
@@ -298,17 +300,18 @@ fn of_slices(balls: &[Member]) -> Measured {
         1..4 => bulk * reach,
         _ => bulk * reach * reach,
     });
+    let tolerance = if balls.len() <= MANY { TOLERANCE } else { ROUGH };
     let piece = |begin: f64, end: f64| Piece::new(balls, begin, end, &scales);
-    let mut pieces: BinaryHeap<Piece> =
-        ends.windows(2).filter(|w| w[1] - w[0] > 1e-13 * reach).map(|w| piece(w[0], w[1])).collect();
+    let spans: Vec<&[f64]> = ends.windows(2).filter(|w| w[1] - w[0] > 1e-13 * reach).collect();
+    let mut pieces = BinaryHeap::from(spans.par_iter().map(|w| piece(w[0], w[1])).collect::<Vec<Piece>>());
     for _ in 0..DIVISIONS {
-        if pieces.iter().map(|p| p.worst).sum::<f64>() <= TOLERANCE {
+        if pieces.iter().map(|p| p.worst).sum::<f64>() <= tolerance {
             break;
         }
         let Some(worst) = pieces.pop() else { break };
         let middle = 0.5 * (worst.begin + worst.end);
-        pieces.push(piece(worst.begin, middle));
-        pieces.push(piece(middle, worst.end));
+        let (below, above) = rayon::join(|| piece(worst.begin, middle), || piece(middle, worst.end));
+        pieces.extend([below, above]);
     }
     // In a fixed order, so that the sum is the same wherever it is taken.
     let mut pieces = pieces.into_vec();
@@ -321,7 +324,7 @@ fn of_slices(balls: &[Member]) -> Measured {
         }
     }
     let error = (0..LANES).map(|k| error[k] / scales[k]).fold(ROUNDING, f64::max);
-    Measured { moments: Moments::from_lanes(sum), error }
+    (Moments::from_lanes(sum), error)
 }
 
 impl Piece {
@@ -370,3 +373,21 @@ const KRONROD: [(f64, f64); 8] = [
 /// Weights of the 7-point Gauss rule at every second of them.
 const GAUSS: [f64; 4] =
     [0.129_484_966_168_869_7, 0.279_705_391_489_276_64, 0.381_830_050_505_118_9, 0.417_959_183_673_469_4];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slices_agree_with_caps() {
+        let ball = |x: f64, y: f64, z: f64, radius: f64| Member { arm: DVec3::new(x, y, z), radius };
+        let chain =
+            [ball(0.0, 0.0, 0.0, 1.0), ball(1.3, 0.4, -0.5, 0.8), ball(-1.1, 0.9, 0.4, 0.7), ball(-0.2, 0.1, 0.1, 0.3)];
+        let caps = of_separate_caps(&chain).expect("no point is in three of them").lanes();
+        let (slices, error) = of_slices(&chain);
+        assert!(error < 1e-10, "{error:e}");
+        for (a, b) in caps.iter().zip(slices.lanes()) {
+            assert!((a - b).abs() < 1e-10, "{a} {b}");
+        }
+    }
+}

@@ -1,6 +1,7 @@
 //! The cases, and what they have in common.
 
 mod agreement;
+mod clumps;
 mod contact;
 mod fast;
 mod gas;
@@ -83,7 +84,7 @@ impl Case {
         ];
         let long = long_ones.contains(&self.name);
         // Passes are a matter of the algorithm, and packings of the method.
-        let counts = self.name == "rigid_passes" || self.name.starts_with("agreement");
+        let counts = ["rigid_passes", "dimer_bed"].contains(&self.name) || self.name.starts_with("agreement");
         let left_out = |bench: &Bench| (long && bench.name == "gpu double") || (counts && bench.name != "cpu");
         engines().into_iter().filter(|bench| !left_out(bench)).collect()
     }
@@ -123,6 +124,8 @@ cases! {
     rest::column: "N8: (N − i + 1) m g/k_N", ["column_100"];
     rest::resting_pyramid: "R5: stands; nothing grows", ["resting_pyramid"];
     gas::gas: "Σ m v", ["gas"];
+    clumps::free_body: "A1, A3: nothing acts", [];
+    clumps::dimer_bed: "Baule et al. 2013; sphere packings: P1", ["dimer_bed"];
     rigid_columns::rigid_column: "N8: Σ m g above", ["rigid_column"];
     rigid_columns::rigid_heavy_top: "Σ m g above", ["rigid_heavy_top"];
     rigid_columns::rigid_passes: "2b: modes of a chain", [];
