@@ -105,10 +105,12 @@ impl WithSimd for Work<'_> {
 #[inline(always)]
 fn advance_block(s: &State, first: usize, block: &mut Block) -> (u32, bool) {
     let (mut bad, mut spent) = (0, false);
-    let Pushed { sums, crossed } = pushed(s, first, block.place.len(), &mut block.lists);
+    let Sums { of_grains, first_wall } = pushed_by_grains(s, first, block.place.len(), &mut block.lists);
     for k in 0..block.place.len() {
-        let (i, sum, crossed) = (first + k, sums[k], crossed[k]);
+        let (i, mut sum) = (first + k, of_grains[k]);
         let here = body(s, i);
+        let walls = first_wall[k]..row_in_block(s, first, i).end;
+        let crossed = pushed_by_walls(s, i, &here, walls, &mut block.lists, &mut sum);
         let v = advanced(s, &here.motion, sum.force);
         let point = wrapped(s, moved(s, here.place.x, here.residue.x, s.params.dt * v));
         block.place[k] = Place { x: point.x, radius: here.place.radius };
@@ -131,37 +133,19 @@ fn advance_block(s: &State, first: usize, block: &mut Block) -> (u32, bool) {
     (bad, spent)
 }
 
-/// What contacts do to the grains of a block, and whether the centre of one is beyond a wall.
-pub struct Pushed {
-    pub sums: [Gathered; BLOCK],
-    pub crossed: [bool; BLOCK],
+/// What grains do to the grains of a block, and the slots where their walls begin.
+pub struct Sums {
+    pub of_grains: [Gathered; BLOCK],
+    pub first_wall: [usize; BLOCK],
 }
 
-/// The contacts of a run of `count` grains, with their springs, in the order of the lists.
+/// The contacts of a run of `count` grains with grains, with their springs. Many are computed at a time, and added in the order of
+/// the lists.
 #[inline(always)]
-pub fn pushed(s: &State, first: usize, count: usize, lists: &mut Lists) -> Pushed {
-    let mut pushed = Pushed { sums: [Gathered::default(); BLOCK], crossed: [false; BLOCK] };
-    let mut first_wall = [0; BLOCK];
-    pushed_by_grains(s, first, lists, &mut pushed.sums, &mut first_wall[..count]);
-    for (k, first_wall) in first_wall[..count].iter().enumerate() {
-        let i = first + k;
-        let walls = *first_wall..row_in_block(s, first, i).end;
-        pushed.crossed[k] = pushed_by_walls(s, i, &body(s, i), walls, lists, &mut pushed.sums[k]);
-    }
-    pushed
-}
-
-/// Many contacts are computed at a time, and added in the order of the lists. Says where walls begin.
-#[inline(always)]
-fn pushed_by_grains(
-    s: &State,
-    first: usize,
-    lists: &mut Lists,
-    sums: &mut [Gathered; BLOCK],
-    first_wall: &mut [usize],
-) {
+pub fn pushed_by_grains(s: &State, first: usize, count: usize, lists: &mut Lists) -> Sums {
+    let mut sums = Sums { of_grains: [Gathered::default(); BLOCK], first_wall: [0; BLOCK] };
     let mut batch = Batch::new(s);
-    for sides in near_sides(s, first, lists, first_wall).chunks(LANES) {
+    for sides in near_sides(s, first, lists, &mut sums.first_wall[..count]).chunks(LANES) {
         batch.compute(s, sides, |side| {
             let slot = side.slot as usize;
             spring_of(lists.neighbour[slot], lists.spring.get(slot))
@@ -172,17 +156,18 @@ fn pushed_by_grains(
             let closed = contact.gap < 0.0;
             if closed {
                 lists.keep_spring(slot, contact.spring);
-                sums[k].force += contact.sum.force;
-                sums[k].torque += contact.sum.torque;
+                sums.of_grains[k].force += contact.sum.force;
+                sums.of_grains[k].torque += contact.sum.torque;
             }
             lists.flag(slot, closed);
         }
     }
+    sums
 }
 
 /// The slots of grain i, counted from the first of its block.
 #[inline(always)]
-fn row_in_block(s: &State, first: usize, i: usize) -> Range<usize> {
+pub fn row_in_block(s: &State, first: usize, i: usize) -> Range<usize> {
     let begin = s.slot_start[first];
     (s.slot_start[i] - begin) as usize..(s.slot_start[i + 1] - begin) as usize
 }
@@ -216,7 +201,7 @@ fn near_sides(s: &State, first: usize, lists: &mut Lists, first_wall: &mut [usiz
 
 /// What walls add to the sum of grain i, and whether its centre is beyond one. They are the last in its list.
 #[inline(always)]
-fn pushed_by_walls(
+pub fn pushed_by_walls(
     s: &State,
     i: usize,
     here: &Body,

@@ -2,10 +2,13 @@
 
 use super::{
     BLOCK,
-    advance::{Lists, Pushed, pushed},
+    advance::{Lists, Sums, pushed_by_grains, pushed_by_walls, row_in_block},
     by_body, by_slot,
 };
-use crate::state::{Spin, State};
+use crate::{
+    laws::contact::body,
+    state::{Spin, State},
+};
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -50,13 +53,16 @@ impl WithSimd for Work<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, _: S) -> u32 {
-        let Pushed { sums, crossed } = pushed(self.s, self.first, self.pull.len(), &mut self.lists);
+        let (s, first) = (self.s, self.first);
+        let Sums { of_grains, first_wall } = pushed_by_grains(s, first, self.pull.len(), &mut self.lists);
         let mut bad = 0;
         for (k, (pull, twist)) in self.pull.iter_mut().zip(self.twist).enumerate() {
-            (*pull, twist.0) = (sums[k].force, sums[k].torque);
-            if crossed[k] {
-                bad = bad.max(self.s.params.bodies - self.s.number[self.first + k]);
+            let (i, mut sum) = (first + k, of_grains[k]);
+            let walls = first_wall[k]..row_in_block(s, first, i).end;
+            if pushed_by_walls(s, i, &body(s, i), walls, &mut self.lists, &mut sum) {
+                bad = bad.max(s.params.bodies - s.number[i]);
             }
+            (*pull, twist.0) = (sum.force, sum.torque);
         }
         bad
     }
