@@ -21,50 +21,12 @@ fn advance(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
         atomicAdd(&counters.done, 1u);
     }
     let here = body(i);
-    let end = slot_start[i + 1u];
-    var sum = Gathered();
-    var lost = false;
-    var slot = slot_start[i];
-    for (; slot < end; slot++) {
-        let entry = neighbour[slot];
-        let j = entry & INDEX;
-        if (j >= params.bodies) {
-            break;
-        }
-        let contact = grain_contact(i, here, j, spring_of(slot, entry));
-        if (contact.closed) {
-            keep_spring(slot, contact.spring);
-            sum.force += contact.force;
-            sum.torque += moment(contact.arm, contact.force);
-        }
-        flag(slot, entry, contact.closed);
-    }
-    // Walls come last. Their loop ends in `break if`: where lanes go in step, as on software drivers, it costs those without
-    // walls one pass over the body, and a check at the top would cost all one more.
-    loop {
-        if (slot < end && neighbour[slot] != NONE) {
-            let entry = neighbour[slot];
-            let contact = wall_contact(i, here, (entry & INDEX) - params.bodies, spring_of(slot, entry));
-            if (contact.closed) {
-                keep_spring(slot, contact.spring);
-                sum.force += contact.force;
-                sum.torque += moment(contact.arm, contact.force);
-                lost |= contact.gap < -here.place.radius;
-            }
-            flag(slot, entry, contact.closed);
-            slot++;
-        } else {
-            slot = end;
-        }
-        continuing {
-            break if slot >= end;
-        }
-    }
-    let v = advanced(here.motion, sum.force);
+    let pushed = pushed(i, here);
+    let v = advanced(here.motion, pushed.sum.force);
     let point = wrapped(moved(here.place.x, here.residue.x, params.dt * v));
     motion_next[i] = Motion(v, here.motion.inverse_mass);
-    keep_spin(i, advanced_spin(here, sum.torque));
-    if (arrive(i, here.place, here.residue, point, params.dt * sqrt(dot(v, v)), lost)) {
+    keep_spin(i, advanced_spin(here, pushed.sum.torque));
+    if (arrive(i, here.place, here.residue, point, params.dt * sqrt(dot(v, v)), pushed.crossed)) {
         atomicStore(&halt_next, 1u);
     }
 }

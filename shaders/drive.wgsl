@@ -37,12 +37,7 @@ fn drive(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
     keep_center_residue(c, point.residue);
     clump_motion_next[c] = Motion(v, here.motion.inverse_mass);
     clump_spin_next[c] = w;
-    // (2.40); a turn about the axes of the scene comes from the left, one about those of the body from the right.
-    let q = here.attitude;
-    let turn = attitude_gain(0.25 * params.dt * w);
-    let defect = attitude_defect(attitude[c], attitude_residue_of(c)); // what rounding has done to its length
-    let way = select(product(q, turn), product(turn, q), is_round(here.inverse_moments));
-    let next = turned_on(attitude[c], attitude_residue_of(c), way + (0.5 * defect) * q);
+    let next = turned_on(attitude[c], attitude_residue_of(c), attitude_step(c, here, w));
     attitude_next[c] = next.q;
     keep_attitude_residue(c, next.residue);
 }

@@ -12,26 +12,11 @@ fn load(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     if (i == 0u) {
         atomicAdd(&counters.done, 1u);
     }
-    let here = body(i);
-    let end = slot_start[i + 1u];
-    var sum = Gathered();
-    for (var slot = slot_start[i]; slot < end; slot++) {
-        let entry = neighbour[slot];
-        if (entry == NONE) {
-            break;
-        }
-        let contact = contact_of(i, here, slot, entry);
-        if (contact.closed) {
-            keep_spring(slot, contact.spring);
-            sum.force += contact.force;
-            sum.torque += moment(contact.arm, contact.force);
-            if ((entry & INDEX) >= params.bodies && contact.gap < -here.place.radius) {
-                atomicMax(&counters.bad_body, params.bodies - number[i]);
-                atomicStore(&halt_next, 1u);
-            }
-        }
-        flag(slot, entry, contact.closed);
+    let pushed = pushed(i, body(i));
+    pull[i] = pushed.sum.force;
+    twist[i] = pushed.sum.torque;
+    if (pushed.crossed) {
+        atomicMax(&counters.bad_body, params.bodies - number[i]);
+        atomicStore(&halt_next, 1u);
     }
-    pull[i] = sum.force;
-    twist[i] = sum.torque;
 }

@@ -156,6 +156,34 @@ fn spin_of_clump_now(c: u32, here: Clump, torque: Spin) -> Spin {
     return half_spun(here.spin, here.inverse_moments * torque);
 }
 
+/// How far the attitude turns in a step (2.40): a turn about the axes of the scene comes from the left, one about those of the
+/// body from the right. What rounding has done to its length is undone.
+fn attitude_step(c: u32, here: Clump, w: Spin) -> Attitude {
+    let q = here.attitude;
+    let turn = attitude_gain(0.25 * params.dt * w);
+    let way = select(product(q, turn), product(turn, q), is_round(here.inverse_moments));
+    return way + (0.5 * attitude_defect(attitude[c], attitude_residue_of(c))) * q;
+}
+
+/// What a free clump has by itself, as `energies`.
+fn energies_of_clump(c: u32) -> Energies {
+    let here = clump(c);
+    let inverse_mass = here.motion.inverse_mass;
+    if (inverse_mass == 0) {
+        return Energies();
+    }
+    let all = contacts_of_clump(c, here.attitude);
+    let v = at_step(here.motion, all.force);
+    let w = spin_of_clump_now(c, here, all.torque);
+    let kinetic = 0.5 * dot(v, v) / inverse_mass + 0.5 * spin_dot(w, w / here.inverse_moments);
+    let potential = -dot(params.gravity, here.center.x + here.center.residue) / inverse_mass;
+    let total = all.force + params.gravity / inverse_mass;
+    let spin = global_spin(here.inverse_moments, here.attitude, w);
+    // Dashpots know the velocities of half a step ago, but it is those of now that they work against.
+    let dissipation = 2 * params.damping * kinetic + dashpots_late(c, here.attitude, v, spin);
+    return Energies(kinetic, potential, sqrt(dot(total, total)), dissipation);
+}
+
 /// A clump and its members have these velocities next, where they are.
 fn set_motion(c: u32, here: Clump, v: Vec, w: Spin) {
     clump_motion_next[c] = Motion(v, here.motion.inverse_mass);

@@ -96,3 +96,52 @@ fn velocity_now(here: Body, force: Vec) -> Vec {
 fn spin_now(here: Body, torque: Spin) -> Spin {
     return spin_at_step(here, torque);
 }
+
+/// What all contacts do to a body in a step.
+struct Pushed {
+    sum: Gathered,
+    crossed: bool, // its centre is beyond a wall
+}
+
+/// All contacts of body i, gathered in ascending order of the other's id. Their springs are kept.
+fn pushed(i: u32, here: Body) -> Pushed {
+    let end = slot_start[i + 1u];
+    var pushed = Pushed();
+    var slot = slot_start[i];
+    for (; slot < end; slot++) {
+        let entry = neighbour[slot];
+        let j = entry & INDEX;
+        if (j >= params.bodies) {
+            break;
+        }
+        let contact = grain_contact(i, here, j, spring_of(slot, entry));
+        if (contact.closed) {
+            keep_spring(slot, contact.spring);
+            pushed.sum.force += contact.force;
+            pushed.sum.torque += moment(contact.arm, contact.force);
+        }
+        flag(slot, entry, contact.closed);
+    }
+    // Walls come last. Their loop ends in `break if`: where lanes go in step, as on software drivers, it costs those without
+    // walls one pass over the body, and a check at the top would cost all one more.
+    loop {
+        if (slot < end && neighbour[slot] != NONE) {
+            let entry = neighbour[slot];
+            let contact = wall_contact(i, here, (entry & INDEX) - params.bodies, spring_of(slot, entry));
+            if (contact.closed) {
+                keep_spring(slot, contact.spring);
+                pushed.sum.force += contact.force;
+                pushed.sum.torque += moment(contact.arm, contact.force);
+                pushed.crossed |= contact.gap < -here.place.radius;
+            }
+            flag(slot, entry, contact.closed);
+            slot++;
+        } else {
+            slot = end;
+        }
+        continuing {
+            break if slot >= end;
+        }
+    }
+    return pushed;
+}
