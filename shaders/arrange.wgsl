@@ -1,8 +1,6 @@
 // twin: src/kernels/arrange.rs
 // Colours 3: contacts with the impulses they have now, in the order of the colours. Momentum begins anew.
 var<storage, read_write> painted: array<u32>;         // colours: contacts there are of each
-var<storage, read_write> trial: array<Motion>;        // N, m/s, 1/kg
-var<storage, read_write> trial_before: array<Motion>; // N
 
 @compute @workgroup_size(WG)
 fn arrange(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {

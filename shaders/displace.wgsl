@@ -1,6 +1,5 @@
 // twin: src/kernels/displace.rs
 // Contact dynamics 8: the end of a step, positions n to n + 1 with the velocities n + 1.
-var<storage, read_write> trial: array<Motion>;       // N, m/s, 1/kg
 var<storage, read_write> halt: atomic<u32>;
 
 @compute @workgroup_size(WG)

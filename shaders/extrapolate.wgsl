@@ -1,7 +1,5 @@
 // twin: src/kernels/extrapolate.rs
 // Contact dynamics 5: velocities follow their momentum as impulses do, because they depend on them linearly.
-var<storage, read_write> trial: array<Motion>;        // N, m/s, 1/kg
-var<storage, read_write> trial_before: array<Motion>; // N
 
 @compute @workgroup_size(WG)
 fn extrapolate(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {

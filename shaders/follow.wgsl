@@ -1,7 +1,5 @@
 // twin: src/kernels/follow.rs
 // Contact dynamics 3, coloured: velocities after all colours, and what the momentum of the next pass depends on.
-var<storage, read_write> trial: array<Motion>;        // N, m/s, 1/kg: after the pass before
-var<storage, read_write> trial_before: array<Motion>; // N: after the one before that; written anew
 var<storage, read_write> miss: array<Real>;           // N, (m/s)²
 
 fn followed(i: u32) -> Effort {

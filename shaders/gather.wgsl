@@ -1,7 +1,5 @@
 // twin: src/kernels/gather.rs
 // Colours 5: velocities freed of the rounding that the updates in place have left in them.
-var<storage, read_write> trial: array<Motion>;        // N, m/s, 1/kg
-var<storage, read_write> trial_before: array<Motion>; // N
 
 @compute @workgroup_size(WG)
 fn gather(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {

@@ -10,7 +10,7 @@ fn kick_clumps(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     let here = clump(c);
     let sum = contacts_of_clump(c, here.attitude);
     var w = here.spin;
-    if (!is_round(here.inverse_moments)) {
+    if (!spins_in_scene(here.inverse_moments)) {
         w = spun_back(w, spin_acceleration(here, w, own_torque(here, sum.torque)));
     } else if (here.motion.inverse_mass != 0) {
         w = spun_back(w, here.inverse_moments * sum.torque);

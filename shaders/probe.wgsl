@@ -1,15 +1,13 @@
 // twin: src/kernels/probe.rs
 // Contact dynamics, the step's length 2: a pass of the power iteration. Contacts turn velocities into the impulses that would
 // undo them one by one, and these give the grains velocities.
-var<storage, read_write> trial: array<Motion>; // N
 
 fn probed(i: u32) -> Effort {
     let here = ahead[i];
     let spin = ahead_spin_of(i);
     let scale = 1 / max(relaxation.stretch, Real(1));
     var effort = Effort();
-    var impulse = Vec();
-    var twist = Spin();
+    var sum = Gathered();
     let end = slot_start[i + 1u];
     for (var slot = slot_start[i]; slot < end; slot++) {
         let entry = neighbour[slot];
@@ -28,20 +26,11 @@ fn probed(i: u32) -> Effort {
         let approach = dot(velocity, side.n);
         let slip = velocity - approach * side.n;
         let mine = (side.turn * scale) * (approach / side.normal * side.n + slip * (1 / side.tangential));
-        impulse += mine;
-        twist += moment(lever[slot].own * meeting[slot].n, mine);
+        sum.force += mine;
+        sum.torque += moment(lever[slot].own * meeting[slot].n, mine);
         effort.way += side.share * (approach * approach / side.normal + dot(slip, slip) / side.tangential);
     }
-    trial[i] = Motion(here.inverse_mass * impulse, here.inverse_mass);
-    let inertia = inverse_inertia(place[i], here.inverse_mass);
-    keep_trial_spin(i, inertia * twist);
-    if (here.inverse_mass != 0) {
-        effort.work = dot(here.v, here.v) / here.inverse_mass;
-    }
-    if (inertia != 0) {
-        effort.work += spin_squared(spin) / inertia;
-    }
-    return effort;
+    return combined(effort, answer_probe(i, sum));
 }
 
 @compute @workgroup_size(GROUP)

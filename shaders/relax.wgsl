@@ -1,15 +1,13 @@
 // twin: src/kernels/relax.rs
 // Contact dynamics 3: a pass. Every contact takes a step of Jacobi's kind from the impulses and velocities that momentum has
 // carried ahead, and every grain gathers what its contacts do to it.
-var<storage, read_write> trial_before: array<Motion>; // N, m/s, 1/kg: written anew
 
 fn pass_of(i: u32) -> Effort {
     let here = ahead[i];
     let spin = ahead_spin_of(i);
     let step = 1 / relaxation.stretch;
     var effort = Effort();
-    var impulse = Vec();
-    var twist = Spin();
+    var sum = Gathered();
     let end = slot_start[i + 1u];
     for (var slot = slot_start[i]; slot < end; slot++) {
         let entry = neighbour[slot];
@@ -25,8 +23,8 @@ fn pass_of(i: u32) -> Effort {
         let next = relaxed(side, start, step);
         let mine = side.turn * next;
         spring_before[slot] = packed(mine);
-        impulse += mine;
-        twist += moment(lever[slot].own * meeting[slot].n, mine);
+        sum.force += mine;
+        sum.torque += moment(lever[slot].own * meeting[slot].n, mine);
         let back = start - next;
         let on = next - old;
         let back_normal = dot(back, side.n);
@@ -39,19 +37,7 @@ fn pass_of(i: u32) -> Effort {
         effort.turn += side.share * (normal * on_normal + dot(across, on - on_normal * side.n));
         effort.way += side.share * (normal * back_normal + dot(across, back_across));
     }
-    let free = freed(motion[i]);
-    let inertia = inverse_inertia(place[i], free.inverse_mass);
-    let v = free.v + free.inverse_mass * impulse;
-    let turned = freed_spin(motion[i], spin_of(i)) + inertia * twist;
-    trial_before[i] = Motion(v, free.inverse_mass);
-    keep_trial_spin_before(i, turned);
-    if (free.inverse_mass != 0) {
-        effort.work = dot(v - here.v, v - here.v) / free.inverse_mass;
-    }
-    if (inertia != 0) {
-        effort.work += spin_squared(turned - spin) / inertia;
-    }
-    return effort;
+    return combined(effort, answer_pass(i, sum));
 }
 
 @compute @workgroup_size(GROUP)

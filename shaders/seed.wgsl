@@ -14,7 +14,7 @@ fn seed(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     var v = Vec();
     if (free.inverse_mass != 0) {
         // One of two directions along every axis, by the bits of a scrambled number.
-        var bits = (number[i] + 1u) * 2654435769u;
+        var bits = (grain_of(i) + 1u) * 2654435769u;
         bits = (bits ^ (bits >> 15u)) * 2246822519u;
         bits = bits ^ (bits >> 13u);
         for (var axis = 0u; axis < DIMENSIONS; axis++) {

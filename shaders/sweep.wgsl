@@ -31,6 +31,7 @@ fn update(k: u32) {
     side.closing = met.closing;
     side.normal = grip.normal;
     side.tangential = grip.tangential;
+    side.scale = grip.tangential;
     side.friction = pair_of(i, j).friction;
     side.velocity = (here.v - there.v) + (surface_velocity(spin, arm) - surface_velocity(spin_to, arm_to));
     let old = unpacked(thrust[k]);

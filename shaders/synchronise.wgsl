@@ -8,6 +8,6 @@ fn synchronise(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     }
     let here = body(i);
     let sum = contacts_of(i, here);
-    motion_next[i] = Motion(velocity_now(here, sum.force), here.motion.inverse_mass);
+    motion_next[i] = Motion(velocity_now(here.motion, sum.force), here.motion.inverse_mass);
     keep_spin(i, spin_now(here, sum.torque));
 }

@@ -10,5 +10,5 @@ fn synchronise_clumps(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num
     }
     let here = clump(c);
     let sum = contacts_of_clump(c, here.attitude);
-    set_motion(c, here, at_step(here.motion, sum.force), spin_of_clump_now(c, here, sum.torque));
+    set_motion(c, here, velocity_now(here.motion, sum.force), spin_of_clump_now(c, here, sum.torque));
 }

@@ -25,7 +25,7 @@ use crate::{
     plan::{Op, Plan},
     scene::Assembly,
     simulation::{EngineChoice, Options, Setup, Simulation},
-    state::{ARRAYS, Element, INDEX, Length, NONE, Part, State, Wall},
+    state::{ARRAYS, Effort, Element, INDEX, Length, NONE, Part, State, Wall},
 };
 use glam::DVec3;
 use serde::Serialize;
@@ -253,7 +253,7 @@ impl Checker<'_> {
                 _,
             ) if overlap > 0.0 && self.precision == Precision::Double => 16.0 * epsilon * (1.0 / overlap).max(1.0),
             // Sums of small differences, some of either sign.
-            ("relax" | "follow" | "judge" | "probe", "effort") | ("sweep", "miss") => 1e4 * epsilon,
+            ("relax" | "follow" | "judge" | "probe" | "respond", "effort") | ("sweep", "miss") => 1e4 * epsilon,
             _ => 64.0 * epsilon,
         }
     }
@@ -405,12 +405,17 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
         }
         // Friction at the Coulomb limit is beyond it by rounding.
         ("judge", "effort") => twin.effort.iter().map(|e| e.pressing).fold(0.0, f64::max),
+        ("sweep", "miss") => residual_floor(twin),
         _ => 0.0,
     };
     // Members of a record have different units, so each is compared with its own largest value; vectors as a whole.
     let mut result = (0.0_f64, 0.0_f64);
     for (member, members) in member_lanes(twin, array, width).into_iter().enumerate() {
-        let floor = if array == "part" { floor.max(part_floor(twin, member)) } else { floor };
+        let floor = match (array, array == "effort" && Effort::names(3)[member] == "residual") {
+            ("part", _) => floor.max(part_floor(twin, member)),
+            (_, true) => floor.max(residual_floor(twin)),
+            _ => floor,
+        };
         let (mut worst, mut largest, mut squares, mut scale) = (0.0_f64, floor, 0.0, 0.0);
         for k in (0..a.len()).filter(|k| members.contains(&(k % width)) && !masked(*k)) {
             let difference = (a[k] - b[k]).abs();
@@ -426,6 +431,11 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
         result.1 = result.1.max(relative(squares.sqrt(), own));
     }
     result
+}
+
+/// The residual of contacts that are solved is the square of the rounding of their velocities, (m/s)².
+fn residual_floor(s: &State) -> f64 {
+    epsilon(s.model.precision) * s.ahead.iter().map(|m| m.v.length_squared()).fold(0.0, f64::max)
 }
 
 /// What sums over grains at rest may differ by for a member of [`Part`]: the energy, J, that gravity gives the heaviest in a step,

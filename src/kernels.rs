@@ -11,7 +11,10 @@ mod conclude;
 mod count;
 mod deliver;
 mod displace;
+mod displace_clumps;
+mod displace_members;
 mod drive;
+mod echo;
 mod extrapolate;
 mod follow;
 mod forces;
@@ -21,6 +24,7 @@ mod half_kick;
 mod judge;
 mod kick_clumps;
 mod load;
+mod loosen;
 mod measure;
 mod measure_clumps;
 mod meet;
@@ -32,7 +36,9 @@ mod permute;
 mod probe;
 mod propose;
 mod relax;
+mod release;
 mod remember;
+mod respond;
 mod scan;
 mod seed;
 mod set_out;
@@ -245,6 +251,27 @@ pub static CONCLUDE: Stage =
     Stage { dispatch: Dispatch::OneGroup, ..Stage::new("conclude", conclude::conclude, |_| 1) };
 /// Contact dynamics 8: positions.
 pub static DISPLACE: Stage = Stage::new("displace", displace::displace, bodies);
+/// Contact dynamics of clumps 0: velocities if nothing touched.
+pub static RELEASE: Stage = Stage::new("release", release::release, clumps);
+/// Contact dynamics of clumps, after `meet`: clumps answer to impulses.
+pub static RESPOND_FIRST: Stage = Stage {
+    kernel: "respond",
+    bind: &[("response", "trial"), ("response_spin", "trial_spin")],
+    ..Stage::new("respond_first", respond::respond_first, clumps)
+};
+/// Contact dynamics of clumps, after a pass: clumps answer to impulses.
+pub static RESPOND: Stage = Stage {
+    bind: &[("response", "trial_before"), ("response_spin", "trial_spin_before")],
+    ..Stage::new("respond", respond::respond, clumps)
+};
+/// Contact dynamics of clumps, length of the passes' steps, after `probe`.
+pub static ECHO: Stage = Stage::new("echo", echo::echo, clumps);
+/// Contact dynamics of clumps 8: impulses that the step ends with.
+pub static LOOSEN: Stage = Stage::new("loosen", loosen::loosen, bodies);
+/// Contact dynamics of clumps 9: centres and attitudes.
+pub static DISPLACE_CLUMPS: Stage = Stage::new("displace_clumps", displace_clumps::displace_clumps, clumps);
+/// Contact dynamics of clumps 10: members follow.
+pub static DISPLACE_MEMBERS: Stage = Stage::new("displace_members", displace_members::displace_members, bodies);
 /// Sums over grains.
 pub static MEASURE: Stage = Stage::new("measure", measure::measure, |_| PARTS);
 /// Velocities at the time of the positions.

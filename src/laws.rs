@@ -1,6 +1,7 @@
 //! CPU twins of the slots in `shaders/`: same function names, same order of arguments and of floating-point operations,
 //! in f64. A law takes the model where WGSL takes a file, and values where WGSL takes values.
 
+pub mod answer;
 pub mod batch;
 pub mod boundary;
 pub mod colours;
@@ -10,10 +11,12 @@ pub mod dimension;
 pub mod friction;
 pub mod grains;
 pub mod grid;
+pub mod gyration;
 pub mod leapfrog;
 pub mod materials;
 pub mod normal;
 pub mod precision;
+pub mod predictor_corrector;
 pub mod rigid;
 pub mod rotation;
 pub mod touch;

@@ -77,6 +77,10 @@ slot!(
     Grains in "grains" { Spheres = "spheres", Clumps = "clumps" }
 );
 slot!(
+    /// Whether products of angular velocities act on free clumps. Contact dynamics may drop them.
+    Gyration in "gyration" { Dropped = "dropped", Kept = "kept" }
+);
+slot!(
     /// One set of contact parameters, or a table by material.
     Materials in "materials" { One = "one", Many = "many" }
 );
@@ -97,6 +101,7 @@ pub struct Model {
     pub friction: Friction,
     pub rotation: Rotation,
     pub grains: Grains,
+    pub gyration: Gyration,
     pub materials: Materials,
     pub walls: Walls,
     /// Optional stage: a wall translates, so that walls are integrated too.
@@ -109,9 +114,11 @@ impl Model {
     /// What the scene needs, and no more.
     pub fn of(assembly: &Assembly, precision: Precision) -> Model {
         let pairs = &assembly.pairs;
-        let method = match assembly.solver.method {
-            Solve::DiscreteElements => Method::DiscreteElements,
-            Solve::ContactDynamics(_) => Method::ContactDynamics,
+        let (method, gyroscopic, by_colours) = match assembly.solver.method {
+            Solve::DiscreteElements => (Method::DiscreteElements, true, false),
+            Solve::ContactDynamics(r) => {
+                (Method::ContactDynamics, r.gyroscopic, r.solver == Solver::ColouredAccelerated)
+            }
         };
         let rigid = method == Method::ContactDynamics;
         let frictional = pairs.iter().any(|p| p.friction > 0.0);
@@ -131,10 +138,11 @@ impl Model {
             friction: if frictional || rigid { Friction::Coulomb } else { Friction::None },
             rotation: if frictional || spinning { Rotation::Sphere } else { Rotation::None },
             grains: if clumped { Grains::Clumps } else { Grains::Spheres },
+            gyration: if clumped && !gyroscopic { Gyration::Dropped } else { Gyration::Kept },
             materials: if pairs.windows(2).all(|w| w[0] == w[1]) { Materials::One } else { Materials::Many },
             walls: if assembly.walls.is_empty() { Walls::None } else { Walls::Some },
             moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO),
-            coloured: matches!(assembly.solver.method, Solve::ContactDynamics(r) if r.solver == Solver::ColouredAccelerated),
+            coloured: by_colours && !clumped, // contacts of a clump would all need their own; then the host does it
         }
     }
 
@@ -147,7 +155,7 @@ impl Model {
     }
 
     /// The slots as (slot, alternative), for people.
-    pub fn slots(&self) -> [(&'static str, &'static str); 11] {
+    pub fn slots(&self) -> [(&'static str, &'static str); 12] {
         [
             ("precision", self.precision.label()),
             ("dimension", self.dimension.label()),
@@ -158,6 +166,7 @@ impl Model {
             ("friction", self.friction.label()),
             ("rotation", self.rotation.label()),
             ("grains", self.grains.label()),
+            ("gyration", self.gyration.label()),
             ("materials", self.materials.label()),
             ("walls", self.walls.label()),
         ]
@@ -186,8 +195,14 @@ impl Model {
             "contact.wgsl",
             self.method.file(),
         ];
-        if self.method == Method::DiscreteElements {
-            files.push("leapfrog.wgsl");
+        files.extend(match (self.method, self.grains) {
+            (Method::DiscreteElements, Grains::Spheres) => &["leapfrog.wgsl"][..],
+            (Method::DiscreteElements, Grains::Clumps) => &["leapfrog.wgsl", "predictor_corrector.wgsl"],
+            (Method::ContactDynamics, Grains::Spheres) => &["answer/spheres.wgsl"],
+            (Method::ContactDynamics, Grains::Clumps) => &["answer/clumps.wgsl"],
+        });
+        if self.method == Method::ContactDynamics && self.grains == Grains::Clumps {
+            files.push(self.gyration.file());
         }
         if self.coloured {
             files.push("colours.wgsl");
@@ -207,6 +222,7 @@ impl Model {
             (DiscreteElements, Friction::Coulomb, Rotation::Sphere, Clumps),
             (ContactDynamics, Friction::Coulomb, Rotation::None, Spheres),
             (ContactDynamics, Friction::Coulomb, Rotation::Sphere, Spheres),
+            (ContactDynamics, Friction::Coulomb, Rotation::Sphere, Clumps),
         ];
         let mut models = Vec::new();
         for &dimension in Dimension::ALL {
@@ -220,7 +236,7 @@ impl Model {
                             for (walls, moving_walls) in
                                 [(Walls::None, false), (Walls::Some, false), (Walls::Some, true)]
                             {
-                                for &coloured in if rigid { &[false, true][..] } else { &[false] } {
+                                for &(coloured, gyration) in variants(method, grains) {
                                     models.push(Model {
                                         precision,
                                         dimension,
@@ -231,6 +247,7 @@ impl Model {
                                         friction,
                                         rotation,
                                         grains,
+                                        gyration,
                                         materials,
                                         walls,
                                         moving_walls,
@@ -244,5 +261,14 @@ impl Model {
             }
         }
         models
+    }
+}
+
+/// Colours or not, and what becomes of the products of angular velocities.
+fn variants(method: Method, grains: Grains) -> &'static [(bool, Gyration)] {
+    match (method, grains) {
+        (Method::DiscreteElements, _) => &[(false, Gyration::Kept)],
+        (Method::ContactDynamics, Grains::Spheres) => &[(false, Gyration::Kept), (true, Gyration::Kept)],
+        (Method::ContactDynamics, Grains::Clumps) => &[(false, Gyration::Dropped), (false, Gyration::Kept)],
     }
 }

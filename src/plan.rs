@@ -96,7 +96,14 @@ pub fn plan(model: &Model) -> Plan {
 
     let rigid = model.method == Method::ContactDynamics;
     let coloured = model.coloured;
+    let clumped = model.grains == Grains::Clumps;
+    let (mut meet, mut probe) = (vec![Run(&MEET), Run(&SET_OUT)], vec![Run(&PROBE), Run(&GAUGE), Run(&EXTRAPOLATE)]);
     let mut relax = vec![Run(if coloured { &FOLLOW } else { &RELAX })];
+    if clumped {
+        meet = vec![Run(&RELEASE), Run(&MEET), Run(&RESPOND_FIRST), Run(&SET_OUT), Run(&EXTRAPOLATE)];
+        probe.insert(1, Run(&ECHO));
+        relax.push(Run(&RESPOND));
+    }
     relax.extend(turns(model));
     relax.extend([Run(&STEER), Run(&EXTRAPOLATE)]);
     let (mut bleach, mut colour, mut arrange, mut sweep) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
@@ -110,9 +117,9 @@ pub fn plan(model: &Model) -> Plan {
         judge.splice(..0, [Run(&DELIVER), Run(&GATHER)]);
     }
 
-    let clumped = model.grains == Grains::Clumps;
     let mut step = match (rigid, clumped) {
-        (true, _) => vec![Run(&DISPLACE)],
+        (true, false) => vec![Run(&DISPLACE)],
+        (true, true) => vec![Run(&LOOSEN), Run(&DISPLACE_CLUMPS), Run(&DISPLACE_MEMBERS)],
         (false, true) => vec![Run(&LOAD), Run(&DRIVE), Run(&CARRY)],
         (false, false) => vec![Run(&ADVANCE)],
     };
@@ -140,9 +147,9 @@ pub fn plan(model: &Model) -> Plan {
         begin,
         sort,
         list,
-        meet: if rigid { vec![Run(&MEET), Run(&SET_OUT)] } else { Vec::new() },
+        meet: if rigid { meet } else { Vec::new() },
         seed: if rigid && !coloured { vec![Run(&SEED)] } else { Vec::new() },
-        probe: if rigid && !coloured { vec![Run(&PROBE), Run(&GAUGE), Run(&EXTRAPOLATE)] } else { Vec::new() },
+        probe: if rigid && !coloured { probe } else { Vec::new() },
         bleach,
         colour,
         arrange,

@@ -123,16 +123,18 @@ fn build(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engin
         let notice = format!("engine gpu ({real}, {}): {why}", gpu.adapter());
         Ok((setup, Box::new(gpu), notice))
     };
+    let clumped = !assembly.clumps.is_empty();
     let of_host = match assembly.solver.method {
-        Method::ContactDynamics(relaxation) if !host::on_engine(relaxation.solver) => Some(relaxation.solver.label()),
+        Method::ContactDynamics(r) if !host::on_engine(r.solver, clumped) => Some(r.solver),
         _ => None,
     };
     if let Some(solver) = of_host {
         return match options.engine {
             EngineChoice::Gpu => {
-                Err(Error::Scene(format!("solver.relaxation = \"{solver}\" runs on the cpu engine only")))
+                let why = if host::on_engine(solver, false) { " in scenes with clumps" } else { "" };
+                Err(Error::Scene(format!("solver.relaxation = \"{}\" runs on the cpu engine only{why}", solver.label())))
             }
-            _ => on_cpu(&format!("{solver} runs there")),
+            _ => on_cpu(&format!("{} runs there", solver.label())),
         };
     }
     match options.engine {

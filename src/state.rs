@@ -13,7 +13,7 @@ pub const INDEX: u32 = u32::MAX >> 1;
 pub const SPRUNG: u32 = !INDEX;
 /// Values per tile of the prefix sum: `TILE` of `scan_*.wgsl`.
 pub const TILE: usize = 256;
-/// Grains of a workgroup: `GROUP` of `method/cd.wgsl`.
+/// Bodies of a workgroup: `GROUP` of `method/cd.wgsl`.
 pub const GROUP: usize = 64;
 /// Rows of the measurement.
 pub const PARTS: usize = 4096;
@@ -372,7 +372,7 @@ pub enum Length {
     Contacts,
     Colours,
     Parts,
-    /// Groups of [`GROUP`] grains.
+    /// Groups of [`GROUP`] bodies, then of clumps.
     Groups,
     /// Nothing, until somebody asks for what it holds.
     OnDemand,
@@ -423,7 +423,7 @@ impl Sizes {
             Length::Contacts => self.contacts,
             Length::Colours => self.colours,
             Length::Parts => PARTS,
-            Length::Groups => self.bodies.div_ceil(GROUP),
+            Length::Groups => self.bodies.div_ceil(GROUP) + self.clumps.div_ceil(GROUP),
             Length::OnDemand => 0,
         };
         len.max(1)
@@ -519,6 +519,9 @@ fn rigid_rotating(m: &Model) -> bool {
 fn clumped(m: &Model) -> bool {
     m.grains == Grains::Clumps
 }
+fn rigid_clumped(m: &Model) -> bool {
+    rigid(m) && clumped(m)
+}
 fn single_clumped(m: &Model) -> bool {
     clumped(m) && single(m)
 }
@@ -558,8 +561,8 @@ state! {
     clump_spin: Spin, Clumps, "rad/s", clumped;
     clump_spin_next: Spin, Clumps, "rad/s", clumped;
     spin_gain: Spin, Clumps, "rad/s, of the last step", clumped;
-    pull: DVec3, Bodies, "N", clumped;
-    twist: Spin, Bodies, "N m", clumped;
+    pull: DVec3, Bodies, "N, contact dynamics N s", clumped;
+    twist: Spin, Bodies, "N m, contact dynamics N m s", clumped;
     rounds: Rounds, One, "of predictor and corrector", clumped;
     travel: f64, Bodies, "m, since the lists were made", always;
     material: u32, BodiesAndWalls, "index, by number", mixed;
@@ -577,6 +580,7 @@ state! {
     history_spring: Packed, History, "as spring", frictional;
     meeting: Meeting, Slots, "1, m/s", rigid;
     lever: Lever, Slots, "m, m, 1/kg, 1/kg", rigid;
+    mobility: f64, Slots, "1/kg", rigid_clumped;
     spring_before: Packed, Slots, "N s", rigid;
     trial: Motion, Bodies, "m/s, 1/kg, after the last pass", rigid;
     trial_before: Motion, Bodies, "m/s, 1/kg, after the pass before", rigid;

@@ -140,6 +140,24 @@ fn floors(a: Columns, part: Real) -> Columns {
     return Columns(floor(part * a.x), floor(part * a.y));
 }
 
+fn outer(a: Vec, b: Vec) -> Columns {
+    return Columns(b.x * a, b.y * a);
+}
+
+/// Velocity of the end of an arm, m/s, for an impulse there of 1 N s along each axis, as far as it comes from the turning of a body
+/// with this inverse moment.
+fn turning_block(q: Attitude, inverse_moment: Spin, arm: Vec) -> Columns {
+    let z = spin_velocity(Spin(1), arm);
+    return outer(inverse_moment * z, z);
+}
+
+/// The largest eigenvalue of a symmetric matrix.
+fn largest_eigenvalue(m: Columns) -> Real {
+    let mean = 0.5 * (m.x.x + m.y.y);
+    let half = 0.5 * (m.x.x - m.y.y);
+    return mean + sqrt(half * half + m.x.y * m.x.y);
+}
+
 fn identity() -> Columns {
     return Columns(Vec(1, 0), Vec(0, 1));
 }

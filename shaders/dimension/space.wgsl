@@ -147,6 +147,44 @@ fn floors(a: Columns, part: Real) -> Columns {
     return Columns(floor(part * a.x), floor(part * a.y), floor(part * a.z));
 }
 
+fn outer(a: Vec, b: Vec) -> Columns {
+    return Columns(b.x * a, b.y * a, b.z * a);
+}
+
+/// Velocity of the end of an arm, m/s, for an impulse there of 1 N s along each axis, as far as it comes from the turning of a body
+/// with these inverse moments about its principal axes.
+fn turning_block(q: Attitude, inverse_moments: Spin, arm: Vec) -> Columns {
+    let x = spin_velocity(turned(q, Vec(1, 0, 0)), arm);
+    let y = spin_velocity(turned(q, Vec(0, 1, 0)), arm);
+    let z = spin_velocity(turned(q, Vec(0, 0, 1)), arm);
+    let j = inverse_moments;
+    return plus(plus(outer(j.x * x, x), j.y, outer(y, y)), j.z, outer(z, z));
+}
+
+/// The largest eigenvalue of a symmetric matrix, by Jacobi's rotations.
+fn largest_eigenvalue(m: Columns) -> Real {
+    var diagonal = Vec(m.x.x, m.y.y, m.z.z);
+    let size = diagonal.x + diagonal.y + diagonal.z;
+    if (!(size > 0)) {
+        return 0;
+    }
+    diagonal /= size;
+    var off = Vec(m.y.z, m.z.x, m.x.y) / size;
+    for (var k = 0u; k < 15u; k++) {
+        let square = off.z * off.z;
+        if (square > 0) {
+            let half = 0.5 * (diagonal.y - diagonal.x);
+            let t = select(-off.z, off.z, half >= 0) / (max(half, -half) + sqrt(half * half + square));
+            diagonal += t * off.z * Vec(-1, 1, 0);
+            off = Vec(off.x + t * off.y, off.y - t * off.x, 0) / sqrt(1 + t * t);
+        }
+        // The next two axes.
+        diagonal = diagonal.yzx;
+        off = off.yzx;
+    }
+    return size * max(max(diagonal.x, diagonal.y), diagonal.z);
+}
+
 fn identity() -> Columns {
     return Columns(Vec(1, 0, 0), Vec(0, 1, 0), Vec(0, 0, 1));
 }

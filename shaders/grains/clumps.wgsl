@@ -1,6 +1,6 @@
 // twin: src/laws/grains.rs
 // Grains slot: bodies are the members of clumps, rigid sets of spheres or disks. Contacts are those of members; a clump gathers
-// what acts on its members, moves by (2.19)-(2.32) and turns by (2.40), and its members follow from where it is. They are never
+// what acts on its members, moves and turns by (2.40), and its members follow from where it is. They are never
 // moved on their own, so they cannot drift apart. Owns the clumps, in the order of the scene.
 
 var<storage, read> owner: array<u32>;                       // N, by number: the member's clump
@@ -17,14 +17,27 @@ var<storage, read_write> clump_motion_next: array<Motion>;  // C
 var<storage, read> clump_spin: array<Spin>;                 // C, rad/s, at n - 1/2, along the principal axes; of round clumps x, y, z
 var<storage, read_write> clump_spin_next: array<Spin>;      // C
 var<storage, read_write> spin_gain: array<Spin>;            // C, rad/s: Δω of the last step, where the next predictor starts
-var<storage, read_write> pull: array<Vec>;                  // N, N: force of all contacts of a member
-var<storage, read_write> twist: array<Spin>;                // N, N m: their moment about the member's centre
+var<storage, read_write> pull: array<Vec>;                  // N, N: force of all contacts of a member; N s in contact dynamics
+var<storage, read_write> twist: array<Spin>;                // N, N m or N m s: their moment about the member's centre
 var<storage, read_write> rounds: Rounds;
 
 /// How hard the predictor-corrector had to work.
 struct Rounds {
     most: atomic<u32>,   // rounds of a step of a clump
     capped: atomic<u32>, // steps of clumps that ended before they met the tolerance
+}
+
+/// A step that is not settled after so many rounds is counted.
+const MOST_ROUNDS = 25u;
+
+/// A step of a clump has taken this many.
+fn count_rounds(count: u32, settled: bool) {
+    if (count > atomicLoad(&rounds.most)) {
+        atomicMax(&rounds.most, count);
+    }
+    if (!settled) {
+        atomicAdd(&rounds.capped, 1u);
+    }
 }
 
 /// All there is to know of a clump.
@@ -56,23 +69,42 @@ fn energies(here: Body, sum: Gathered, drag: Vec) -> Energies {
     return Energies();
 }
 
-/// Whether no product of angular velocities turns up in (2.21)-(2.23). Such a clump spins along the axes of the scene, like a
-/// sphere, and so does a fixed one.
-fn is_round(inverse_moments: Spin) -> bool {
-    return all_equal(inverse_moments);
-}
-
 /// Spin along the axes of the scene, rad/s.
 fn global_spin(inverse_moments: Spin, q: Attitude, w: Spin) -> Spin {
-    if (is_round(inverse_moments)) {
+    if (spins_in_scene(inverse_moments)) {
         return w;
     }
     return turned_spin(q, w);
 }
 
+/// The same spin along the principal axes, rad/s.
+fn own_spin(here: Clump, w: Spin) -> Spin {
+    if (!spins_in_scene(here.inverse_moments)) {
+        return w;
+    }
+    return turned_spin(conjugate(here.attitude), w);
+}
+
+/// J, of a free clump that spins so along its principal axes.
+fn turning_energy(here: Clump, w: Spin) -> Real {
+    return 0.5 * spin_dot(w, w / here.inverse_moments);
+}
+
 /// From the centre of the clump to a member, m.
 fn arm_of(q: Attitude, label: u32) -> Vec {
     return turned(q, unpacked(offset[label]));
+}
+
+/// Force and moment, about the clump's centre, of what `pull` and `twist` hold for its members.
+fn gathered_by_clump(c: u32, q: Attitude) -> Gathered {
+    var sum = Gathered();
+    for (var label = first_member[c]; label < first_member[c + 1u]; label++) {
+        let i = whereabouts[label];
+        let force = pull[i];
+        sum.force += force;
+        sum.torque += twist[i] + moment(arm_of(q, label), force);
+    }
+    return sum;
 }
 
 /// Force and moment, about the clump's centre, of all contacts of all its members. The springs stay as they are.
@@ -109,60 +141,44 @@ fn dashpots_late(c: u32, q: Attitude, v: Vec, w: Spin) -> Real {
     return sum;
 }
 
-/// Angular acceleration (2.21)-(2.23) without damping, rad/s².
-fn spin_acceleration(here: Clump, w: Spin, torque: Spin) -> Spin {
-    return here.inverse_moments * (torque + gyroscopic(w, here.inverse_moments));
-}
-
-/// Δω of a step, rad/s, and the rounds that it took.
-struct Gain {
-    spin: Spin,
-    rounds: u32,
-    settled: bool,
-}
-
-/// Rounds of predictor and corrector (2.24)-(2.31), until none changes Δω by more than this part of ω. The torque is along the
-/// principal axes. Damping is solved for, as in (2.19), so that the iteration has to find the products of ω alone.
-fn gained(here: Clump, torque: Spin, before: Spin) -> Gain {
-    var gain = before;
-    var count = 0u;
-    var settled = false;
-    while (!settled && count < MOST_ROUNDS) {
-        let predicted = spin_gained(here.spin, spin_acceleration(here, here.spin + 0.5 * gain, torque));
-        gain = spin_gained(here.spin, spin_acceleration(here, here.spin + 0.5 * predicted, torque));
-        count++;
-        let scale = max(largest(here.spin), largest(gain));
-        settled = !(largest(gain - predicted) > SPIN_TOLERANCE * scale);
-    }
-    return Gain(gain, count, settled);
-}
-
-/// A step that is not settled after so many rounds is counted.
-const MOST_ROUNDS = 25u;
-
-/// The moment along the axes in which the clump spins.
-fn own_torque(here: Clump, torque: Spin) -> Spin {
-    return turned_spin(conjugate(here.attitude), torque);
-}
-
-/// Spin at step n, rad/s, in the axes in which the clump spins; the torque is along those of the scene.
-fn spin_of_clump_now(c: u32, here: Clump, torque: Spin) -> Spin {
-    if (!is_round(here.inverse_moments)) {
-        return here.spin + 0.5 * gained(here, own_torque(here, torque), spin_gain[c]).spin;
-    }
-    if (here.motion.inverse_mass == 0) {
-        return here.spin;
-    }
-    return half_spun(here.spin, here.inverse_moments * torque);
-}
-
 /// How far the attitude turns in a step (2.40): a turn about the axes of the scene comes from the left, one about those of the
 /// body from the right. What rounding has done to its length is undone.
 fn attitude_step(c: u32, here: Clump, w: Spin) -> Attitude {
     let q = here.attitude;
     let turn = attitude_gain(0.25 * params.dt * w);
-    let way = select(product(q, turn), product(turn, q), is_round(here.inverse_moments));
+    let way = select(product(q, turn), product(turn, q), spins_in_scene(here.inverse_moments));
     return way + (0.5 * attitude_defect(attitude[c], attitude_residue_of(c))) * q;
+}
+
+/// A clump moves and turns for a step with these velocities.
+fn move_clump(c: u32, here: Clump, v: Vec, w: Spin) {
+    let point = wrapped(moved(here.center.x, here.center.residue, params.dt * v));
+    center_next[c] = point.x;
+    keep_center_residue(c, point.residue);
+    clump_motion_next[c] = Motion(v, here.motion.inverse_mass);
+    clump_spin_next[c] = w;
+    let next = turned_on(attitude[c], attitude_residue_of(c), attitude_step(c, here, w));
+    attitude_next[c] = next.q;
+    keep_attitude_residue(c, next.residue);
+}
+
+/// A member comes to where its clump is, with the velocity of the middle of the step, when the arm was the mean of what it was and
+/// is. As `arrive`.
+fn follow_clump(i: u32) -> bool {
+    let label = number[i];
+    let c = owner[label];
+    let before = attitude[c] + attitude_residue_of(c);
+    let motion = clump_motion_next[c];
+    // The turn about its own axis leaves the spin as it is.
+    let spin = global_spin(inverse_moments[c], before, clump_spin_next[c]);
+    let arm = arm_of(before, label);
+    let gain = arm_gain(attitude_gain(0.25 * params.dt * spin), arm);
+    motion_next[i] = Motion(motion.v + surface_velocity(spin, arm + 0.5 * gain), motion.inverse_mass);
+    keep_spin(i, spin);
+    let center = Point(center_next[c], center_residue_next_of(c));
+    let point = wrapped(carried(center, attitude_next[c], attitude_residue_next_of(c), unpacked(offset[label])));
+    let way = params.dt * motion.v + gain;
+    return arrive(i, place[i], residue_of(i), point, sqrt(dot(way, way)), false);
 }
 
 /// What a free clump has by itself, as `energies`.
@@ -173,9 +189,9 @@ fn energies_of_clump(c: u32) -> Energies {
         return Energies();
     }
     let all = contacts_of_clump(c, here.attitude);
-    let v = at_step(here.motion, all.force);
+    let v = velocity_now(here.motion, all.force);
     let w = spin_of_clump_now(c, here, all.torque);
-    let kinetic = 0.5 * dot(v, v) / inverse_mass + 0.5 * spin_dot(w, w / here.inverse_moments);
+    let kinetic = 0.5 * dot(v, v) / inverse_mass + turning_energy(here, own_spin(here, w));
     let potential = -dot(params.gravity, here.center.x + here.center.residue) / inverse_mass;
     let total = all.force + params.gravity / inverse_mass;
     let spin = global_spin(here.inverse_moments, here.attitude, w);

@@ -11,7 +11,7 @@ fn keep_index(label: u32, i: u32) {}
 /// What a free grain has by itself, with the force of its contacts and that of their dashpots.
 fn energies(here: Body, sum: Gathered, drag: Vec) -> Energies {
     let inverse_mass = here.motion.inverse_mass;
-    let v = velocity_now(here, sum.force);
+    let v = velocity_now(here.motion, sum.force);
     let kinetic = 0.5 * dot(v, v) / inverse_mass + spin_energy(here, spin_now(here, sum.torque));
     let potential = -dot(params.gravity, here.place.x + here.residue.x) / inverse_mass;
     let total = sum.force + params.gravity / inverse_mass;

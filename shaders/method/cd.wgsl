@@ -17,13 +17,13 @@ struct Lever {
     own: Real,        // m, from the centre of the grain of interest to the contact point
     other: Real,      // m, from the centre of the other
     normal: Real,     // 1/kg, W in the direction of n
-    tangential: Real, // 1/kg, W across
+    tangential: Real, // 1/kg, W across; of clumps its largest eigenvalue there
 }
 
 /// The state of a step's relaxation.
 struct Relaxation {
     scale: Real,     // m/s: what residuals are relative to, max(|v_free|, g dt sqrt(N)), or the largest velocity imposed
-    crowd: Real,     // most contacts of a grain, which no eigenvalue of W exceeds
+    crowd: Real,     // what no eigenvalue of W exceeds, for the number of contacts that a grain has
     stretch: Real,   // the largest eigenvalue of W known so far, with contacts scaled to W_nn = W_tt = 1
     theta: Real,     // Nesterov's sequence
     beta: Real,      // momentum of the next pass
@@ -38,14 +38,16 @@ struct Relaxation {
 var<storage, read_write> meeting: array<Meeting>; // slots
 var<storage, read_write> lever: array<Lever>;     // slots
 var<storage, read_write> ahead: array<Motion>;    // N, m/s, 1/kg: what a pass starts from
+var<storage, read_write> trial: array<Motion>;    // N, m/s, 1/kg: after the last pass
+var<storage, read_write> trial_before: array<Motion>; // N: after the pass before; a pass writes them anew
 var<storage, read_write> spring_before: array<Packed>; // slots, N s: the impulses of the pass before; a pass writes them anew
 
-/// Sums of a workgroup, or of the grain of an invocation.
+/// Sums of a workgroup, or of the body or clump of an invocation.
 struct Effort {
     reference: Real, // m²/s², free velocities
     least: Real,     // m²/s², what gravity gives them in a step
     imposed: Real,   // m/s, the largest velocity that a wall or an overlap asks for
-    crowd: Real,     // most contacts of a grain
+    crowd: Real,     // what no eigenvalue of W exceeds
     residual: Real,  // m²/s²
     turn: Real,      // J, > 0: momentum carries the wrong way
     work: Real,      // J, of the pass: its velocities in the metric of the masses
@@ -73,24 +75,37 @@ fn combined(a: Effort, b: Effort) -> Effort {
 
 const SUM_LANES = 256u;
 var<workgroup> of_lane: array<Effort, SUM_LANES>;
-var<storage, read_write> effort: array<Effort>; // groups
+var<storage, read_write> effort: array<Effort>; // groups of bodies, then of clumps
 var<storage, read_write> relaxation: Relaxation;
 
-/// Add up what the lanes of a group have left in `of_lane`.
+fn groups_of(items: u32) -> u32 {
+    return (items + GROUP - 1u) / GROUP;
+}
+
+/// Add up what the lanes of a group of bodies have left in `of_lane`.
 fn add_group(lane: u32, group: u32) {
+    add_lanes(lane, group, group < groups_of(params.bodies));
+}
+
+/// The same for a group of clumps.
+fn add_group_of_clumps(lane: u32, group: u32) {
+    add_lanes(lane, groups_of(params.bodies) + group, group < groups_of(params.clumps));
+}
+
+fn add_lanes(lane: u32, row: u32, present: bool) {
     workgroupBarrier();
-    if (lane == 0u && group * GROUP < params.bodies) {
+    if (lane == 0u && present) {
         var sum = of_lane[0];
         for (var l = 1u; l < GROUP; l++) {
             sum = combined(sum, of_lane[l]);
         }
-        effort[group] = sum;
+        effort[row] = sum;
     }
 }
 
 /// The sum over all groups, in a single workgroup; in lane 0 only.
 fn total(lane: u32) -> Effort {
-    let groups = (params.bodies + GROUP - 1u) / GROUP;
+    let groups = groups_of(params.bodies) + groups_of(params.clumps);
     var sum = Effort();
     for (var g = lane; g < groups; g += SUM_LANES) {
         sum = combined(sum, effort[g]);
@@ -105,14 +120,17 @@ fn total(lane: u32) -> Effort {
     return sum;
 }
 
-/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that global damping,
-/// implicit like all else, leaves to impulses.
+/// What global damping, implicit like all else, leaves of velocities and to impulses.
+fn held() -> Real {
+    return 1 / (1 + params.dt * params.damping);
+}
+
+/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that impulses meet.
 fn freed(motion: Motion) -> Motion {
     if (motion.inverse_mass == 0) {
         return motion;
     }
-    let held = 1 / (1 + params.dt * params.damping);
-    return Motion(held * (motion.v + params.dt * params.gravity), held * motion.inverse_mass);
+    return Motion(held() * (motion.v + params.dt * params.gravity), held() * motion.inverse_mass);
 }
 
 /// The same for the spin.
@@ -120,7 +138,7 @@ fn freed_spin(motion: Motion, spin: Spin) -> Spin {
     if (motion.inverse_mass == 0) {
         return spin;
     }
-    return 1 / (1 + params.dt * params.damping) * spin;
+    return held() * spin;
 }
 
 /// A contact as its first side sees it, the grain with the smaller index: both grains compute it from there, so that they get
@@ -132,6 +150,7 @@ struct Side {
     closing: Real,     // m/s
     normal: Real,     // 1/kg, W in the direction of n
     tangential: Real, // 1/kg, W across
+    scale: Real,      // 1/kg, largest eigenvalue of W
     friction: Real,
     velocity: Vec,    // m/s, of that side past the other in the contact point
 }
@@ -145,6 +164,7 @@ fn side_of(i: u32, slot: u32, j: u32, here: Motion, spin: Spin) -> Side {
     side.closing = m.closing;
     side.normal = l.normal;
     side.tangential = l.tangential;
+    side.scale = scale_of(slot, l);
     if (j >= params.bodies) {
         side.turn = 1;
         side.share = 1;
@@ -199,9 +219,9 @@ fn relaxed(side: Side, impulse: Vec, step: Real) -> Vec {
     return (1 / weight) * friction_next - pressing_next * side.n;
 }
 
-/// The natural map of a contact, m/s: r - P(r - rho (u + mu |u_T| n)), rho = 1/W_tt, over rho.
+/// The natural map of a contact, m/s: r - P(r - rho (u + mu |u_T| n)), rho = 1/λmax(W_kk), over rho.
 fn natural_map(side: Side, impulse: Vec) -> Vec {
-    let weight = side.tangential;
+    let weight = side.scale;
     let pressing = -dot(impulse, side.n);
     let approach = dot(side.velocity, side.n);
     let friction = impulse + pressing * side.n;
@@ -258,10 +278,15 @@ fn meet_grain(i: u32, here: Body, j: u32) -> Touch {
 }
 
 /// Velocities are those of the positions.
-fn velocity_now(here: Body, force: Vec) -> Vec {
-    return here.motion.v;
+fn velocity_now(motion: Motion, force: Vec) -> Vec {
+    return motion.v;
 }
 
 fn spin_now(here: Body, torque: Spin) -> Spin {
     return here.spin;
+}
+
+/// Whether a clump's spin is kept along the axes of the scene: of all, because impulses change it there.
+fn spins_in_scene(inverse_moments: Spin) -> bool {
+    return true;
 }

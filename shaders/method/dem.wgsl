@@ -88,13 +88,19 @@ fn contact_of(i: u32, here: Body, slot: u32, entry: u32) -> Contact {
 }
 
 /// Velocity of a grain at the time of its position, m/s.
-fn velocity_now(here: Body, force: Vec) -> Vec {
-    return at_step(here.motion, force);
+fn velocity_now(motion: Motion, force: Vec) -> Vec {
+    return at_step(motion, force);
 }
 
 /// Its spin then, rad/s.
 fn spin_now(here: Body, torque: Spin) -> Spin {
     return spin_at_step(here, torque);
+}
+
+/// Whether a clump's spin is kept along the axes of the scene, and not along its own: no product of angular velocities turns up in
+/// (2.21)-(2.23). So it is with fixed clumps.
+fn spins_in_scene(inverse_moments: Spin) -> bool {
+    return all_equal(inverse_moments);
 }
 
 /// What all contacts do to a body in a step.

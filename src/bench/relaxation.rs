@@ -125,6 +125,7 @@ impl Contender {
             max_iterations: few,
             // Overlaps that settling has left stay.
             max_correction_velocity: Some(0.0),
+            gyroscopic: false,
         });
         let mut simulation = Simulation::new(bed, self.backend.options())?;
         let end = step(&mut simulation)?;

@@ -1,6 +1,6 @@
 //! One contact by itself: its cone, its natural map, and the three-way choice open, stick or slip (Algorithm 1).
 
-use glam::{DMat2, DMat3, DVec2, DVec3};
+use glam::{DMat2, DMat3, DVec2, DVec3, Vec3Swizzles};
 
 /// Couplings below this fraction of λmax are round-off: the closed form of spheres and disks then holds.
 const ROUND_OFF: f64 = 1e-14;
@@ -247,17 +247,27 @@ fn pseudo_inverse(m: &DMat2, zero: f64) -> (DMat2, DMat2) {
     (onto * (1.0 / large), DMat2::IDENTITY - onto)
 }
 
-/// Largest eigenvalue of a symmetric 3×3 matrix: the trigonometric solution of its cubic.
+/// Largest eigenvalue of a positive semidefinite symmetric 3×3 matrix, by Jacobi's rotations; as in `shaders/dimension/space.wgsl`.
 pub fn largest_eigenvalue(m: &DMat3) -> f64 {
-    let mean = (m.x_axis.x + m.y_axis.y + m.z_axis.z) / 3.0;
-    let shifted = *m - DMat3::from_diagonal(DVec3::splat(mean));
-    let square = |v: DVec3| v.length_squared();
-    let p = ((square(shifted.x_axis) + square(shifted.y_axis) + square(shifted.z_axis)) / 6.0).sqrt();
-    if p == 0.0 {
-        return mean;
+    let mut diagonal = DVec3::new(m.x_axis.x, m.y_axis.y, m.z_axis.z);
+    let size = diagonal.element_sum();
+    if !(size > 0.0) {
+        return 0.0;
     }
-    let half = (0.5 * (shifted * (1.0 / p)).determinant()).clamp(-1.0, 1.0);
-    mean + 2.0 * p * (half.acos() / 3.0).cos()
+    diagonal /= size;
+    let mut off = DVec3::new(m.y_axis.z, m.z_axis.x, m.x_axis.y) / size;
+    for _ in 0..15 {
+        let square = off.z * off.z;
+        if square > 0.0 {
+            let half = 0.5 * (diagonal.y - diagonal.x);
+            let t = if half >= 0.0 { off.z } else { -off.z } / (half.abs() + (half * half + square).sqrt());
+            diagonal += t * off.z * DVec3::new(-1.0, 1.0, 0.0);
+            off = DVec3::new(off.x + t * off.y, off.y - t * off.x, 0.0) / (1.0 + t * t).sqrt();
+        }
+        // The next two axes.
+        (diagonal, off) = (diagonal.yzx(), off.yzx());
+    }
+    size * diagonal.max_element()
 }
 
 #[cfg(test)]

@@ -28,6 +28,12 @@ pub fn carry(s: &mut State) {
         s.halt_next[0] = 1;
         return;
     }
+    let spent = follow_clumps(s);
+    s.halt_next[0] = s.halt_next[0].max(u32::from(spent));
+}
+
+/// Members come to where their clumps are. Whether the lists are spent, or a member is lost.
+pub fn follow_clumps(s: &mut State) -> bool {
     let (mut place, mut residue) = (take(&mut s.place_next), take(&mut s.residue_next));
     let (mut motion, mut spin) = (take(&mut s.motion_next), take(&mut s.spin_next));
     let mut travel = take(&mut s.travel);
@@ -60,7 +66,7 @@ pub fn carry(s: &mut State) {
         .reduce(|| (0, false), |a, b| (a.0.max(b.0), a.1 | b.1));
     (s.place_next, s.residue_next, s.motion_next, s.spin_next, s.travel) = (place, residue, motion, spin, travel);
     s.counters[0].bad_body = s.counters[0].bad_body.max(bad);
-    s.halt_next[0] = s.halt_next[0].max(u32::from(spent));
+    spent
 }
 
 fn followed(s: &State, i: usize) -> Next {

@@ -1,12 +1,12 @@
 //! Twin of `shaders/follow.wgsl`: velocities after all colours, and what the momentum of the next pass depends on.
 
 use crate::{
-    laws::{dimension::spin_dot, rigid::by_group, rotation::inverse_inertia},
+    laws::{dimension::spin_dot, rigid::keep_efforts, rotation::inverse_inertia},
     state::{Effort, State},
 };
 
 pub fn follow(s: &mut State) {
-    s.effort = by_group(s, |i| followed(s, i));
+    keep_efforts(s, followed);
     s.miss.fill(0.0);
     s.trial_before.clone_from(&s.ahead);
     s.trial_spin_before.clone_from(&s.ahead_spin);

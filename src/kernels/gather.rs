@@ -2,9 +2,10 @@
 
 use crate::{
     laws::{
+        answer::pushed,
         contact::Gathered,
         friction::kept_spring,
-        rigid::{add_impulse, pushed, taking_part},
+        rigid::{add_impulse, taking_part},
     },
     state::{Motion, State},
 };

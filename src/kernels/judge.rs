@@ -3,7 +3,7 @@
 use crate::{
     laws::{
         friction::{flag, kept_spring},
-        rigid::{Side, by_group, filled, natural_map, side_of},
+        rigid::{Side, keep_efforts, filled, natural_map, side_of},
     },
     state::{Effort, SPRUNG, State},
 };
@@ -11,7 +11,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 pub fn judge(s: &mut State) {
-    s.effort = by_group(s, |i| judged(s, i));
+    keep_efforts(s, judged);
     let late: Vec<usize> = (0..s.sizes.bodies).into_par_iter().flat_map_iter(|i| late(s, i)).collect();
     late.into_iter().for_each(|slot| flag(&mut s.neighbour[slot], true));
 }

@@ -2,8 +2,9 @@
 
 use crate::{
     laws::{
-        grains::{is_round, own_torque, set_motions, spin_acceleration},
+        grains::{set_motions, spins_in_scene},
         leapfrog::kicked,
+        predictor_corrector::{own_torque, spin_acceleration},
         rotation::spun_back,
     },
     state::{Spin, State},
@@ -13,7 +14,7 @@ pub fn kick_clumps(s: &mut State) {
     let before = s.clump_spin.clone();
     set_motions(s, |s, _, here, sum| {
         let mut w = here.spin;
-        if !is_round(s, here.inverse_moments) {
+        if !spins_in_scene(&s.model, here.inverse_moments) {
             w = spun_back(s, w, spin_acceleration(s, here, w, own_torque(here, sum.torque)));
         } else if here.motion.inverse_mass != 0.0 {
             w = spun_back(s, w, here.inverse_moments * sum.torque);

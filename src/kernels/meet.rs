@@ -2,11 +2,13 @@
 
 use crate::{
     laws::{
-        contact::body,
+        contact::{Gathered, body},
         friction::{flag, keep_spring, spring_of},
-        rigid::{by_group, closing_of, filled, freed, gathered, lever, meet as touch, pushed},
+        answer::{free_motion, hold, lever, pushed, reference},
+        rigid::{closing_of, combined, filled, gathered, keep_efforts, meet as touch, taking_part},
         walls::wall_velocity,
     },
+    model::Grains,
     state::{Effort, INDEX, Meeting, SPRUNG, State},
 };
 use rayon::prelude::*;
@@ -22,14 +24,18 @@ pub fn meet(s: &mut State) {
             let met = touch(s, i, &here, j);
             let closing = closing_of(s, met.gap);
             let velocity_to = match j.checked_sub(s.sizes.bodies) {
-                None => freed(s, &s.motion[j]).v,
+                None => free_motion(s, j).v,
                 Some(w) => wall_velocity(&s.wall[w], here.place.x),
             };
             // Pairs that are not about to touch take no part in passes, unless the judgement finds that they should.
-            let approach = (freed(s, &here.motion).v - velocity_to).dot(met.n);
+            let approach = (free_motion(s, i).v - velocity_to).dot(met.n);
             flag(&mut s.neighbour[slot], entry & SPRUNG != 0 || closing <= approach + slack);
             s.meeting[slot] = Meeting { n: met.n, closing };
-            s.lever[slot] = lever(s, i, j, met.gap);
+            let (lever, mobility) = lever(s, i, j, met.gap, met.n);
+            s.lever[slot] = lever;
+            if let Some(kept) = s.mobility.get_mut(slot) {
+                *kept = mobility;
+            }
             let old = spring_of(entry, s.spring.get(slot));
             keep_spring(&mut s.spring[slot], old);
             keep_spring(&mut s.spring_before[slot], old);
@@ -38,8 +44,14 @@ pub fn meet(s: &mut State) {
             }
         }
     }
-    let starts: Vec<_> = (0..s.sizes.bodies).into_par_iter().map(|i| pushed(s, i, &gathered(s, i))).collect();
-    for (i, (motion, spin)) in starts.into_iter().enumerate() {
+    keep_efforts(s, |s, i| combined(imposed(s, i), first(s, i)));
+    s.counters[0].bad_body = s.counters[0].bad_body.max(bad);
+    let sums: Vec<Gathered> = (0..s.sizes.bodies).into_par_iter().map(|i| gathered(s, i)).collect();
+    if s.model.grains == Grains::Clumps {
+        return hold(s, sums.into_iter());
+    }
+    for (i, sum) in sums.into_iter().enumerate() {
+        let (motion, spin) = pushed(s, i, &sum);
         (s.trial[i], s.trial_before[i], s.ahead[i]) = (motion, motion, motion);
         for spins in [&mut s.trial_spin, &mut s.trial_spin_before, &mut s.ahead_spin] {
             if let Some(kept) = spins.get_mut(i) {
@@ -47,25 +59,24 @@ pub fn meet(s: &mut State) {
             }
         }
     }
-    s.effort = by_group(s, |i| reference(s, i, slack));
-    s.counters[0].bad_body = s.counters[0].bad_body.max(bad);
 }
 
-/// What residuals are relative to.
-fn reference(s: &State, i: usize, slack: f64) -> Effort {
-    let free = freed(s, &s.motion[i]);
+/// The largest velocity that a wall or an overlap asks for.
+fn imposed(s: &State, i: usize) -> Effort {
     let mut effort = Effort::default();
-    for slot in filled(s, i) {
-        effort.crowd += 1.0;
-        if s.neighbour[slot] & SPRUNG != 0 {
-            let j = (s.neighbour[slot] & INDEX) as usize;
-            let wall = j.checked_sub(s.sizes.bodies);
-            let speed = wall.map_or(0.0, |w| wall_velocity(&s.wall[w], s.place[i].x).length());
-            effort.imposed = effort.imposed.max(speed.max(-s.meeting[slot].closing));
-        }
-    }
-    if free.inverse_mass != 0.0 {
-        (effort.reference, effort.least) = (free.v.length_squared(), slack * slack);
+    for slot in taking_part(s, i) {
+        let j = (s.neighbour[slot] & INDEX) as usize;
+        let wall = j.checked_sub(s.sizes.bodies);
+        let speed = wall.map_or(0.0, |w| wall_velocity(&s.wall[w], s.place[i].x).length());
+        effort.imposed = effort.imposed.max(speed.max(-s.meeting[slot].closing));
     }
     effort
+}
+
+/// What a sphere adds; for members, clumps do.
+fn first(s: &State, i: usize) -> Effort {
+    match s.model.grains {
+        Grains::Spheres => Effort { crowd: filled(s, i).count() as f64, ..reference(s, &free_motion(s, i)) },
+        Grains::Clumps => Effort::default(),
+    }
 }

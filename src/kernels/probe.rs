@@ -2,35 +2,43 @@
 
 use crate::{
     laws::{
+        answer::{ahead, hold, metric},
         contact::Gathered,
-        dimension::spin_squared,
-        rigid::{add_impulse, by_group, side_of, taking_part},
+        rigid::{add_impulse, keep_efforts, side_of, taking_part},
         rotation::inverse_inertia,
         walls::wall_velocity,
     },
+    model::Grains,
     state::{Effort, INDEX, Motion, Spin, State},
 };
-use glam::DVec3;
 use rayon::prelude::*;
 
 pub fn probe(s: &mut State) {
-    let grains: Vec<_> = (0..s.sizes.bodies).into_par_iter().map(|i| probed(s, i)).collect();
-    s.effort = by_group(s, |i| grains[i].2);
-    for (i, (v, spin, _)) in grains.into_iter().enumerate() {
-        s.trial[i] = Motion { v, ..s.ahead[i] };
+    let (sums, efforts): (Vec<Gathered>, Vec<Effort>) = (0..s.sizes.bodies).into_par_iter().map(|i| probed(s, i)).unzip();
+    if s.model.grains == Grains::Clumps {
+        keep_efforts(s, |_, i| efforts[i]);
+        return hold(s, sums.into_iter());
+    }
+    keep_efforts(s, |s, i| {
+        let (v, w) = ahead(s, i);
+        Effort { work: metric(s, i, s.ahead[i].inverse_mass, v, w), ..efforts[i] }
+    });
+    for (i, sum) in sums.into_iter().enumerate() {
+        let inverse_mass = s.ahead[i].inverse_mass;
+        let inertia = inverse_inertia(s, &s.place[i], inverse_mass);
+        s.trial[i] = Motion { v: inverse_mass * sum.force, inverse_mass };
         if let Some(kept) = s.trial_spin.get_mut(i) {
-            *kept = Spin(spin);
+            *kept = Spin(inertia * sum.torque);
         }
     }
 }
 
-fn probed(s: &State, i: usize) -> (DVec3, DVec3, Effort) {
-    let at = |i: usize| (s.ahead[i].v, s.ahead_spin.get(i).map_or(DVec3::ZERO, |spin| spin.0));
+fn probed(s: &State, i: usize) -> (Gathered, Effort) {
     let scale = 1.0 / s.relaxation[0].stretch.max(1.0);
     let mut effort = Effort::default();
     let mut sum = Gathered::default();
     for slot in taking_part(s, i) {
-        let side = side_of(s, i, slot, at);
+        let side = side_of(s, i, slot, |i| ahead(s, i));
         let j = (s.neighbour[slot] & INDEX) as usize;
         let mut velocity = side.velocity;
         if let Some(w) = j.checked_sub(s.sizes.bodies) {
@@ -42,14 +50,5 @@ fn probed(s: &State, i: usize) -> (DVec3, DVec3, Effort) {
         add_impulse(&mut sum, s, slot, mine);
         effort.way += side.share * (approach * approach / side.normal + slip.length_squared() / side.tangential);
     }
-    let (v, spin) = at(i);
-    let inverse_mass = s.ahead[i].inverse_mass;
-    let inertia = inverse_inertia(s, &s.place[i], inverse_mass);
-    if inverse_mass != 0.0 {
-        effort.work = v.length_squared() / inverse_mass;
-    }
-    if inertia != 0.0 {
-        effort.work += spin_squared(spin) / inertia;
-    }
-    (inverse_mass * sum.force, inertia * sum.torque, effort)
+    (sum, effort)
 }

@@ -4,12 +4,12 @@
 use super::{BLOCK, by_slot};
 use crate::{
     laws::{
+        answer::{ahead, hold, metric, pushed},
         contact::Gathered,
-        dimension::spin_squared,
         friction::{keep_spring, kept_spring},
-        rigid::{add_impulse, by_group, natural_map, pushed, relaxed, side_of, taking_part},
-        rotation::inverse_inertia,
+        rigid::{add_impulse, keep_efforts, natural_map, relaxed, side_of, taking_part},
     },
+    model::Grains,
     state::{Effort, Motion, Packed, Spin, State},
 };
 use glam::DVec3;
@@ -17,17 +17,27 @@ use rayon::prelude::*;
 
 pub fn relax(s: &mut State) {
     let mut before = std::mem::take(&mut s.spring_before);
-    let grains: Vec<(Motion, DVec3, Effort)> = by_slot(&mut before, s)
+    let (sums, efforts): (Vec<Gathered>, Vec<Effort>) = by_slot(&mut before, s)
         .enumerate()
         .flat_map_iter(|(k, springs)| {
             let first = k * BLOCK;
             let begin = s.slot_start[first] as usize;
             (first..(first + BLOCK).min(s.sizes.bodies)).map(|i| pass_of(s, i, springs, begin)).collect::<Vec<_>>()
         })
-        .collect();
+        .unzip();
     s.spring_before = before;
-    s.effort = by_group(s, |i| grains[i].2);
-    for (i, (motion, spin, _)) in grains.into_iter().enumerate() {
+    if s.model.grains == Grains::Clumps {
+        keep_efforts(s, |_, i| efforts[i]);
+        return hold(s, sums.into_iter());
+    }
+    let answers: Vec<(Motion, DVec3)> =
+        sums.par_iter().enumerate().with_min_len(BLOCK).map(|(i, sum)| pushed(s, i, sum)).collect();
+    keep_efforts(s, |s, i| {
+        let ((motion, spin), (v, w)) = (answers[i], ahead(s, i));
+        let work = metric(s, i, motion.inverse_mass, motion.v - v, spin - w);
+        Effort { work, ..efforts[i] }
+    });
+    for (i, (motion, spin)) in answers.into_iter().enumerate() {
         s.trial_before[i] = motion;
         if let Some(kept) = s.trial_spin_before.get_mut(i) {
             *kept = Spin(spin);
@@ -35,15 +45,14 @@ pub fn relax(s: &mut State) {
     }
 }
 
-/// Velocity and spin that grain i gets from a pass; `before` has the impulses of the pass before from slot `begin` on, and
+/// Sum and moment of the impulses that grain i gets from a pass; `before` has those of the pass before from slot `begin` on, and
 /// gets those of this one.
-fn pass_of(s: &State, i: usize, before: &mut [Packed], begin: usize) -> (Motion, DVec3, Effort) {
-    let at = |i: usize| (s.ahead[i].v, s.ahead_spin.get(i).map_or(DVec3::ZERO, |spin| spin.0));
+fn pass_of(s: &State, i: usize, before: &mut [Packed], begin: usize) -> (Gathered, Effort) {
     let (step, beta) = (1.0 / s.relaxation[0].stretch, s.relaxation[0].beta);
     let mut effort = Effort::default();
     let mut sum = Gathered::default();
     for slot in taking_part(s, i) {
-        let side = side_of(s, i, slot, at);
+        let side = side_of(s, i, slot, |i| ahead(s, i));
         let before = &mut before[slot - begin];
         let old = side.turn * kept_spring(&s.spring[slot]);
         let start = old + beta * (old - side.turn * kept_spring(before));
@@ -59,14 +68,5 @@ fn pass_of(s: &State, i: usize, before: &mut [Packed], begin: usize) -> (Motion,
         effort.turn += side.share * (normal * on_normal + across.dot(on - on_normal * side.n));
         effort.way += side.share * (normal * back_normal + across.dot(back_across));
     }
-    let (motion, spin) = pushed(s, i, &sum);
-    let (v, w) = at(i);
-    let inertia = inverse_inertia(s, &s.place[i], motion.inverse_mass);
-    if motion.inverse_mass != 0.0 {
-        effort.work = (motion.v - v).length_squared() / motion.inverse_mass;
-    }
-    if inertia != 0.0 {
-        effort.work += spin_squared(spin - w) / inertia;
-    }
-    (motion, spin, effort)
+    (sum, effort)
 }

@@ -1,7 +1,7 @@
 //! Twin of `shaders/seed.wgsl`: velocities that hide from no mode, for a power iteration.
 
 use crate::{
-    laws::rigid::freed,
+    laws::{answer::grain_of, rigid::freed},
     state::{Motion, Spin, State},
 };
 use glam::DVec3;
@@ -13,7 +13,7 @@ pub fn seed(s: &mut State) {
         let mut v = DVec3::ZERO;
         if inverse_mass != 0.0 {
             // One of two directions along every axis, by the bits of a scrambled number.
-            let mut bits = (s.number[i] + 1).wrapping_mul(2_654_435_769);
+            let mut bits = (grain_of(s, i) + 1).wrapping_mul(2_654_435_769);
             bits = (bits ^ (bits >> 15)).wrapping_mul(2_246_822_519);
             bits ^= bits >> 13;
             for axis in 0..s.model.dims() {

@@ -60,6 +60,7 @@ impl Update {
             closing,
             normal: lever.normal,
             tangential: lever.tangential,
+            scale: lever.tangential,
             friction: pair_of(s, i, j).friction,
             velocity: surface(i, lever.own) - surface_to,
         };

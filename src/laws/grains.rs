@@ -1,15 +1,17 @@
 //! Twin of `shaders/grains/`: what a grain is, a body or a clump of bodies that moves and turns as one.
 
 use super::{
+    boundary::wrapped,
     contact::{Body, Gathered, body, closed_contacts, contacts_of, motion_now},
-    dimension::{all_equal, attitude_gain, conjugate, gyroscopic, largest, moment, product, spin_dot, turned},
+    dimension::{all_equal, attitude_gain, conjugate, moment, product, spin_dot, turned},
     leapfrog::at_step,
-    precision::{Point, attitude_defect, spin_tolerance},
-    rotation::{half_spun, spin_energy, spin_gained, surface_velocity},
+    precision::{Point, Turning, attitude_defect, moved, turned_on},
+    predictor_corrector::spin_of_clump_now,
+    rotation::{spin_energy, surface_velocity},
 };
 use crate::{
-    model::Grains,
-    state::{Motion, State},
+    model::{Grains, Method, Model},
+    state::{Attitude, Motion, State},
 };
 use glam::{DVec3, DVec4};
 use rayon::prelude::*;
@@ -82,20 +84,43 @@ pub fn labels(s: &State, c: usize) -> Range<usize> {
     s.first_member[c] as usize..s.first_member[c + 1] as usize
 }
 
-/// Whether no product of angular velocities turns up in (2.21)-(2.23).
-pub fn is_round(s: &State, inverse_moments: DVec3) -> bool {
-    all_equal(s.model.dimension, inverse_moments)
+/// Whether a clump's spin is kept along the axes of the scene, and not along its own: where no product of angular velocities turns up
+/// in (2.21)-(2.23), and in contact dynamics, where impulses change it there.
+pub fn spins_in_scene(model: &Model, inverse_moments: DVec3) -> bool {
+    model.method == Method::ContactDynamics || all_equal(model.dimension, inverse_moments)
 }
 
 /// Spin along the axes of the scene, rad/s.
 pub fn global_spin(s: &State, inverse_moments: DVec3, q: DVec4, w: DVec3) -> DVec3 {
-    if is_round(s, inverse_moments) { w } else { turned(q, w) }
+    if spins_in_scene(&s.model, inverse_moments) { w } else { turned(q, w) }
+}
+
+/// The same spin along the principal axes, rad/s.
+pub fn own_spin(s: &State, here: &Clump, w: DVec3) -> DVec3 {
+    if spins_in_scene(&s.model, here.inverse_moments) { turned(conjugate(here.attitude), w) } else { w }
+}
+
+/// J, of a free clump that spins so along its principal axes.
+pub fn turning_energy(here: &Clump, w: DVec3) -> f64 {
+    0.5 * spin_dot(w, spins_over(w, here.inverse_moments))
 }
 
 /// From the centre of the clump to a member, m.
 #[inline(always)]
 pub fn arm_of(s: &State, q: DVec4, label: usize) -> DVec3 {
     turned(q, s.offset[label].0)
+}
+
+/// Force and moment, about the clump's centre, of what `pull` and `twist` hold for its members.
+pub fn gathered_by_clump(s: &State, c: usize, q: DVec4) -> Gathered {
+    let mut sum = Gathered::default();
+    for label in labels(s, c) {
+        let i = s.whereabouts[label] as usize;
+        let force = s.pull[i];
+        sum.force += force;
+        sum.torque += s.twist[i].0 + moment(arm_of(s, q, label), force);
+    }
+    sum
 }
 
 /// Force and moment, about the clump's centre, of all contacts of all its members. The springs stay as they are.
@@ -125,61 +150,62 @@ pub fn dashpots_late(s: &State, c: usize, q: DVec4, v: DVec3, w: DVec3) -> f64 {
     sum
 }
 
-/// Angular acceleration (2.21)-(2.23) without damping, rad/s².
-pub fn spin_acceleration(s: &State, here: &Clump, w: DVec3, torque: DVec3) -> DVec3 {
-    here.inverse_moments * (torque + gyroscopic(s.model.dimension, w, here.inverse_moments))
-}
-
-/// Δω of a step, rad/s, and the rounds that it took.
-#[derive(Clone, Copy, Debug)]
-pub struct Gain {
-    pub spin: DVec3,
-    pub rounds: u32,
-    pub settled: bool,
-}
-
-/// A step that is not settled after so many rounds is counted.
-pub const MOST_ROUNDS: u32 = 25;
-
-/// Rounds of predictor and corrector (2.24)-(2.31), until none changes Δω by more than a small part of ω. The torque is along the
-/// principal axes. Damping is solved for, as in (2.19), so that the iteration has to find the products of ω alone.
-pub fn gained(s: &State, here: &Clump, torque: DVec3, before: DVec3) -> Gain {
-    let gain_at = |w: DVec3| spin_gained(s, here.spin, spin_acceleration(s, here, w, torque));
-    let (mut gain, mut rounds, mut settled) = (before, 0, false);
-    while !settled && rounds < MOST_ROUNDS {
-        let predicted = gain_at(here.spin + 0.5 * gain);
-        gain = gain_at(here.spin + 0.5 * predicted);
-        rounds += 1;
-        let scale = largest(here.spin).max(largest(gain));
-        settled = !(largest(gain - predicted) > spin_tolerance(s) * scale);
-    }
-    Gain { spin: gain, rounds, settled }
-}
-
-/// The moment along the axes in which the clump spins.
-pub fn own_torque(here: &Clump, torque: DVec3) -> DVec3 {
-    turned(conjugate(here.attitude), torque)
-}
-
-/// Spin at step n, rad/s, in the axes in which the clump spins; the torque is along those of the scene.
-pub fn spin_of_clump_now(s: &State, c: usize, here: &Clump, torque: DVec3) -> DVec3 {
-    if !is_round(s, here.inverse_moments) {
-        return here.spin + 0.5 * gained(s, here, own_torque(here, torque), s.spin_gain[c].0).spin;
-    }
-    if here.motion.inverse_mass == 0.0 {
-        return here.spin;
-    }
-    half_spun(s, here.spin, here.inverse_moments * torque)
-}
-
 /// How far the attitude turns in a step (2.40): a turn about the axes of the scene comes from the left, one about those of the
 /// body from the right. What rounding has done to its length is undone.
 pub fn attitude_step(s: &State, c: usize, here: &Clump, w: DVec3) -> DVec4 {
     let q = here.attitude;
     let rest = s.attitude_residue.get(c).map_or(DVec4::ZERO, |r| r.0);
     let turn = attitude_gain(0.25 * s.params.dt * w);
-    let way = if is_round(s, here.inverse_moments) { product(turn, q) } else { product(q, turn) };
+    let way = if spins_in_scene(&s.model, here.inverse_moments) { product(turn, q) } else { product(q, turn) };
     way + 0.5 * attitude_defect(s.attitude[c].0, rest) * q
+}
+
+/// A step of a clump is not settled after so many rounds.
+pub const MOST_ROUNDS: u32 = 25;
+
+/// A step of a clump has taken this many.
+pub fn count_rounds(s: &mut State, count: u32, settled: bool) {
+    s.rounds[0].most = s.rounds[0].most.max(count);
+    s.rounds[0].capped += u32::from(!settled);
+}
+
+/// Velocity and, in the axes in which it spins, spin of a clump at step n.
+pub fn clump_motion_now(s: &State, c: usize, here: &Clump, sum: &Gathered) -> (DVec3, DVec3) {
+    match s.model.method {
+        Method::DiscreteElements => (at_step(s, &here.motion, sum.force), spin_of_clump_now(s, c, here, sum.torque)),
+        Method::ContactDynamics => (here.motion.v, here.spin),
+    }
+}
+
+/// What a clump is after a step with these velocities.
+pub struct Moved {
+    center: Point,
+    motion: Motion,
+    spin: DVec3,
+    attitude: Turning,
+}
+
+impl Moved {
+    pub fn of(s: &State, c: usize, here: &Clump, v: DVec3, w: DVec3) -> Moved {
+        let residue = s.attitude_residue.get(c).map_or(DVec4::ZERO, |r| r.0);
+        Moved {
+            center: wrapped(s, moved(s, here.center.x, here.center.residue, s.params.dt * v)),
+            motion: Motion { v, inverse_mass: here.motion.inverse_mass },
+            spin: w,
+            attitude: turned_on(s, s.attitude[c].0, residue, attitude_step(s, c, here, w)),
+        }
+    }
+
+    pub fn keep(self, s: &mut State, c: usize) {
+        s.center_next[c] = self.center.x;
+        s.clump_motion_next[c] = self.motion;
+        s.clump_spin_next[c].0 = self.spin;
+        s.attitude_next[c] = Attitude(self.attitude.q);
+        if !s.center_residue_next.is_empty() {
+            s.center_residue_next[c] = self.center.residue;
+            s.attitude_residue_next[c] = Attitude(self.attitude.residue);
+        }
+    }
 }
 
 /// Clumps and their members have the velocities next, where they are, that a law gives with the contacts of a clump.
@@ -192,7 +218,7 @@ pub fn set_motions(s: &mut State, law: impl Fn(&State, usize, &Clump, &Gathered)
 }
 
 /// A clump and its members have these velocities next, where they are.
-fn set_motion(s: &mut State, c: usize, here: &Clump, v: DVec3, w: DVec3) {
+pub fn set_motion(s: &mut State, c: usize, here: &Clump, v: DVec3, w: DVec3) {
     s.clump_motion_next[c] = Motion { v, inverse_mass: here.motion.inverse_mass };
     s.clump_spin_next[c].0 = w;
     let spin = global_spin(s, here.inverse_moments, here.attitude, w);
@@ -217,9 +243,8 @@ pub fn energies_of_clump(s: &State, c: usize) -> Energies {
         return Energies::default();
     }
     let all = contacts_of_clump(s, c, here.attitude);
-    let v = at_step(s, &here.motion, all.force);
-    let w = spin_of_clump_now(s, c, &here, all.torque);
-    let kinetic = 0.5 * v.length_squared() / inverse_mass + 0.5 * spin_dot(w, spins_over(w, here.inverse_moments));
+    let (v, w) = clump_motion_now(s, c, &here, &all);
+    let kinetic = 0.5 * v.length_squared() / inverse_mass + turning_energy(&here, own_spin(s, &here, w));
     let spin = global_spin(s, here.inverse_moments, here.attitude, w);
     Energies {
         kinetic,

@@ -3,6 +3,7 @@
 
 use super::{
     Touch,
+    answer::scale_of,
     contact::{Body, Contact, Gathered, way_to},
     friction::kept_spring,
     materials::pair_of,
@@ -11,7 +12,7 @@ use super::{
     touch::touch_grain,
     walls::{touch_wall, wall_velocity},
 };
-use crate::state::{Effort, GROUP, INDEX, Lever, Meeting, Motion, NONE, SPRUNG, State};
+use crate::state::{Effort, GROUP, INDEX, Meeting, Motion, NONE, SPRUNG, State};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -37,14 +38,17 @@ pub fn total(s: &State) -> Effort {
     s.effort.iter().copied().fold(Effort::default(), combined)
 }
 
-/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that global damping,
-/// implicit like all else, leaves to impulses.
+/// What global damping, implicit like all else, leaves of velocities and to impulses.
+pub fn held(s: &State) -> f64 {
+    1.0 / (1.0 + s.params.dt * s.params.damping)
+}
+
+/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that impulses meet.
 pub fn freed(s: &State, motion: &Motion) -> Motion {
     if motion.inverse_mass == 0.0 {
         return *motion;
     }
-    let held = 1.0 / (1.0 + s.params.dt * s.params.damping);
-    Motion { v: held * (motion.v + s.params.dt * s.params.gravity), inverse_mass: held * motion.inverse_mass }
+    Motion { v: held(s) * (motion.v + s.params.dt * s.params.gravity), inverse_mass: held(s) * motion.inverse_mass }
 }
 
 /// The same for the spin.
@@ -52,7 +56,7 @@ pub fn freed_spin(s: &State, motion: &Motion, spin: DVec3) -> DVec3 {
     if motion.inverse_mass == 0.0 {
         return spin;
     }
-    1.0 / (1.0 + s.params.dt * s.params.damping) * spin
+    held(s) * spin
 }
 
 /// A contact as its first side sees it, the grain with the smaller index.
@@ -69,6 +73,8 @@ pub struct Side {
     /// 1/kg, W in the direction of n, and across.
     pub normal: f64,
     pub tangential: f64,
+    /// 1/kg, largest eigenvalue of W.
+    pub scale: f64,
     pub friction: f64,
     /// m/s, of that side past the other in the contact point.
     pub velocity: DVec3,
@@ -87,6 +93,7 @@ pub fn side_of(s: &State, i: usize, slot: usize, at: impl Fn(usize) -> (DVec3, D
         closing,
         normal: l.normal,
         tangential: l.tangential,
+        scale: scale_of(s, slot),
         friction,
         velocity: DVec3::ZERO,
     };
@@ -134,9 +141,9 @@ pub fn relaxed(side: &Side, impulse: DVec3, step: f64) -> DVec3 {
     (1.0 / weight) * friction_next - pressing_next * side.n
 }
 
-/// The natural map of a contact, m/s: r - P(r - rho (u + mu |u_T| n)), rho = 1/W_tt, over rho.
+/// The natural map of a contact, m/s: r - P(r - rho (u + mu |u_T| n)), rho = 1/λmax(W_kk), over rho.
 pub fn natural_map(side: &Side, impulse: DVec3) -> DVec3 {
-    let weight = side.tangential;
+    let weight = side.scale;
     let pressing = -impulse.dot(side.n);
     let approach = side.velocity.dot(side.n);
     let friction = impulse + pressing * side.n;
@@ -179,17 +186,6 @@ pub fn meet(s: &State, i: usize, here: &Body, j: usize) -> Touch {
     }
 }
 
-/// What an impulse of a contact does to grain i and neighbour j.
-pub fn lever(s: &State, i: usize, j: usize, gap: f64) -> Lever {
-    let weight = |i: usize| freed(s, &s.motion[i]).inverse_mass;
-    let inertia = |i: usize| super::rotation::inverse_inertia(s, &s.place[i], weight(i));
-    let own = s.place[i].radius + 0.5 * gap;
-    let other = s.place.get(j).map_or(0.0, |there| there.radius + 0.5 * gap);
-    let normal = weight(i) + s.motion.get(j).map_or(0.0, |_| weight(j));
-    let turned = s.motion.get(j).map_or(0.0, |_| other * other * inertia(j));
-    Lever { own, other, normal, tangential: normal + (turned + own * own * inertia(i)) }
-}
-
 /// The slots of grain i that hold a neighbour.
 pub fn filled(s: &State, i: usize) -> impl Iterator<Item = usize> + '_ {
     s.row(i).take_while(|&slot| s.neighbour[slot] != NONE)
@@ -215,17 +211,20 @@ pub fn add_impulse(sum: &mut Gathered, s: &State, slot: usize, impulse: DVec3) {
     sum.torque += super::dimension::moment(s.lever[slot].own * s.meeting[slot].n, impulse);
 }
 
-/// Velocity and spin that these impulses give grain i at the end of the step.
-pub fn pushed(s: &State, i: usize, sum: &Gathered) -> (Motion, DVec3) {
-    let free = freed(s, &s.motion[i]);
-    let inertia = super::rotation::inverse_inertia(s, &s.place[i], free.inverse_mass);
-    let spin = freed_spin(s, &s.motion[i], super::rotation::spin_of(s, i));
-    (Motion { v: free.v + free.inverse_mass * sum.force, ..free }, spin + inertia * sum.torque)
+/// Keep the sums over the bodies of every group.
+pub fn keep_efforts(s: &mut State, of_body: impl Fn(&State, usize) -> Effort + Sync) {
+    let sums = by_group(s.sizes.bodies, |i| of_body(s, i));
+    s.effort[..sums.len()].copy_from_slice(&sums);
 }
 
-/// Sums over the grains of every group.
-pub fn by_group(s: &State, of_grain: impl Fn(usize) -> Effort + Sync) -> Vec<Effort> {
-    let groups = (0..s.sizes.bodies.div_ceil(GROUP)).into_par_iter();
-    let grains = |g: usize| g * GROUP..((g + 1) * GROUP).min(s.sizes.bodies);
-    groups.map(|g| grains(g).map(&of_grain).fold(Effort::default(), combined)).collect()
+/// The same for clumps, whose groups come after those of the bodies.
+pub fn keep_efforts_of_clumps(s: &mut State, of_clump: impl Fn(&State, usize) -> Effort + Sync) {
+    let sums = by_group(s.sizes.clumps, |c| of_clump(s, c));
+    s.effort[s.sizes.bodies.div_ceil(GROUP)..][..sums.len()].copy_from_slice(&sums);
+}
+
+fn by_group(items: usize, of_item: impl Fn(usize) -> Effort + Sync) -> Vec<Effort> {
+    let groups = (0..items.div_ceil(GROUP)).into_par_iter();
+    let of = |g: usize| g * GROUP..((g + 1) * GROUP).min(items);
+    groups.map(|g| of(g).map(&of_item).fold(Effort::default(), combined)).collect()
 }

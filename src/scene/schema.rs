@@ -267,6 +267,7 @@ pub struct Solver {
     pub tolerance: Option<f64>,
     pub max_iterations: Option<u32>,
     pub max_correction_velocity: Option<f64>,
+    pub gyroscopic: Option<bool>,
 }
 
 impl Default for Solver {
@@ -284,6 +285,7 @@ impl Default for Solver {
             tolerance: None,
             max_iterations: None,
             max_correction_velocity: None,
+            gyroscopic: None,
         }
     }
 }

@@ -48,10 +48,6 @@ pub fn assemble(file: &File, origin: &Origin) -> Result<Assembly> {
     grains(file, &site, &mut bodies, check)?;
     let (shapes, mut grains, mut clumps) = bodies.finish();
     check_clumps(&mut clumps, &shapes, &domain, check)?;
-    if check.rigid && !clumps.is_empty() {
-        let rule = "does not take clumps yet; use method = \"dem\"";
-        return Err(origin.bad("solver.method", "\"cd\"", rule));
-    }
     check_grains(&mut grains, &clumps, &site, solver.allow_overlap, check)?;
     Ok(Assembly {
         dimension,
@@ -133,6 +129,7 @@ fn method(solver: &schema::Solver, check: &Check) -> Result<Method> {
         ("tolerance", solver.tolerance.is_some()),
         ("max_iterations", solver.max_iterations.is_some()),
         ("max_correction_velocity", solver.max_correction_velocity.is_some()),
+        ("gyroscopic", solver.gyroscopic.is_some()),
     ];
     if solver.method == schema::Method::Dem {
         return match own.iter().find(|(_, given)| *given) {
@@ -152,6 +149,7 @@ fn method(solver: &schema::Solver, check: &Check) -> Result<Method> {
         max_correction_velocity: correction
             .map(|v| check.not_negative("solver.max_correction_velocity", v, " of m/s"))
             .transpose()?,
+        gyroscopic: solver.gyroscopic.unwrap_or(false),
     }))
 }
 

@@ -5,21 +5,24 @@ use crate::{
     cd::{Operator, Options, Problem, Record, Solution, Solver, gauss_seidel, solve},
     error::Result,
     laws::{
+        answer::{free_motion, free_spin, grain_of, inverse_inertia_of},
+        grains::{arm_of, clump},
         materials::pair_of,
-        rigid::{filled, freed, freed_spin, taking_part},
-        rotation::{inverse_inertia, spin_of, surface_velocity},
+        rigid::{filled, taking_part},
+        rotation::{inverse_inertia, surface_velocity},
         walls::wall_velocity,
     },
+    model::Grains as Kind,
     scene::Relaxation,
     state::{INDEX, Motion, Packed, Spin, State},
 };
 use glam::{DMat3, DVec3};
-use std::time::Instant;
+use std::{ops::Mul, time::Instant};
 
-/// A contact of the grain with the smaller index, `first`.
+/// A contact of the body with the smaller index, which belongs to grain `first`.
 struct Meeting {
     first: usize,
-    /// None: a wall, with the velocity of its surface, m/s.
+    /// The other grain. None: a wall, with the velocity of its surface, m/s.
     second: Option<usize>,
     wall: DVec3,
     /// Slots of the two in their lists.
@@ -27,13 +30,11 @@ struct Meeting {
     slot_to: Option<usize>,
     /// From first to second, and two tangents; in the plane the second one leads out of it.
     axes: [DVec3; 3],
-    /// m, from the centres to the contact point.
-    arm: f64,
-    arm_to: f64,
+    /// m, from the centres of the grains to the contact point.
+    arm: DVec3,
+    arm_to: DVec3,
     /// m/s
     closing: f64,
-    /// 1/kg, W along and across n.
-    weight: DVec3,
     friction: f64,
 }
 
@@ -51,48 +52,46 @@ impl Meeting {
     }
 }
 
+/// The inverse inertia of a grain: a number or a matrix.
+trait Inertia: Copy + Mul<DVec3, Output = DVec3> {}
+impl Inertia for f64 {}
+impl Inertia for DMat3 {}
+
+/// A grain as impulses meet it.
+struct Grain<I> {
+    /// Velocity, m/s, and spin, rad/s, without any impulse.
+    free: (DVec3, DVec3),
+    /// 1/kg and 1/(kg m²)
+    inverse_mass: f64,
+    inverse_inertia: I,
+    /// Its contacts.
+    contacts: Vec<usize>,
+}
+
 /// The contacts of a step, and what impulses do to the grains.
-struct Grains {
+struct Grains<I> {
     dims: usize,
     meetings: Vec<Meeting>,
-    /// Contacts of every grain.
-    of_grain: Vec<Vec<usize>>,
-    /// Velocity, m/s, and spin, rad/s, without any impulse.
-    free: Vec<(DVec3, DVec3)>,
-    /// 1/kg and 1/(kg m²)
-    inverse: Vec<(f64, f64)>,
+    grains: Vec<Grain<I>>,
     reference: f64,
 }
 
-impl Grains {
-    fn new(s: &State) -> Grains {
-        let dims = s.model.dims();
-        let bodies = s.sizes.bodies;
-        let free = (0..bodies).map(|i| (freed(s, &s.motion[i]).v, freed_spin(s, &s.motion[i], spin_of(s, i))));
-        let inverse = (0..bodies).map(|i| {
-            let inverse_mass = freed(s, &s.motion[i]).inverse_mass;
-            (inverse_mass, inverse_inertia(s, &s.place[i], inverse_mass))
-        });
-        let mut grains = Grains {
-            dims,
-            meetings: Vec::new(),
-            of_grain: vec![Vec::new(); bodies],
-            free: free.collect(),
-            inverse: inverse.collect(),
-            reference: s.relaxation[0].scale,
-        };
-        for i in 0..bodies {
+impl<I: Inertia> Grains<I> {
+    /// The contacts of a state. Body i belongs to the grain `of_body(i).0`, from whose centre it lies `of_body(i).1` away.
+    fn new(s: &State, grains: Vec<Grain<I>>, of_body: impl Fn(usize) -> (usize, DVec3)) -> Grains<I> {
+        let mut grains = Grains { dims: s.model.dims(), meetings: Vec::new(), grains, reference: s.relaxation[0].scale };
+        for i in 0..s.sizes.bodies {
             for slot in taking_part(s, i) {
                 let j = (s.neighbour[slot] & INDEX) as usize;
                 if j >= i {
-                    grains.add_meeting(s, i, j, slot);
+                    grains.add_meeting(s, i, j, slot, &of_body);
                 }
             }
         }
         grains
     }
 
-    fn add_meeting(&mut self, s: &State, i: usize, j: usize, slot: usize) {
+    fn add_meeting(&mut self, s: &State, i: usize, j: usize, slot: usize, of_body: impl Fn(usize) -> (usize, DVec3)) {
         let (met, lever) = (s.meeting[slot], s.lever[slot]);
         let tangents = match self.dims {
             2 => (DVec3::new(-met.n.y, met.n.x, 0.0), DVec3::Z),
@@ -100,29 +99,30 @@ impl Grains {
         };
         let wall = j.checked_sub(s.sizes.bodies);
         let back = |j: usize| filled(s, j).find(|&back| (s.neighbour[back] & INDEX) as usize == i);
+        let (first, to_first) = of_body(i);
+        let second = wall.is_none().then(|| of_body(j));
         let k = self.meetings.len();
-        self.of_grain[i].push(k);
-        if wall.is_none() {
-            self.of_grain[j].push(k);
+        self.grains[first].contacts.push(k);
+        if let Some((second, _)) = second {
+            self.grains[second].contacts.push(k);
         }
         self.meetings.push(Meeting {
-            first: i,
-            second: wall.is_none().then_some(j),
+            first,
+            second: second.map(|(second, _)| second),
             wall: wall.map_or(DVec3::ZERO, |w| wall_velocity(&s.wall[w], s.place[i].x + lever.own * met.n)),
             slot,
             slot_to: if wall.is_none() { back(j) } else { None },
             axes: [met.n, tangents.0, tangents.1],
-            arm: lever.own,
-            arm_to: lever.other,
+            arm: to_first + lever.own * met.n,
+            arm_to: second.map_or(DVec3::ZERO, |(_, to_second)| to_second - lever.other * met.n),
             closing: met.closing,
-            weight: DVec3::new(lever.normal, lever.tangential, if self.dims == 2 { 0.0 } else { lever.tangential }),
             friction: pair_of(s, i, j).friction,
         });
     }
 }
 
 /// The state are the velocities of the grains.
-impl Operator for Grains {
+impl<I: Inertia> Operator for Grains<I> {
     type State = Vec<(DVec3, DVec3)>;
 
     fn len(&self) -> usize {
@@ -134,7 +134,18 @@ impl Operator for Grains {
     }
 
     fn block(&self, k: usize) -> DMat3 {
-        DMat3::from_diagonal(self.meetings[k].weight)
+        let m = &self.meetings[k];
+        let velocity = |grain: usize, arm: DVec3, impulse: DVec3| {
+            let Grain { inverse_mass, inverse_inertia, .. } = self.grains[grain];
+            inverse_mass * impulse + (inverse_inertia * arm.cross(impulse)).cross(arm)
+        };
+        let column = |axis: DVec3| {
+            let impulse = m.impulse(axis);
+            let to = m.second.map_or(DVec3::ZERO, |second| velocity(second, m.arm_to, impulse));
+            m.in_frame(velocity(m.first, m.arm, impulse) + to)
+        };
+        let out = if self.dims == 2 { DVec3::ZERO } else { column(DVec3::Z) };
+        DMat3::from_cols(column(DVec3::X), column(DVec3::Y), out)
     }
 
     fn mu(&self, k: usize) -> f64 {
@@ -146,20 +157,19 @@ impl Operator for Grains {
     }
 
     fn free(&self) -> Self::State {
-        self.free.clone()
+        self.grains.iter().map(|grain| grain.free).collect()
     }
 
     fn set(&self, state: &mut Self::State, r: &[DVec3]) {
-        state.copy_from_slice(&self.free);
+        state.iter_mut().zip(&self.grains).for_each(|(state, grain)| *state = grain.free);
         r.iter().enumerate().for_each(|(k, r)| self.add(state, k, *r));
     }
 
     fn velocity(&self, state: &Self::State, k: usize) -> DVec3 {
         let m = &self.meetings[k];
-        let n = m.axes[0];
         let (v, spin) = state[m.first];
         let (v_to, spin_to) = m.second.map_or((m.wall, DVec3::ZERO), |j| state[j]);
-        let surface = surface_velocity(spin, m.arm * n) - surface_velocity(spin_to, -m.arm_to * n);
+        let surface = surface_velocity(spin, m.arm) - surface_velocity(spin_to, m.arm_to);
         m.in_frame((v - v_to) + surface) + m.closing * DVec3::X
     }
 
@@ -167,13 +177,13 @@ impl Operator for Grains {
         let m = &self.meetings[k];
         let impulse = m.impulse(change);
         let mut push = |i: usize, arm: DVec3, impulse: DVec3| {
-            let (inverse_mass, inverse_inertia) = self.inverse[i];
+            let Grain { inverse_mass, inverse_inertia, .. } = self.grains[i];
             state[i].0 += inverse_mass * impulse;
             state[i].1 += inverse_inertia * arm.cross(impulse);
         };
-        push(m.first, m.arm * m.axes[0], impulse);
+        push(m.first, m.arm, impulse);
         if let Some(j) = m.second {
-            push(j, -m.arm_to * m.axes[0], -impulse);
+            push(j, m.arm_to, -impulse);
         }
     }
 
@@ -185,19 +195,58 @@ impl Operator for Grains {
 
     fn neighbours(&self, k: usize) -> impl Iterator<Item = usize> {
         let m = &self.meetings[k];
-        let second = m.second.into_iter().flat_map(|j| &self.of_grain[j]);
-        self.of_grain[m.first].iter().chain(second).copied()
+        let second = m.second.into_iter().flat_map(|j| &self.grains[j].contacts);
+        self.grains[m.first].contacts.iter().chain(second).copied()
     }
 }
 
-/// Whether a step can be left to the engine's own passes.
-pub(super) fn on_engine(solver: Solver) -> bool {
-    matches!(solver, Solver::Jacobi | Solver::JacobiAccelerated | Solver::ColouredAccelerated)
+/// Whether the steps of a model can be left to the engine's own passes.
+pub(super) fn on_engine(solver: Solver, clumped: bool) -> bool {
+    match solver {
+        Solver::Jacobi | Solver::JacobiAccelerated => true,
+        Solver::ColouredAccelerated => !clumped,
+        _ => false,
+    }
 }
 
 /// Solve the contacts that a state has met, and leave impulses and velocities in it. Times in the answer are since `began`.
 fn solve_state(s: &mut State, relaxation: &Relaxation, step: u64, began: Instant) -> Result<Solution> {
-    let grains = Grains::new(s);
+    match s.model.grains {
+        Kind::Spheres => {
+            let of_body = |i| {
+                let inverse_mass = free_motion(s, i).inverse_mass;
+                let inverse_inertia = inverse_inertia(s, &s.place[i], inverse_mass);
+                let free = (free_motion(s, i).v, free_spin(s, i));
+                Grain { free, inverse_mass, inverse_inertia, contacts: Vec::new() }
+            };
+            let grains = (0..s.sizes.bodies).map(of_body).collect();
+            solve_grains(&Grains::new(s, grains, |i| (i, DVec3::ZERO)), s, |_, i| (i, DVec3::ZERO), relaxation, step, began)
+        }
+        Kind::Clumps => {
+            let of_clump = |c: usize| Grain {
+                free: (s.clump_motion_next[c].v, s.clump_spin_next[c].0),
+                inverse_mass: s.clump_motion_next[c].inverse_mass,
+                inverse_inertia: inverse_inertia_of(s, &clump(s, c)),
+                contacts: Vec::new(),
+            };
+            let grains = (0..s.sizes.clumps).map(of_clump).collect();
+            let of_body = |s: &State, i: usize| {
+                let c = grain_of(s, i) as usize;
+                (c, arm_of(s, clump(s, c).attitude, s.number[i] as usize))
+            };
+            solve_grains(&Grains::new(s, grains, |i| of_body(s, i)), s, of_body, relaxation, step, began)
+        }
+    }
+}
+
+fn solve_grains<I: Inertia>(
+    grains: &Grains<I>,
+    s: &mut State,
+    of_body: impl Fn(&State, usize) -> (usize, DVec3),
+    relaxation: &Relaxation,
+    step: u64,
+    began: Instant,
+) -> Result<Solution> {
     if grains.is_empty() {
         return Ok(Solution::default());
     }
@@ -210,17 +259,19 @@ fn solve_state(s: &mut State, relaxation: &Relaxation, step: u64, began: Instant
         ..Options::default()
     };
     let swept = relaxation.solver == Solver::GaussSeidel;
-    let problem = if swept { None } else { Some(Problem::of(&grains)?) };
+    let problem = if swept { None } else { Some(Problem::of(grains)?) };
     let before = began.elapsed().as_secs_f64();
     let mut solution = match &problem {
-        None => gauss_seidel::solve(&grains, start, &options),
+        None => gauss_seidel::solve(grains, start, &options),
         Some(problem) => solve(problem, relaxation.solver, &options)?,
     };
     solution.history.iter_mut().for_each(|record| record.seconds += before);
     let mut state = grains.free();
     grains.set(&mut state, &solution.r);
-    for (i, (v, spin)) in state.into_iter().enumerate() {
-        s.trial[i] = Motion { v, inverse_mass: grains.inverse[i].0 };
+    for i in 0..s.sizes.bodies {
+        let (grain, arm) = of_body(s, i);
+        let (v, spin) = state[grain];
+        s.trial[i] = Motion { v: v + surface_velocity(spin, arm), inverse_mass: grains.grains[grain].inverse_mass };
         if let Some(kept) = s.trial_spin.get_mut(i) {
             *kept = Spin(spin);
         }
@@ -238,10 +289,24 @@ fn solve_state(s: &mut State, relaxation: &Relaxation, step: u64, began: Instant
 impl Simulation {
     /// All passes of a step, after those that it took before: how many there are now.
     pub(super) fn relax_on_host(&mut self, relaxation: &Relaxation, passes: u32, began: Instant) -> Result<u32> {
-        const READ: [&str; 12] = [
+        const READ: [&str; 26] = [
             "place",
             "motion",
+            "motion_next",
             "spin",
+            "spin_next",
+            "owner",
+            "offset",
+            "center",
+            "center_residue",
+            "attitude",
+            "attitude_residue",
+            "inverse_moments",
+            "clump_motion",
+            "clump_motion_next",
+            "clump_spin",
+            "clump_spin_next",
+            "whereabouts",
             "wall",
             "number",
             "material",

@@ -112,7 +112,7 @@ impl Simulation {
         }
         self.engine.execute(&params, &[begin, meet])?;
         if let Method::ContactDynamics(relaxation) = self.assembly.solver.method
-            && !host::on_engine(relaxation.solver)
+            && !host::on_engine(relaxation.solver, self.state.sizes.clumps > 0)
         {
             let mut passes = 0;
             for round in 1.. {

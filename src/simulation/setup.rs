@@ -7,7 +7,7 @@ use crate::{
     laws::{
         boundary::wrapped,
         dashpot::damping_ratio,
-        dimension::all_equal,
+        grains::spins_in_scene,
         precision::{Point, carried, quantised, quantum, split, turned_on},
         rotation::inverse_inertia,
     },
@@ -269,8 +269,8 @@ fn fill_clumps(state: &mut State, assembly: &Assembly) {
         let principal = (clump.orientation * shape.frame).normalize();
         state.inverse_moments[c] = Spin(inverse_moments);
         state.clump_motion[c] = Motion { v: clump.velocity, inverse_mass };
-        let round = all_equal(dimension, inverse_moments);
-        state.clump_spin[c] = Spin(if round { clump.spin } else { principal.inverse() * clump.spin });
+        let in_scene = spins_in_scene(&state.model, inverse_moments);
+        state.clump_spin[c] = Spin(if in_scene { clump.spin } else { principal.inverse() * clump.spin });
         state.spin_gain[c] = Spin::default();
         state.rounds[0] = Rounds::default();
         let turning = turned_on(state, DVec4::ZERO, DVec4::ZERO, DVec4::from(principal));

@@ -129,6 +129,7 @@ pub fn rigid(dimension: usize, dt: f64, friction: f64, tolerance: f64) -> Assemb
         tolerance,
         max_iterations: 2_000,
         max_correction_velocity: None,
+        gyroscopic: false,
     });
     assembly.pairs = vec![Pair { normal_stiffness: 0.0, tangential_stiffness: 0.0, friction, dashpot: Dashpot::None }];
     assembly

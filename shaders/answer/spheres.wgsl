@@ -1,0 +1,97 @@
+// twin: src/laws/answer.rs
+// Contact dynamics of spheres and disks: every body answers to the impulses of its own contacts.
+
+/// Velocity of body i at the end of the step if nothing touched it, and the inverse mass that impulses meet.
+fn free_motion(i: u32) -> Motion {
+    return freed(motion[i]);
+}
+
+/// The number of the grain that body i is.
+fn grain_of(i: u32) -> u32 {
+    return number[i];
+}
+
+/// What an impulse does to bodies i and j, which have met in a slot; j may be a wall, of which `there` says that it stands.
+fn set_lever(slot: u32, i: u32, j: u32, free: Motion, there: Motion, touch: Touch) {
+    var l = Lever();
+    l.own = place[i].radius + 0.5 * touch.gap;
+    l.normal = free.inverse_mass + there.inverse_mass;
+    if (j < params.bodies) {
+        l.other = place[j].radius + 0.5 * touch.gap;
+        l.tangential = l.other * l.other * inverse_inertia(place[j], there.inverse_mass);
+    }
+    l.tangential = l.normal + (l.tangential + l.own * l.own * inverse_inertia(place[i], free.inverse_mass));
+    lever[slot] = l;
+}
+
+/// The largest eigenvalue of W_kk, 1/kg.
+fn scale_of(slot: u32, l: Lever) -> Real {
+    return l.tangential;
+}
+
+/// Velocity and spin that impulses give body i.
+struct Answer {
+    motion: Motion,
+    spin: Spin,
+    inertia: Real, // its inverse, 1/(kg m²)
+}
+
+fn answer(i: u32, sum: Gathered) -> Answer {
+    let free = free_motion(i);
+    let inertia = inverse_inertia(place[i], free.inverse_mass);
+    let spin = freed_spin(motion[i], spin_of(i)) + inertia * sum.torque;
+    return Answer(Motion(free.v + free.inverse_mass * sum.force, free.inverse_mass), spin, inertia);
+}
+
+/// A step begins with the impulses of the last one, `contacts` of them.
+fn answer_first(i: u32, sum: Gathered, contacts: u32) -> Effort {
+    let start = answer(i, sum);
+    trial[i] = start.motion;
+    trial_before[i] = start.motion;
+    ahead[i] = start.motion;
+    keep_trial_spin(i, start.spin);
+    keep_trial_spin_before(i, start.spin);
+    keep_ahead_spin(i, start.spin);
+    var effort = Effort();
+    effort.crowd = Real(contacts);
+    let free = free_motion(i);
+    if (free.inverse_mass != 0) {
+        let pull = params.dt * sqrt(dot(params.gravity, params.gravity));
+        effort.reference = dot(free.v, free.v);
+        effort.least = pull * pull;
+    }
+    return effort;
+}
+
+/// A pass has left these impulses.
+fn answer_pass(i: u32, sum: Gathered) -> Effort {
+    let next = answer(i, sum);
+    trial_before[i] = next.motion;
+    keep_trial_spin_before(i, next.spin);
+    var effort = Effort();
+    if (next.motion.inverse_mass != 0) {
+        let change = next.motion.v - ahead[i].v;
+        effort.work = dot(change, change) / next.motion.inverse_mass;
+    }
+    if (next.inertia != 0) {
+        effort.work += spin_squared(next.spin - ahead_spin_of(i)) / next.inertia;
+    }
+    return effort;
+}
+
+/// A pass of the power iteration has left these: they alone give velocities.
+fn answer_probe(i: u32, sum: Gathered) -> Effort {
+    let here = ahead[i];
+    let spin = ahead_spin_of(i);
+    let inertia = inverse_inertia(place[i], here.inverse_mass);
+    trial[i] = Motion(here.inverse_mass * sum.force, here.inverse_mass);
+    keep_trial_spin(i, inertia * sum.torque);
+    var effort = Effort();
+    if (here.inverse_mass != 0) {
+        effort.work = dot(here.v, here.v) / here.inverse_mass;
+    }
+    if (inertia != 0) {
+        effort.work += spin_squared(spin) / inertia;
+    }
+    return effort;
+}

@@ -1,0 +1,144 @@
+//! Twin of `shaders/answer/`: what impulses do to grains in contact dynamics. A sphere answers to those of its own contacts; members
+//! hand theirs to their clump, which answers with its full inertia, and get the velocities of its surface.
+
+use super::{
+    contact::Gathered,
+    dimension::{conjugate, spin_squared, turned},
+    grains::{Clump, arm_of, clump, own_spin, turning_energy},
+    rigid::{freed, freed_spin, held},
+    rotation::{inverse_inertia, spin_of, surface_velocity},
+};
+use crate::{
+    cd::contact::largest_eigenvalue,
+    model::Grains,
+    state::{Effort, Lever, Motion, Spin, State},
+};
+use glam::{DMat3, DVec3};
+
+/// Velocity of body i at the end of the step if nothing touched it, and the inverse mass that impulses meet.
+pub fn free_motion(s: &State, i: usize) -> Motion {
+    match s.model.grains {
+        Grains::Spheres => freed(s, &s.motion[i]),
+        Grains::Clumps => s.motion_next[i], // since `release`
+    }
+}
+
+/// The same for its spin.
+pub fn free_spin(s: &State, i: usize) -> DVec3 {
+    match s.model.grains {
+        Grains::Spheres => freed_spin(s, &s.motion[i], spin_of(s, i)),
+        Grains::Clumps => s.spin_next[i].0,
+    }
+}
+
+/// The number of the grain that body i is, or belongs to.
+pub fn grain_of(s: &State, i: usize) -> u32 {
+    match s.model.grains {
+        Grains::Spheres => s.number[i],
+        Grains::Clumps => s.owner[s.number[i] as usize],
+    }
+}
+
+/// Inverse inertia that impulses meet, along the axes of the scene, 1/(kg m²).
+pub fn inverse_inertia_of(s: &State, here: &Clump) -> DMat3 {
+    let axes = DMat3::from_cols(DVec3::X, DVec3::Y, DVec3::Z);
+    let of = |axis: DVec3| turned(here.attitude, here.inverse_moments * turned(conjugate(here.attitude), axis));
+    held(s) * DMat3::from_cols(of(axes.x_axis), of(axes.y_axis), of(axes.z_axis))
+}
+
+/// Velocity, m/s, of the point at the end of an arm from body i for an impulse there, N s.
+fn block_of(s: &State, i: usize, arm: DVec3) -> DMat3 {
+    let (inverse_mass, inertia, arm) = match s.model.grains {
+        Grains::Spheres => {
+            let inverse_mass = free_motion(s, i).inverse_mass;
+            (inverse_mass, DMat3::from_diagonal(DVec3::splat(inverse_inertia(s, &s.place[i], inverse_mass))), arm)
+        }
+        Grains::Clumps => {
+            let label = s.number[i] as usize;
+            let here = clump(s, s.owner[label] as usize);
+            (free_motion(s, i).inverse_mass, inverse_inertia_of(s, &here), arm_of(s, here.attitude, label) + arm)
+        }
+    };
+    let of = |axis: DVec3| inverse_mass * axis + (inertia * arm.cross(axis)).cross(arm);
+    DMat3::from_cols(of(DVec3::X), of(DVec3::Y), of(DVec3::Z))
+}
+
+/// What an impulse does to bodies i and j, which may be a wall, and the largest eigenvalue of W, 1/kg.
+pub fn lever(s: &State, i: usize, j: usize, gap: f64, n: DVec3) -> (Lever, f64) {
+    let own = s.place[i].radius + 0.5 * gap;
+    let other = s.place.get(j).map_or(0.0, |there| there.radius + 0.5 * gap);
+    let mut w = block_of(s, i, own * n);
+    if j < s.sizes.bodies {
+        w += block_of(s, j, -other * n);
+    }
+    if s.model.dims() == 2 {
+        // Nothing moves out of the plane.
+        (w.x_axis.z, w.y_axis.z, w.z_axis) = (0.0, 0.0, DVec3::ZERO);
+    }
+    let across = DMat3::IDENTITY - DMat3::from_cols(n * n.x, n * n.y, n * n.z);
+    let tangential = largest_eigenvalue(&(across * w * across));
+    (Lever { own, other, normal: n.dot(w * n), tangential }, largest_eigenvalue(&w))
+}
+
+/// The largest eigenvalue of W_kk, 1/kg.
+pub fn scale_of(s: &State, slot: usize) -> f64 {
+    s.mobility.get(slot).copied().unwrap_or(s.lever[slot].tangential)
+}
+
+/// Velocity and spin that impulses give body i at the end of the step; of a member, if they acted on it alone.
+pub fn pushed(s: &State, i: usize, sum: &Gathered) -> (Motion, DVec3) {
+    let free = free_motion(s, i);
+    let inertia = inverse_inertia(s, &s.place[i], free.inverse_mass);
+    (Motion { v: free.v + free.inverse_mass * sum.force, ..free }, free_spin(s, i) + inertia * sum.torque)
+}
+
+/// Clumps will answer to the impulses of their members.
+pub fn hold(s: &mut State, sums: impl Iterator<Item = Gathered>) {
+    for (i, sum) in sums.enumerate() {
+        (s.pull[i], s.twist[i]) = (sum.force, Spin(sum.torque));
+    }
+}
+
+/// How impulses change the velocities of body i, or with which it began a pass.
+pub fn ahead(s: &State, i: usize) -> (DVec3, DVec3) {
+    (s.ahead[i].v, s.ahead_spin.get(i).map_or(DVec3::ZERO, |spin| spin.0))
+}
+
+/// Kinetic energy of a body with these velocities, twice, J.
+pub fn metric(s: &State, i: usize, inverse_mass: f64, v: DVec3, w: DVec3) -> f64 {
+    let inertia = inverse_inertia(s, &s.place[i], inverse_mass);
+    let of = |squared: f64, inverse: f64| if inverse == 0.0 { 0.0 } else { squared / inverse };
+    of(v.length_squared(), inverse_mass) + of(spin_squared(w), inertia)
+}
+
+/// The same of a clump, with the inertia that impulses meet.
+pub fn metric_of_clump(s: &State, here: &Clump, v: DVec3, w: DVec3) -> f64 {
+    if here.motion.inverse_mass == 0.0 {
+        return 0.0;
+    }
+    (v.length_squared() / here.motion.inverse_mass + 2.0 * turning_energy(here, own_spin(s, here, w))) / held(s)
+}
+
+/// How a clump moves: velocity and, along the axes of the scene, spin.
+pub type Course = (DVec3, DVec3);
+
+/// What impulses gathered from its members add to how a clump moves.
+pub fn pushed_on(s: &State, here: &Clump, sum: &Gathered) -> Course {
+    (freed(s, &here.motion).inverse_mass * sum.force, inverse_inertia_of(s, here) * sum.torque)
+}
+
+/// How a clump moves as a pass starts from it.
+pub fn course_ahead(s: &State, c: usize, here: &Clump) -> Course {
+    let label = s.first_member[c] as usize;
+    let (v, spin) = ahead(s, s.whereabouts[label] as usize);
+    (v - surface_velocity(spin, arm_of(s, here.attitude, label)), spin)
+}
+
+/// What residuals are relative to, of a body or clump with this free velocity: twice over, the second by gravity alone.
+pub fn reference(s: &State, free: &Motion) -> Effort {
+    if free.inverse_mass == 0.0 {
+        return Effort::default();
+    }
+    let least = (s.params.dt * s.params.gravity.length()).powi(2);
+    Effort { reference: free.v.length_squared(), least, ..Effort::default() }
+}

@@ -1,0 +1,54 @@
+//! Twin of `shaders/predictor_corrector.wgsl`: rotation of clumps in the discrete element method, (2.21)-(2.32).
+
+use super::{
+    dimension::{conjugate, gyroscopic, largest, turned},
+    grains::{Clump, MOST_ROUNDS, spins_in_scene},
+    precision::spin_tolerance,
+    rotation::{half_spun, spin_gained},
+};
+use crate::state::State;
+use glam::DVec3;
+
+/// Angular acceleration (2.21)-(2.23) without damping, rad/s².
+pub fn spin_acceleration(s: &State, here: &Clump, w: DVec3, torque: DVec3) -> DVec3 {
+    here.inverse_moments * (torque + gyroscopic(s.model.dimension, w, here.inverse_moments))
+}
+
+/// Δω of a step, rad/s, and the rounds that it took.
+#[derive(Clone, Copy, Debug)]
+pub struct Gain {
+    pub spin: DVec3,
+    pub rounds: u32,
+    pub settled: bool,
+}
+
+/// Rounds of predictor and corrector (2.24)-(2.31), until none changes Δω by more than a small part of ω. The torque is along the
+/// principal axes. Damping is solved for, as in (2.19), so that the iteration has to find the products of ω alone.
+pub fn gained(s: &State, here: &Clump, torque: DVec3, before: DVec3) -> Gain {
+    let gain_at = |w: DVec3| spin_gained(s, here.spin, spin_acceleration(s, here, w, torque));
+    let (mut gain, mut rounds, mut settled) = (before, 0, false);
+    while !settled && rounds < MOST_ROUNDS {
+        let predicted = gain_at(here.spin + 0.5 * gain);
+        gain = gain_at(here.spin + 0.5 * predicted);
+        rounds += 1;
+        let scale = largest(here.spin).max(largest(gain));
+        settled = !(largest(gain - predicted) > spin_tolerance(s) * scale);
+    }
+    Gain { spin: gain, rounds, settled }
+}
+
+/// The moment along the axes in which the clump spins.
+pub fn own_torque(here: &Clump, torque: DVec3) -> DVec3 {
+    turned(conjugate(here.attitude), torque)
+}
+
+/// Spin at step n, rad/s, in the axes in which the clump spins; the torque is along those of the scene.
+pub fn spin_of_clump_now(s: &State, c: usize, here: &Clump, torque: DVec3) -> DVec3 {
+    if !spins_in_scene(&s.model, here.inverse_moments) {
+        return here.spin + 0.5 * gained(s, here, own_torque(here, torque), s.spin_gain[c].0).spin;
+    }
+    if here.motion.inverse_mass == 0.0 {
+        return here.spin;
+    }
+    half_spun(s, here.spin, here.inverse_moments * torque)
+}
