@@ -18,7 +18,7 @@ fn judged(i: u32) -> Effort {
             effort.late++;
         }
         let impulse = side.turn * kept_spring(slot);
-        let far = natural_map(side, impulse);
+        let far = natural_map(side, impulse, weight_of(slot, side.tangential));
         let pressing = -dot(impulse, side.n);
         let friction = impulse + pressing * side.n;
         effort.residual += side.share * dot(far, far);

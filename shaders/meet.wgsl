@@ -28,7 +28,8 @@ fn met(i: u32) -> Effort {
                 atomicMax(&counters.bad_body, params.bodies - number[i]);
             }
         }
-        set_lever(slot, i, j, free, there, touch);
+        let l = lever_of(slot, i, j, free, there, touch);
+        lever[slot] = l;
         let closing = closing_of(touch.gap);
         // Pairs that are not about to touch take no part in passes, unless the judgement finds that they should. Both grains
         // compute that from the first side, so that they agree.
@@ -46,7 +47,7 @@ fn met(i: u32) -> Effort {
         keep_spring(slot, old);
         spring_before[slot] = packed(old);
         sum.force += old;
-        sum.torque += moment(lever[slot].own * touch.n, old);
+        sum.torque += moment(l.own * touch.n, old);
     }
     return combined(effort, answer_first(i, sum, contacts));
 }

@@ -30,7 +30,8 @@ fn probed(i: u32) -> Effort {
         sum.torque += moment(lever[slot].own * meeting[slot].n, mine);
         effort.way += side.share * (approach * approach / side.normal + dot(slip, slip) / side.tangential);
     }
-    return combined(effort, answer_probe(i, sum));
+    effort.work = answer_probe(i, sum, here, spin);
+    return effort;
 }
 
 @compute @workgroup_size(GROUP)

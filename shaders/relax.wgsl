@@ -32,12 +32,13 @@ fn pass_of(i: u32) -> Effort {
         let back_across = back - back_normal * side.n;
         let normal = side.normal * back_normal;
         let across = side.tangential * back_across;
-        let far = natural_map(side, start);
+        let far = natural_map(side, start, weight_of(slot, side.tangential));
         effort.residual += side.share * dot(far, far);
         effort.turn += side.share * (normal * on_normal + dot(across, on - on_normal * side.n));
         effort.way += side.share * (normal * back_normal + dot(across, back_across));
     }
-    return combined(effort, answer_pass(i, sum));
+    effort.work = answer_pass(i, sum, here, spin);
+    return effort;
 }
 
 @compute @workgroup_size(GROUP)

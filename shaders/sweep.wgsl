@@ -31,13 +31,12 @@ fn update(k: u32) {
     side.closing = met.closing;
     side.normal = grip.normal;
     side.tangential = grip.tangential;
-    side.scale = grip.tangential;
     side.friction = pair_of(i, j).friction;
     side.velocity = (here.v - there.v) + (surface_velocity(spin, arm) - surface_velocity(spin_to, arm_to));
     let old = unpacked(thrust[k]);
     let start = old + relaxation.beta * (old - unpacked(thrust_before[k]));
     let next = relaxed(side, start, Real(1));
-    let far = natural_map(side, start);
+    let far = natural_map(side, start, side.tangential);
     miss[i] += dot(far, far);
     thrust_before[k] = packed(next);
     let change = next - start;

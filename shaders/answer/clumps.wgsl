@@ -26,7 +26,7 @@ fn block_of(i: u32, arm: Vec) -> Columns {
 
 /// What an impulse does to bodies i and j, which have met in a slot; j may be a wall. Both get the same bits, because the body with
 /// the smaller index comes first.
-fn set_lever(slot: u32, i: u32, j: u32, free: Motion, there: Motion, touch: Touch) {
+fn lever_of(slot: u32, i: u32, j: u32, free: Motion, there: Motion, touch: Touch) -> Lever {
     var l = Lever();
     l.own = place[i].radius + 0.5 * touch.gap;
     let first = i < j;
@@ -43,12 +43,12 @@ fn set_lever(slot: u32, i: u32, j: u32, free: Motion, there: Motion, touch: Touc
     let n = touch.n;
     let tangents = plus(plus(plus(w, -1, outer(n, across)), -1, outer(across, n)), l.normal, outer(n, n));
     l.tangential = largest_eigenvalue(tangents);
-    lever[slot] = l;
     mobility[slot] = largest_eigenvalue(w);
+    return l;
 }
 
 /// The largest eigenvalue of W_kk, 1/kg.
-fn scale_of(slot: u32, l: Lever) -> Real {
+fn weight_of(slot: u32, tangential: Real) -> Real {
     return mobility[slot];
 }
 
@@ -63,14 +63,14 @@ fn answer_first(i: u32, sum: Gathered, contacts: u32) -> Effort {
     return Effort();
 }
 
-fn answer_pass(i: u32, sum: Gathered) -> Effort {
+fn answer_pass(i: u32, sum: Gathered, here: Motion, spin: Spin) -> Real {
     hold(i, sum);
-    return Effort();
+    return 0;
 }
 
-fn answer_probe(i: u32, sum: Gathered) -> Effort {
+fn answer_probe(i: u32, sum: Gathered, here: Motion, spin: Spin) -> Real {
     hold(i, sum);
-    return Effort();
+    return 0;
 }
 
 /// Spin that a moment, N m s, gives a clump, rad/s.

@@ -12,7 +12,7 @@ fn grain_of(i: u32) -> u32 {
 }
 
 /// What an impulse does to bodies i and j, which have met in a slot; j may be a wall, of which `there` says that it stands.
-fn set_lever(slot: u32, i: u32, j: u32, free: Motion, there: Motion, touch: Touch) {
+fn lever_of(slot: u32, i: u32, j: u32, free: Motion, there: Motion, touch: Touch) -> Lever {
     var l = Lever();
     l.own = place[i].radius + 0.5 * touch.gap;
     l.normal = free.inverse_mass + there.inverse_mass;
@@ -21,12 +21,12 @@ fn set_lever(slot: u32, i: u32, j: u32, free: Motion, there: Motion, touch: Touc
         l.tangential = l.other * l.other * inverse_inertia(place[j], there.inverse_mass);
     }
     l.tangential = l.normal + (l.tangential + l.own * l.own * inverse_inertia(place[i], free.inverse_mass));
-    lever[slot] = l;
+    return l;
 }
 
 /// The largest eigenvalue of W_kk, 1/kg.
-fn scale_of(slot: u32, l: Lever) -> Real {
-    return l.tangential;
+fn weight_of(slot: u32, tangential: Real) -> Real {
+    return tangential;
 }
 
 /// Velocity and spin that impulses give body i.
@@ -63,35 +63,30 @@ fn answer_first(i: u32, sum: Gathered, contacts: u32) -> Effort {
     return effort;
 }
 
-/// A pass has left these impulses.
-fn answer_pass(i: u32, sum: Gathered) -> Effort {
+/// A pass that started from these velocities has left these impulses. Work of the change, J.
+fn answer_pass(i: u32, sum: Gathered, here: Motion, spin: Spin) -> Real {
     let next = answer(i, sum);
     trial_before[i] = next.motion;
     keep_trial_spin_before(i, next.spin);
-    var effort = Effort();
-    if (next.motion.inverse_mass != 0) {
-        let change = next.motion.v - ahead[i].v;
-        effort.work = dot(change, change) / next.motion.inverse_mass;
-    }
-    if (next.inertia != 0) {
-        effort.work += spin_squared(next.spin - ahead_spin_of(i)) / next.inertia;
-    }
-    return effort;
+    return metric(next.motion.v - here.v, next.motion.inverse_mass, next.spin - spin, next.inertia);
 }
 
-/// A pass of the power iteration has left these: they alone give velocities.
-fn answer_probe(i: u32, sum: Gathered) -> Effort {
-    let here = ahead[i];
-    let spin = ahead_spin_of(i);
+/// A pass of the power iteration from these velocities has left these impulses: they alone give velocities. Work, J.
+fn answer_probe(i: u32, sum: Gathered, here: Motion, spin: Spin) -> Real {
     let inertia = inverse_inertia(place[i], here.inverse_mass);
     trial[i] = Motion(here.inverse_mass * sum.force, here.inverse_mass);
     keep_trial_spin(i, inertia * sum.torque);
-    var effort = Effort();
-    if (here.inverse_mass != 0) {
-        effort.work = dot(here.v, here.v) / here.inverse_mass;
+    return metric(here.v, here.inverse_mass, spin, inertia);
+}
+
+/// Kinetic energy, twice, J.
+fn metric(v: Vec, inverse_mass: Real, w: Spin, inertia: Real) -> Real {
+    var twice = Real(0);
+    if (inverse_mass != 0) {
+        twice = dot(v, v) / inverse_mass;
     }
     if (inertia != 0) {
-        effort.work += spin_squared(spin) / inertia;
+        twice += spin_squared(w) / inertia;
     }
-    return effort;
+    return twice;
 }

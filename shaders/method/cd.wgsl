@@ -84,23 +84,26 @@ fn groups_of(items: u32) -> u32 {
 
 /// Add up what the lanes of a group of bodies have left in `of_lane`.
 fn add_group(lane: u32, group: u32) {
-    add_lanes(lane, group, group < groups_of(params.bodies));
+    workgroupBarrier();
+    if (lane == 0u && group * GROUP < params.bodies) {
+        effort[group] = sum_of_lanes();
+    }
 }
 
 /// The same for a group of clumps.
 fn add_group_of_clumps(lane: u32, group: u32) {
-    add_lanes(lane, groups_of(params.bodies) + group, group < groups_of(params.clumps));
+    workgroupBarrier();
+    if (lane == 0u && group * GROUP < params.clumps) {
+        effort[groups_of(params.bodies) + group] = sum_of_lanes();
+    }
 }
 
-fn add_lanes(lane: u32, row: u32, present: bool) {
-    workgroupBarrier();
-    if (lane == 0u && present) {
-        var sum = of_lane[0];
-        for (var l = 1u; l < GROUP; l++) {
-            sum = combined(sum, of_lane[l]);
-        }
-        effort[row] = sum;
+fn sum_of_lanes() -> Effort {
+    var sum = of_lane[0];
+    for (var l = 1u; l < GROUP; l++) {
+        sum = combined(sum, of_lane[l]);
     }
+    return sum;
 }
 
 /// The sum over all groups, in a single workgroup; in lane 0 only.
@@ -150,7 +153,6 @@ struct Side {
     closing: Real,     // m/s
     normal: Real,     // 1/kg, W in the direction of n
     tangential: Real, // 1/kg, W across
-    scale: Real,      // 1/kg, largest eigenvalue of W
     friction: Real,
     velocity: Vec,    // m/s, of that side past the other in the contact point
 }
@@ -164,7 +166,6 @@ fn side_of(i: u32, slot: u32, j: u32, here: Motion, spin: Spin) -> Side {
     side.closing = m.closing;
     side.normal = l.normal;
     side.tangential = l.tangential;
-    side.scale = scale_of(slot, l);
     if (j >= params.bodies) {
         side.turn = 1;
         side.share = 1;
@@ -219,9 +220,8 @@ fn relaxed(side: Side, impulse: Vec, step: Real) -> Vec {
     return (1 / weight) * friction_next - pressing_next * side.n;
 }
 
-/// The natural map of a contact, m/s: r - P(r - rho (u + mu |u_T| n)), rho = 1/λmax(W_kk), over rho.
-fn natural_map(side: Side, impulse: Vec) -> Vec {
-    let weight = side.scale;
+/// The natural map of a contact, m/s: r - P(r - rho (u + mu |u_T| n)), rho = 1/weight, over rho. The weight is λmax(W_kk).
+fn natural_map(side: Side, impulse: Vec, weight: Real) -> Vec {
     let pressing = -dot(impulse, side.n);
     let approach = dot(side.velocity, side.n);
     let friction = impulse + pressing * side.n;

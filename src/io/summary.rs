@@ -63,6 +63,8 @@ pub struct Relaxation {
     pub residual_max: f64,
     pub residual_mean: f64,
     pub iterations_mean: f64,
+    /// Of solvers that solve contacts one by one: updates that found no solution.
+    pub local_failures: u64,
 }
 
 impl Relaxation {
@@ -73,6 +75,7 @@ impl Relaxation {
             residual_max: solved.residual_max,
             residual_mean: solved.residual_sum / steps,
             iterations_mean: solved.iterations as f64 / steps,
+            local_failures: solved.local_failures,
         }
     }
 }

@@ -4,45 +4,54 @@
 use super::{BLOCK, by_slot};
 use crate::{
     laws::{
-        answer::{ahead, hold, metric, pushed},
+        answer::{ahead, hold, metric, pushed, weight_of},
         contact::Gathered,
         friction::{keep_spring, kept_spring},
         rigid::{add_impulse, keep_efforts, natural_map, relaxed, side_of, taking_part},
     },
     model::Grains,
-    state::{Effort, Motion, Packed, Spin, State},
+    state::{Effort, Packed, Spin, State},
 };
-use glam::DVec3;
 use rayon::prelude::*;
 
 pub fn relax(s: &mut State) {
-    let mut before = std::mem::take(&mut s.spring_before);
-    let (sums, efforts): (Vec<Gathered>, Vec<Effort>) = by_slot(&mut before, s)
-        .enumerate()
-        .flat_map_iter(|(k, springs)| {
-            let first = k * BLOCK;
-            let begin = s.slot_start[first] as usize;
-            (first..(first + BLOCK).min(s.sizes.bodies)).map(|i| pass_of(s, i, springs, begin)).collect::<Vec<_>>()
-        })
-        .unzip();
-    s.spring_before = before;
     if s.model.grains == Grains::Clumps {
+        let (sums, efforts): (Vec<Gathered>, Vec<Effort>) = passes(s, |_, _, sum, effort| (sum, effort)).into_iter().unzip();
         keep_efforts(s, |_, i| efforts[i]);
         return hold(s, sums.into_iter());
     }
-    let answers: Vec<(Motion, DVec3)> =
-        sums.par_iter().enumerate().with_min_len(BLOCK).map(|(i, sum)| pushed(s, i, sum)).collect();
-    keep_efforts(s, |s, i| {
-        let ((motion, spin), (v, w)) = (answers[i], ahead(s, i));
+    let answers = passes(s, |s, i, sum, effort| {
+        let ((motion, spin), (v, w)) = (pushed(s, i, &sum), ahead(s, i));
         let work = metric(s, i, motion.inverse_mass, motion.v - v, spin - w);
-        Effort { work, ..efforts[i] }
+        (motion, spin, Effort { work, ..effort })
     });
-    for (i, (motion, spin)) in answers.into_iter().enumerate() {
+    keep_efforts(s, |_, i| answers[i].2);
+    for (i, (motion, spin, _)) in answers.into_iter().enumerate() {
         s.trial_before[i] = motion;
         if let Some(kept) = s.trial_spin_before.get_mut(i) {
             *kept = Spin(spin);
         }
     }
+}
+
+/// A pass over the contacts of all bodies, and what becomes of each body's impulses and sums.
+fn passes<T: Send>(s: &mut State, answer: impl Fn(&State, usize, Gathered, Effort) -> T + Sync) -> Vec<T> {
+    let mut before = std::mem::take(&mut s.spring_before);
+    let answers = by_slot(&mut before, s)
+        .enumerate()
+        .flat_map_iter(|(k, springs)| {
+            let first = k * BLOCK;
+            let begin = s.slot_start[first] as usize;
+            let bodies = first..(first + BLOCK).min(s.sizes.bodies);
+            let of_body = |i| {
+                let (sum, effort) = pass_of(s, i, springs, begin);
+                answer(s, i, sum, effort)
+            };
+            bodies.map(of_body).collect::<Vec<_>>()
+        })
+        .collect();
+    s.spring_before = before;
+    answers
 }
 
 /// Sum and moment of the impulses that grain i gets from a pass; `before` has those of the pass before from slot `begin` on, and
@@ -64,7 +73,7 @@ fn pass_of(s: &State, i: usize, before: &mut [Packed], begin: usize) -> (Gathere
         let (back_normal, on_normal) = (back.dot(side.n), on.dot(side.n));
         let back_across = back - back_normal * side.n;
         let (normal, across) = (side.normal * back_normal, side.tangential * back_across);
-        effort.residual += side.share * natural_map(&side, start).length_squared();
+        effort.residual += side.share * natural_map(&side, start, weight_of(s, slot, side.tangential)).length_squared();
         effort.turn += side.share * (normal * on_normal + across.dot(on - on_normal * side.n));
         effort.way += side.share * (normal * back_normal + across.dot(back_across));
     }

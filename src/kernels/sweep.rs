@@ -60,14 +60,13 @@ impl Update {
             closing,
             normal: lever.normal,
             tangential: lever.tangential,
-            scale: lever.tangential,
             friction: pair_of(s, i, j).friction,
             velocity: surface(i, lever.own) - surface_to,
         };
         let old = kept_spring(&s.thrust[k]);
         let start = old + s.relaxation[0].beta * (old - kept_spring(&s.thrust_before[k]));
         let next = relaxed(&side, start, 1.0);
-        Update { next, change: next - start, miss: natural_map(&side, start).length_squared() }
+        Update { next, change: next - start, miss: natural_map(&side, start, side.tangential).length_squared() }
     }
 
     fn apply(self, s: &mut State, k: usize) {

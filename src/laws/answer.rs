@@ -41,48 +41,56 @@ pub fn grain_of(s: &State, i: usize) -> u32 {
 
 /// Inverse inertia that impulses meet, along the axes of the scene, 1/(kg m²).
 pub fn inverse_inertia_of(s: &State, here: &Clump) -> DMat3 {
-    let axes = DMat3::from_cols(DVec3::X, DVec3::Y, DVec3::Z);
     let of = |axis: DVec3| turned(here.attitude, here.inverse_moments * turned(conjugate(here.attitude), axis));
-    held(s) * DMat3::from_cols(of(axes.x_axis), of(axes.y_axis), of(axes.z_axis))
+    held(s) * DMat3::from_cols(of(DVec3::X), of(DVec3::Y), of(DVec3::Z))
 }
 
-/// Velocity, m/s, of the point at the end of an arm from body i for an impulse there, N s.
+/// Velocity, m/s, of the point at the end of an arm from member i for an impulse there, N s.
 fn block_of(s: &State, i: usize, arm: DVec3) -> DMat3 {
-    let (inverse_mass, inertia, arm) = match s.model.grains {
-        Grains::Spheres => {
-            let inverse_mass = free_motion(s, i).inverse_mass;
-            (inverse_mass, DMat3::from_diagonal(DVec3::splat(inverse_inertia(s, &s.place[i], inverse_mass))), arm)
-        }
-        Grains::Clumps => {
-            let label = s.number[i] as usize;
-            let here = clump(s, s.owner[label] as usize);
-            (free_motion(s, i).inverse_mass, inverse_inertia_of(s, &here), arm_of(s, here.attitude, label) + arm)
-        }
-    };
+    let label = s.number[i] as usize;
+    let here = clump(s, s.owner[label] as usize);
+    let (inverse_mass, inertia) = (free_motion(s, i).inverse_mass, inverse_inertia_of(s, &here));
+    let arm = arm_of(s, here.attitude, label) + arm;
     let of = |axis: DVec3| inverse_mass * axis + (inertia * arm.cross(axis)).cross(arm);
     DMat3::from_cols(of(DVec3::X), of(DVec3::Y), of(DVec3::Z))
 }
 
 /// What an impulse does to bodies i and j, which may be a wall, and the largest eigenvalue of W, 1/kg.
 pub fn lever(s: &State, i: usize, j: usize, gap: f64, n: DVec3) -> (Lever, f64) {
-    let own = s.place[i].radius + 0.5 * gap;
-    let other = s.place.get(j).map_or(0.0, |there| there.radius + 0.5 * gap);
-    let mut w = block_of(s, i, own * n);
-    if j < s.sizes.bodies {
-        w += block_of(s, j, -other * n);
+    let arms = |i: usize| s.place.get(i).map_or(0.0, |place| place.radius + 0.5 * gap);
+    let (own, other) = (arms(i), arms(j));
+    match s.model.grains {
+        Grains::Spheres => {
+            let weight = |i: usize| s.motion.get(i).map_or(0.0, |_| free_motion(s, i).inverse_mass);
+            let turned = |i: usize, arm: f64| {
+                s.place.get(i).map_or(0.0, |place| arm * arm * inverse_inertia(s, place, weight(i)))
+            };
+            let normal = weight(i) + weight(j);
+            let tangential = normal + (turned(j, other) + turned(i, own));
+            (Lever { own, other, normal, tangential }, tangential)
+        }
+        Grains::Clumps => {
+            let mut w = block_of(s, i, own * n);
+            if j < s.sizes.bodies {
+                w += block_of(s, j, -other * n);
+            }
+            if s.model.dims() == 2 {
+                // Nothing moves out of the plane.
+                (w.x_axis.z, w.y_axis.z, w.z_axis) = (0.0, 0.0, DVec3::ZERO);
+            }
+            let across = DMat3::IDENTITY - DMat3::from_cols(n * n.x, n * n.y, n * n.z);
+            let tangential = largest_eigenvalue(&(across * w * across));
+            (Lever { own, other, normal: n.dot(w * n), tangential }, largest_eigenvalue(&w))
+        }
     }
-    if s.model.dims() == 2 {
-        // Nothing moves out of the plane.
-        (w.x_axis.z, w.y_axis.z, w.z_axis) = (0.0, 0.0, DVec3::ZERO);
-    }
-    let across = DMat3::IDENTITY - DMat3::from_cols(n * n.x, n * n.y, n * n.z);
-    let tangential = largest_eigenvalue(&(across * w * across));
-    (Lever { own, other, normal: n.dot(w * n), tangential }, largest_eigenvalue(&w))
 }
 
 /// The largest eigenvalue of W_kk, 1/kg.
-pub fn scale_of(s: &State, slot: usize) -> f64 {
-    s.mobility.get(slot).copied().unwrap_or(s.lever[slot].tangential)
+pub fn weight_of(s: &State, slot: usize, tangential: f64) -> f64 {
+    match s.model.grains {
+        Grains::Spheres => tangential,
+        Grains::Clumps => s.mobility[slot],
+    }
 }
 
 /// Velocity and spin that impulses give body i at the end of the step; of a member, if they acted on it alone.

@@ -3,7 +3,6 @@
 
 use super::{
     Touch,
-    answer::scale_of,
     contact::{Body, Contact, Gathered, way_to},
     friction::kept_spring,
     materials::pair_of,
@@ -73,8 +72,6 @@ pub struct Side {
     /// 1/kg, W in the direction of n, and across.
     pub normal: f64,
     pub tangential: f64,
-    /// 1/kg, largest eigenvalue of W.
-    pub scale: f64,
     pub friction: f64,
     /// m/s, of that side past the other in the contact point.
     pub velocity: DVec3,
@@ -93,7 +90,6 @@ pub fn side_of(s: &State, i: usize, slot: usize, at: impl Fn(usize) -> (DVec3, D
         closing,
         normal: l.normal,
         tangential: l.tangential,
-        scale: scale_of(s, slot),
         friction,
         velocity: DVec3::ZERO,
     };
@@ -141,9 +137,9 @@ pub fn relaxed(side: &Side, impulse: DVec3, step: f64) -> DVec3 {
     (1.0 / weight) * friction_next - pressing_next * side.n
 }
 
-/// The natural map of a contact, m/s: r - P(r - rho (u + mu |u_T| n)), rho = 1/λmax(W_kk), over rho.
-pub fn natural_map(side: &Side, impulse: DVec3) -> DVec3 {
-    let weight = side.scale;
+/// The natural map of a contact, m/s: r - P(r - rho (u + mu |u_T| n)), rho = 1/weight, over rho. The weight is
+/// λmax(W_kk).
+pub fn natural_map(side: &Side, impulse: DVec3, weight: f64) -> DVec3 {
     let pressing = -impulse.dot(side.n);
     let approach = side.velocity.dot(side.n);
     let friction = impulse + pressing * side.n;

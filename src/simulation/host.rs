@@ -323,6 +323,7 @@ impl Simulation {
         let names = present(&READ, &self.state);
         self.engine.read(&names, &mut self.state)?;
         let solution = solve_state(&mut self.state, relaxation, self.step, began)?;
+        self.solved.local_failures += solution.local_failures as u64;
         let look = |r: &Record| Look { passes: passes + r.pass as u32, residual: r.residual, seconds: r.seconds };
         self.looks.extend(solution.history.iter().map(look));
         let names = present(&["spring", "trial", "trial_spin"], &self.state);
