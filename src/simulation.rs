@@ -132,7 +132,10 @@ fn build(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engin
         return match options.engine {
             EngineChoice::Gpu => {
                 let why = if host::on_engine(solver, false) { " in scenes with clumps" } else { "" };
-                Err(Error::Scene(format!("solver.relaxation = \"{}\" runs on the cpu engine only{why}", solver.label())))
+                Err(Error::Scene(format!(
+                    "solver.relaxation = \"{}\" runs on the cpu engine only{why}",
+                    solver.label()
+                )))
             }
             _ => on_cpu(&format!("{} runs there", solver.label())),
         };

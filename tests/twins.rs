@@ -16,8 +16,8 @@ use packstone::{
         rotation::advanced_spin,
     },
     model::{
-        Boundary, Dashpot as DashpotSlot, Dimension, Friction, Grains, Gyration, Materials, Method as MethodSlot, Model,
-        Precision, Rotation, Walls,
+        Boundary, Dashpot as DashpotSlot, Dimension, Friction, Grains, Gyration, Materials, Method as MethodSlot,
+        Model, Precision, Rotation, Walls,
     },
     plan::plan,
     scene::*,

@@ -4,7 +4,7 @@ use crate::{
     laws::{
         answer::weight_of,
         friction::{flag, kept_spring},
-        rigid::{Side, keep_efforts, filled, natural_map, side_of},
+        rigid::{Side, filled, keep_efforts, natural_map, side_of},
     },
     state::{Effort, SPRUNG, State},
 };
@@ -39,7 +39,8 @@ fn judged(s: &State, i: usize) -> Effort {
         let impulse = side.turn * kept_spring(&s.spring[slot]);
         let pressing = -impulse.dot(side.n);
         let friction = impulse + pressing * side.n;
-        effort.residual += side.share * natural_map(&side, impulse, weight_of(s, slot, side.tangential)).length_squared();
+        effort.residual +=
+            side.share * natural_map(&side, impulse, weight_of(s, slot, side.tangential)).length_squared();
         effort.pressing = effort.pressing.max(pressing);
         effort.excess = effort.excess.max(friction.length() - side.friction * pressing);
     }

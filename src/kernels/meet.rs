@@ -2,9 +2,9 @@
 
 use crate::{
     laws::{
+        answer::{free_motion, hold, lever, pushed, reference},
         contact::{Gathered, body},
         friction::{flag, keep_spring, spring_of},
-        answer::{free_motion, hold, lever, pushed, reference},
         rigid::{closing_of, combined, filled, gathered, keep_efforts, meet as touch, taking_part},
         walls::wall_velocity,
     },

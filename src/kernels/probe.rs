@@ -14,7 +14,8 @@ use crate::{
 use rayon::prelude::*;
 
 pub fn probe(s: &mut State) {
-    let (sums, efforts): (Vec<Gathered>, Vec<Effort>) = (0..s.sizes.bodies).into_par_iter().map(|i| probed(s, i)).unzip();
+    let (sums, efforts): (Vec<Gathered>, Vec<Effort>) =
+        (0..s.sizes.bodies).into_par_iter().map(|i| probed(s, i)).unzip();
     if s.model.grains == Grains::Clumps {
         keep_efforts(s, |_, i| efforts[i]);
         return hold(s, sums.into_iter());

@@ -16,7 +16,8 @@ use rayon::prelude::*;
 
 pub fn relax(s: &mut State) {
     if s.model.grains == Grains::Clumps {
-        let (sums, efforts): (Vec<Gathered>, Vec<Effort>) = passes(s, |_, _, sum, effort| (sum, effort)).into_iter().unzip();
+        let (sums, efforts): (Vec<Gathered>, Vec<Effort>) =
+            passes(s, |_, _, sum, effort| (sum, effort)).into_iter().unzip();
         keep_efforts(s, |_, i| efforts[i]);
         return hold(s, sums.into_iter());
     }

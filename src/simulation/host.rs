@@ -79,7 +79,8 @@ struct Grains<I> {
 impl<I: Inertia> Grains<I> {
     /// The contacts of a state. Body i belongs to the grain `of_body(i).0`, from whose centre it lies `of_body(i).1` away.
     fn new(s: &State, grains: Vec<Grain<I>>, of_body: impl Fn(usize) -> (usize, DVec3)) -> Grains<I> {
-        let mut grains = Grains { dims: s.model.dims(), meetings: Vec::new(), grains, reference: s.relaxation[0].scale };
+        let mut grains =
+            Grains { dims: s.model.dims(), meetings: Vec::new(), grains, reference: s.relaxation[0].scale };
         for i in 0..s.sizes.bodies {
             for slot in taking_part(s, i) {
                 let j = (s.neighbour[slot] & INDEX) as usize;
@@ -220,7 +221,14 @@ fn solve_state(s: &mut State, relaxation: &Relaxation, step: u64, began: Instant
                 Grain { free, inverse_mass, inverse_inertia, contacts: Vec::new() }
             };
             let grains = (0..s.sizes.bodies).map(of_body).collect();
-            solve_grains(&Grains::new(s, grains, |i| (i, DVec3::ZERO)), s, |_, i| (i, DVec3::ZERO), relaxation, step, began)
+            solve_grains(
+                &Grains::new(s, grains, |i| (i, DVec3::ZERO)),
+                s,
+                |_, i| (i, DVec3::ZERO),
+                relaxation,
+                step,
+                began,
+            )
         }
         Kind::Clumps => {
             let of_clump = |c: usize| Grain {
