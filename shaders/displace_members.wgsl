@@ -1,5 +1,5 @@
 // twin: src/kernels/displace_members.rs
-// Contact dynamics of clumps, the end of a step 3: members follow from where their clumps are.
+// Contact dynamics of clumps 10: members follow from where their clumps are.
 var<storage, read_write> halt: atomic<u32>;
 
 @compute @workgroup_size(WG)

@@ -3,16 +3,10 @@
 // velocities.
 fn echoed(c: u32) -> Effort {
     let here = clump(c);
-    let push = pushed_on(here, gathered_by_clump(c, here.attitude));
-    let inverse_mass = freed(here.motion).inverse_mass;
+    spread(c, here, push_of(c, here));
     var effort = Effort();
     let start = course_ahead(c, here.attitude);
     effort.work = metric(here, start.v, start.spin);
-    for (var label = first_member[c]; label < first_member[c + 1u]; label++) {
-        let i = whereabouts[label];
-        trial[i] = Motion(push.v + surface_velocity(push.spin, arm_of(here.attitude, label)), inverse_mass);
-        trial_spin[i] = push.spin;
-    }
     return effort;
 }
 

@@ -39,8 +39,8 @@ fn met(i: u32) -> Effort {
         flag(slot, entry, part);
         contacts++;
         if (part) {
-            let wall = select(Vec(), there.v, j >= params.bodies);
-            effort.imposed = max(effort.imposed, max(sqrt(dot(wall, wall)), -closing));
+            let imposed = select(Vec(), there.v, there.inverse_mass == 0);
+            effort.imposed = max(effort.imposed, max(sqrt(dot(imposed, imposed)), -closing));
         }
         meeting[slot] = Meeting(touch.n, closing);
         let old = spring_of(slot, entry);

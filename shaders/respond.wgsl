@@ -1,29 +1,19 @@
 // twin: src/kernels/respond.rs
 // Contact dynamics of clumps, after `meet` and after a pass: clumps answer to the impulses that their members hold.
-var<storage, read_write> response: array<Motion>;    // N, m/s, 1/kg
-var<storage, read_write> response_spin: array<Spin>; // N, rad/s
-
 fn responded(c: u32) -> Effort {
     let here = clump(c);
-    let push = pushed_on(here, gathered_by_clump(c, here.attitude));
-    let free = clump_motion_next[c];
-    let v = free.v + push.v;
-    let w = clump_spin_next[c] + push.spin;
+    let course = course_of(c, here);
+    spread(c, here, course);
     var slots = 0u;
     for (var label = first_member[c]; label < first_member[c + 1u]; label++) {
         let i = whereabouts[label];
-        response[i] = Motion(v + surface_velocity(w, arm_of(here.attitude, label)), free.inverse_mass);
-        response_spin[i] = w;
         slots += slot_start[i + 1u] - slot_start[i];
     }
-    var effort = Effort();
-    effort.crowd = Real(2u * slots); // blocks of W are at most twice their parts along and across n
-    if (free.inverse_mass != 0) {
-        let start = course_ahead(c, here.attitude);
-        effort.work = metric(here, v - start.v, w - start.spin);
-        effort.reference = dot(free.v, free.v);
-        effort.least = params.dt * params.dt * dot(params.gravity, params.gravity);
-    }
+    let free = clump_motion_next[c];
+    // Blocks of W are at most twice their parts along and across n.
+    var effort = reference(2u * slots, metric(here, free.v, clump_spin_next[c]), free.inverse_mass);
+    let start = course_ahead(c, here.attitude);
+    effort.work = metric(here, course.v - start.v, course.spin - start.spin);
     return effort;
 }
 

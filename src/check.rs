@@ -25,7 +25,7 @@ use crate::{
     plan::{Op, Plan},
     scene::Assembly,
     simulation::{EngineChoice, Options, Setup, Simulation},
-    state::{ARRAYS, Effort, Element, INDEX, Length, NONE, Part, State, Wall},
+    state::{ARRAYS, Effort, Element, INDEX, Length, Motion, NONE, Part, State, Wall},
 };
 use glam::DVec3;
 use serde::Serialize;
@@ -405,15 +405,15 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
         }
         // Friction at the Coulomb limit is beyond it by rounding.
         ("judge", "effort") => twin.effort.iter().map(|e| e.pressing).fold(0.0, f64::max),
-        ("sweep", "miss") => residual_floor(twin),
+        ("sweep", "miss") => effort_floor(twin, "residual"),
         _ => 0.0,
     };
     // Members of a record have different units, so each is compared with its own largest value; vectors as a whole.
     let mut result = (0.0_f64, 0.0_f64);
     for (member, members) in member_lanes(twin, array, width).into_iter().enumerate() {
-        let floor = match (array, array == "effort" && Effort::names(3)[member] == "residual") {
-            ("part", _) => floor.max(part_floor(twin, member)),
-            (_, true) => floor.max(residual_floor(twin)),
+        let floor = match array {
+            "part" => floor.max(part_floor(twin, member)),
+            "effort" => floor.max(effort_floor(twin, Effort::names(3)[member])),
             _ => floor,
         };
         let (mut worst, mut largest, mut squares, mut scale) = (0.0_f64, floor, 0.0, 0.0);
@@ -433,9 +433,17 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
     result
 }
 
-/// The residual of contacts that are solved is the square of the rounding of their velocities, (m/s)².
-fn residual_floor(s: &State) -> f64 {
-    epsilon(s.model.precision) * s.ahead.iter().map(|m| m.v.length_squared()).fold(0.0, f64::max)
+/// What sums over contacts that are solved may differ by for a member of [`Effort`]: the square of the rounding of velocities,
+/// (m/s)², and the energy of that, J.
+fn effort_floor(s: &State, member: &str) -> f64 {
+    let squares = |of: fn(&Motion) -> f64| s.ahead.iter().map(of).fold(0.0, f64::max) * epsilon(s.model.precision);
+    match member {
+        "residual" => squares(|m| m.v.length_squared()),
+        "turn" | "work" | "way" => {
+            squares(|m| if m.inverse_mass == 0.0 { 0.0 } else { m.v.length_squared() / m.inverse_mass })
+        }
+        _ => 0.0,
+    }
 }
 
 /// What sums over grains at rest may differ by for a member of [`Part`]: the energy, J, that gravity gives the heaviest in a step,

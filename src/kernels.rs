@@ -21,10 +21,10 @@ mod forces;
 mod gather;
 mod gauge;
 mod half_kick;
+mod hand_over;
 mod judge;
 mod kick_clumps;
 mod load;
-mod loosen;
 mod measure;
 mod measure_clumps;
 mod meet;
@@ -265,9 +265,10 @@ pub static RESPOND: Stage = Stage {
     ..Stage::new("respond", respond::respond, clumps)
 };
 /// Contact dynamics of clumps, length of the passes' steps, after `probe`.
-pub static ECHO: Stage = Stage::new("echo", echo::echo, clumps);
+pub static ECHO: Stage =
+    Stage { bind: &[("response", "trial"), ("response_spin", "trial_spin")], ..Stage::new("echo", echo::echo, clumps) };
 /// Contact dynamics of clumps 8: impulses that the step ends with.
-pub static LOOSEN: Stage = Stage::new("loosen", loosen::loosen, bodies);
+pub static HAND_OVER: Stage = Stage::new("hand_over", hand_over::hand_over, bodies);
 /// Contact dynamics of clumps 9: centres and attitudes.
 pub static DISPLACE_CLUMPS: Stage = Stage::new("displace_clumps", displace_clumps::displace_clumps, clumps);
 /// Contact dynamics of clumps 10: members follow.

@@ -77,7 +77,7 @@ slot!(
     Grains in "grains" { Spheres = "spheres", Clumps = "clumps" }
 );
 slot!(
-    /// Whether products of angular velocities act on free clumps. Contact dynamics may drop them.
+    /// Whether products of angular velocities act on clumps, which contact dynamics may leave out; on spheres there are none.
     Gyration in "gyration" { Dropped = "dropped", Kept = "kept" }
 );
 slot!(
@@ -138,7 +138,7 @@ impl Model {
             friction: if frictional || rigid { Friction::Coulomb } else { Friction::None },
             rotation: if frictional || spinning { Rotation::Sphere } else { Rotation::None },
             grains: if clumped { Grains::Clumps } else { Grains::Spheres },
-            gyration: if clumped && !gyroscopic { Gyration::Dropped } else { Gyration::Kept },
+            gyration: if clumped && gyroscopic { Gyration::Kept } else { Gyration::Dropped },
             materials: if pairs.windows(2).all(|w| w[0] == w[1]) { Materials::One } else { Materials::Many },
             walls: if assembly.walls.is_empty() { Walls::None } else { Walls::Some },
             moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO),
@@ -266,9 +266,11 @@ impl Model {
 
 /// Colours or not, and what becomes of the products of angular velocities.
 fn variants(method: Method, grains: Grains) -> &'static [(bool, Gyration)] {
+    use Gyration::{Dropped, Kept};
     match (method, grains) {
-        (Method::DiscreteElements, _) => &[(false, Gyration::Kept)],
-        (Method::ContactDynamics, Grains::Spheres) => &[(false, Gyration::Kept), (true, Gyration::Kept)],
-        (Method::ContactDynamics, Grains::Clumps) => &[(false, Gyration::Dropped), (false, Gyration::Kept)],
+        (Method::DiscreteElements, Grains::Spheres) => &[(false, Dropped)],
+        (Method::DiscreteElements, Grains::Clumps) => &[(false, Kept)],
+        (Method::ContactDynamics, Grains::Spheres) => &[(false, Dropped), (true, Dropped)],
+        (Method::ContactDynamics, Grains::Clumps) => &[(false, Dropped), (false, Kept)],
     }
 }

@@ -100,7 +100,11 @@ pub fn plan(model: &Model) -> Plan {
     let (mut meet, mut probe) = (vec![Run(&MEET), Run(&SET_OUT)], vec![Run(&PROBE), Run(&GAUGE), Run(&EXTRAPOLATE)]);
     let mut relax = vec![Run(if coloured { &FOLLOW } else { &RELAX })];
     if clumped {
-        meet = vec![Run(&RELEASE), Run(&MEET), Run(&RESPOND_FIRST), Run(&SET_OUT), Run(&EXTRAPOLATE)];
+        // There is no pass before, so nothing of it may be left that could spoil the first.
+        let forget = [Clear("trial_before"), Clear("trial_spin_before")];
+        meet = vec![Run(&RELEASE), Run(&MEET), Run(&RESPOND_FIRST), Run(&SET_OUT)];
+        meet.extend(forget);
+        meet.push(Run(&EXTRAPOLATE));
         probe.insert(1, Run(&ECHO));
         relax.push(Run(&RESPOND));
     }
@@ -119,7 +123,7 @@ pub fn plan(model: &Model) -> Plan {
 
     let mut step = match (rigid, clumped) {
         (true, false) => vec![Run(&DISPLACE)],
-        (true, true) => vec![Run(&LOOSEN), Run(&DISPLACE_CLUMPS), Run(&DISPLACE_MEMBERS)],
+        (true, true) => vec![Run(&HAND_OVER), Run(&DISPLACE_CLUMPS), Run(&DISPLACE_MEMBERS)],
         (false, true) => vec![Run(&LOAD), Run(&DRIVE), Run(&CARRY)],
         (false, false) => vec![Run(&ADVANCE)],
     };

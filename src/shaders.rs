@@ -86,7 +86,7 @@ embed![
     "release.wgsl",
     "respond.wgsl",
     "echo.wgsl",
-    "loosen.wgsl",
+    "hand_over.wgsl",
     "displace_clumps.wgsl",
     "displace_members.wgsl",
     "survey.wgsl",

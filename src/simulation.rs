@@ -433,9 +433,9 @@ impl Simulation {
         let sample = Sample::new(self.step, self.time(), free, &self.state.part);
         let Some(solved) = self.solved().copied() else { return Ok(sample) };
         let p = &self.state.params;
-        let free = masses(&self.assembly).into_iter().zip(&self.assembly.grains).filter(|(_, g)| !g.fixed);
-        let (mass, grains) = free.fold((0.0, 0.0), |(mass, grains), (m, _)| (mass + m, grains + 1.0));
-        let pull = p.gravity.length().max(sample.contact_force * grains / f64::max(mass, f64::MIN_POSITIVE));
+        let masses = masses(&self.assembly).into_iter().zip(&self.assembly.grains).filter(|(_, g)| !g.fixed);
+        let mass: f64 = masses.map(|(m, _)| m).sum();
+        let pull = p.gravity.length().max(sample.contact_force * free as f64 / f64::max(mass, f64::MIN_POSITIVE));
         Ok(Sample {
             iterations: Some(solved.last_iterations),
             residual: Some(solved.last_residual),
@@ -486,8 +486,8 @@ impl Simulation {
         Ok(clumps)
     }
 
-    /// How hard the predictor-corrector (2.24)-(2.31) of clumps had to work so far: most rounds of a step of a clump, and steps of
-    /// clumps that ended before they met the tolerance. None in a scene without clumps.
+    /// How hard the iterations for the rotation of clumps had to work so far, the predictor-corrector (2.24)-(2.31) or in contact dynamics
+    /// that of the gyroscopic term: most rounds for a clump, and how often one ended before it met the tolerance. None in a scene without clumps.
     pub fn rotation_rounds(&mut self) -> Result<Option<(u32, u32)>> {
         if self.state.model.grains == Grains::Spheres {
             return Ok(None);

@@ -240,7 +240,7 @@ record!(
     Palette { uncoloured: u32, colours: u32, contacts: u32 }
 );
 record!(
-    /// How hard the predictor-corrector of clumps had to work (`shaders/grains/clumps.wgsl`).
+    /// How hard the iterations for the rotation of clumps had to work (`shaders/grains/clumps.wgsl`).
     Rounds { most: u32, capped: u32 }
 );
 record!(
@@ -519,6 +519,9 @@ fn rigid_rotating(m: &Model) -> bool {
 fn clumped(m: &Model) -> bool {
     m.grains == Grains::Clumps
 }
+fn sprung_clumped(m: &Model) -> bool {
+    clumped(m) && !rigid(m)
+}
 fn rigid_clumped(m: &Model) -> bool {
     rigid(m) && clumped(m)
 }
@@ -560,10 +563,10 @@ state! {
     clump_motion_next: Motion, Clumps, "m/s, 1/kg", clumped;
     clump_spin: Spin, Clumps, "rad/s", clumped;
     clump_spin_next: Spin, Clumps, "rad/s", clumped;
-    spin_gain: Spin, Clumps, "rad/s, of the last step", clumped;
+    spin_gain: Spin, Clumps, "rad/s, of the last step", sprung_clumped;
     pull: DVec3, Bodies, "N, contact dynamics N s", clumped;
     twist: Spin, Bodies, "N m, contact dynamics N m s", clumped;
-    rounds: Rounds, One, "of predictor and corrector", clumped;
+    rounds: Rounds, One, "of iterations for the rotation", clumped;
     travel: f64, Bodies, "m, since the lists were made", always;
     material: u32, BodiesAndWalls, "index, by number", mixed;
     pair: Pair, MaterialsSquared, "N/m, N/m, 1, 1 or 1/s", mixed;

@@ -50,10 +50,13 @@ fn block(c: &Clump, shape: &Shape, arm: DVec3) -> DMat3 {
 #[test]
 fn an_impact_sees_the_full_inertia() {
     let shape = boomerang();
-    let (mut stuck, mut slid) = (0, 0);
     for bench in engines() {
         let rounding = bench.pick(1e-7, 1e-4);
-        for (k, mu) in [0.0, 0.1, 0.3, 2.0, 0.3, 2.0].into_iter().enumerate() {
+        let (mut stuck, mut slid) = (0, 0);
+        // Global damping leaves this part of velocities, and of what impulses do.
+        for (k, (mu, held)) in
+            [(0.0, 1.0), (0.1, 1.0), (0.3, 1.0), (2.0, 1.0), (0.1, 0.6), (2.0, 0.6)].into_iter().enumerate()
+        {
             let turn = 0.7 + k as f64;
             let start = Clump {
                 orientation: DQuat::from_euler(EulerRot::XYZ, turn, 2.0 * turn, 3.0 * turn),
@@ -63,7 +66,9 @@ fn an_impact_sees_the_full_inertia() {
             };
             let points = start.members(&shape).map(|g| g.position - g.radius * DVec3::Z);
             let arm = points.min_by(|a, b| a.z.total_cmp(&b.z)).unwrap();
-            let mut scene = rigid(3, 1e-5, mu, bench.pick(1e-10, 1e-5));
+            let dt = 1e-5;
+            let mut scene = rigid(3, dt, mu, bench.pick(1e-10, 1e-5));
+            scene.solver.damping = (1.0 / held - 1.0) / dt;
             scene.walls = vec![plane(arm, DVec3::Z)];
             set_clumps(&mut scene, vec![shape.clone()], vec![start]);
             let mut simulation = bench.start(&scene);
@@ -72,8 +77,8 @@ fn an_impact_sees_the_full_inertia() {
 
             let w = block(&start, &shape, arm);
             let before = start.velocity + start.spin.cross(arm);
-            let impulse = mass(3, R) * (end.velocity - start.velocity);
-            let twist = inertia(&start, &shape) * (end.spin - start.spin);
+            let impulse = mass(3, R) * (end.velocity / held - start.velocity);
+            let twist = inertia(&start, &shape) * (end.spin / held - start.spin);
             let after = end.velocity + end.spin.cross(arm);
             let scale = mass(3, R) * before.length();
             close("moment", (twist - arm.cross(impulse)).length(), 0.0, scale * R, rounding);
@@ -91,8 +96,8 @@ fn an_impact_sees_the_full_inertia() {
                 close("direction", against, -friction(impulse) * friction(after), scale * before.length(), rounding);
             }
         }
+        assert!(stuck >= 2 && slid >= 2, "{}: {stuck} stuck, {slid} slid", bench.name);
     }
-    assert!(stuck > 1 && slid > 3, "{stuck} stuck, {slid} slid");
 }
 
 /// Two cubes meet off their centres, rough: momentum and angular momentum stay.
@@ -203,21 +208,25 @@ fn blocks_slide_stay_or_tip() {
 }
 
 /// Clumps of three shapes and several sizes that fall together onto a floor, some of them fixed.
-fn falling() -> Assembly {
-    let mut scene = rigid(3, 3e-4, 0.4, 1e-8);
-    scene.gravity = -G * DVec3::Z;
-    scene.walls = vec![plane(DVec3::ZERO, DVec3::Z)];
-    let dimer = Shape::of_union("dimer", &members(&[-0.7 * DVec3::X, 0.7 * DVec3::X]), 3);
+fn falling(dimension: usize) -> Assembly {
+    let flat = dimension == 2;
+    let up = DVec3::AXES[dimension - 1];
+    let mut scene = rigid(dimension, 3e-4, 0.4, 1e-8);
+    scene.gravity = -G * up;
+    scene.walls = vec![plane(DVec3::ZERO, up)];
     let mut random = Random(11);
     let mut vector = |scale: f64| scale * DVec3::from_array(std::array::from_fn(|_| 2.0 * random.unit() - 1.0));
     let clumps = (0..18).map(|k: u32| {
-        let cell = DVec3::new(f64::from(k % 3), f64::from(k / 3 % 3), f64::from(k / 9) + 0.35);
+        let across = if flat { 0.35 } else { f64::from(k / 9) + 0.35 };
+        let cell = if flat { f64::from(k / 3) + 0.35 } else { f64::from(k / 3 % 3) };
+        let (turn, v, w) = (vector(2.0), vector(0.05) - 0.3 * up, vector(30.0));
+        let about = |a: DVec3| if flat { DVec3::Z * a.z } else { a };
         Clump {
             shape: k % 3,
-            position: 3.3 * R * cell,
-            orientation: DQuat::from_scaled_axis(vector(2.0)),
-            velocity: vector(0.05) - 0.3 * DVec3::Z,
-            spin: vector(30.0),
+            position: 3.3 * R * DVec3::new(f64::from(k % 3), cell, if flat { 0.0 } else { across }),
+            orientation: DQuat::from_scaled_axis(about(turn)),
+            velocity: if flat { v.truncate().extend(0.0) } else { v },
+            spin: about(w),
             radius: R * [1.0, 0.8][k as usize % 2],
             ..clump(0)
         }
@@ -226,48 +235,103 @@ fn falling() -> Assembly {
     for c in clumps.iter_mut().step_by(7) {
         (c.fixed, c.velocity, c.spin) = (true, DVec3::ZERO, DVec3::ZERO);
     }
-    set_clumps(&mut scene, vec![boomerang(), dimer, cube()], clumps);
+    let union = |name: &str, corners: &[DVec3]| Shape::of_union(name, &members(corners), dimension);
+    let dimer = union("dimer", &[-0.7 * DVec3::X, 0.7 * DVec3::X]);
+    let shapes = match flat {
+        true => vec![
+            union("bend", &[DVec3::ZERO, DVec3::new(1.2, 0.3, 0.0), DVec3::new(-0.2, 1.4, 0.0)]),
+            dimer.clone(),
+            dimer,
+        ],
+        false => vec![boomerang(), dimer, cube()],
+    };
+    set_clumps(&mut scene, shapes, clumps);
     scene
 }
 
-/// Every solver comes to the same velocities, and none fails on a contact.
+/// Every solver comes to the same velocities on a floor that moves, sideways without end, and none fails on a contact.
 #[test]
 fn solvers_agree() {
     const STEPS: u64 = 30;
-    let mut scene = falling();
-    let mut expected: Option<Vec<Grain>> = None;
-    for solver in Solver::ALL.into_iter().filter(|solver| *solver != Solver::Lemke) {
-        let on_device = matches!(solver, Solver::Jacobi | Solver::JacobiAccelerated);
-        for bench in engines().into_iter().filter(|bench| on_device || bench.name == "cpu") {
-            // Eight feet of a cube on the floor carry what three could: the interior point method does not like that.
-            let finest = match solver {
-                Solver::Jacobi => 1e-7,
-                Solver::Socp => 1e-6,
-                _ => 1e-8,
-            };
-            let tolerance = bench.pick(finest, 1e-5);
-            *relaxation(&mut scene) =
-                Relaxation { solver, tolerance, max_iterations: 50_000, ..*relaxation(&mut scene) };
-            let mut simulation = bench.start(&scene);
-            simulation.advance(STEPS).unwrap();
-            let solved = *simulation.solved().unwrap();
-            let name = format!("{} {}", bench.name, solver.label());
-            println!("{name}: {} passes, {:.1e}", solved.iterations, solved.residual_max);
-            assert_eq!((solved.unconverged, solved.local_failures), (0, 0), "{name}");
-            assert!(simulation.sample().unwrap().contacts > 10, "{name}: nothing has met");
-            let grains = simulation.grains().unwrap();
-            let first = expected.get_or_insert_with(|| grains.clone());
-            let apart = distance(&scene, &grains, first);
-            println!("{name}: {apart:e} from the first");
-            close(&name, apart, 0.0, 1.0, bench.pick(5e-5, 1e-3));
+    for dimension in [2, 3] {
+        let mut scene = falling(dimension);
+        scene.walls[0].velocity = 0.05 * DVec3::X;
+        (scene.domain.lower.x, scene.domain.upper.x, scene.domain.periodic[0]) = (-1.6 * R, 9.0 * R, true);
+        let mut expected: Option<Vec<Grain>> = None;
+        for solver in Solver::ALL.into_iter().filter(|solver| dimension == 2 || *solver != Solver::Lemke) {
+            let on_device = matches!(solver, Solver::Jacobi | Solver::JacobiAccelerated);
+            for bench in engines().into_iter().filter(|bench| on_device || bench.name == "cpu") {
+                // Eight feet of a cube on the floor carry what three could: the interior point method does not like that.
+                let finest = match solver {
+                    Solver::Jacobi => 1e-7,
+                    Solver::Socp => 1e-6,
+                    _ => 1e-8,
+                };
+                let tolerance = bench.pick(finest, 1e-5);
+                *relaxation(&mut scene) =
+                    Relaxation { solver, tolerance, max_iterations: 50_000, ..*relaxation(&mut scene) };
+                let mut simulation = bench.start(&scene);
+                simulation.advance(STEPS).unwrap();
+                let solved = *simulation.solved().unwrap();
+                let name = format!("{dimension}D {} {}", bench.name, solver.label());
+                println!("{name}: {} passes, {:.1e}", solved.iterations, solved.residual_max);
+                assert_eq!((solved.unconverged, solved.local_failures), (0, 0), "{name}");
+                let contacts = simulation.sample().unwrap().contacts;
+                assert!(contacts > 4, "{name}: only {contacts} have met");
+                // What the host has found is what the stages judge.
+                if let ([.., found, judged], false) = (simulation.looks(), on_device || solver == Solver::Socp) {
+                    close(&name, found.residual, judged.residual, tolerance, 1e-3);
+                }
+                let grains = simulation.grains().unwrap();
+                let first = expected.get_or_insert_with(|| grains.clone());
+                let apart = distance(&scene, &grains, first);
+                println!("{name}: {apart:e} from the first");
+                close(&name, apart, 0.0, 1.0, bench.pick(5e-5, 3e-3));
+            }
         }
+    }
+}
+
+/// Lists so short that steps have to be taken back and done again change nothing.
+#[test]
+fn steps_taken_back_leave_no_trace() {
+    for bench in engines() {
+        let ends = [1.0, 0.6].map(|margin| {
+            let mut scene = falling(3);
+            scene.solver.margin = margin;
+            relaxation(&mut scene).tolerance = bench.pick(1e-9, 1e-5);
+            let mut simulation = bench.start(&scene);
+            simulation.advance(60).unwrap();
+            (simulation.grains().unwrap(), simulation.replayed_chunks())
+        });
+        let apart = distance(&falling(3), &ends[0].0, &ends[1].0);
+        println!("{}: {apart:e}, {} and {} steps taken back", bench.name, ends[0].1, ends[1].1);
+        assert!(ends[1].1 > 0, "no step was taken back");
+        close(bench.name, apart, 0.0, 1.0, bench.pick(1e-5, 1e-2));
+    }
+}
+
+/// A rod whose centre is at rest spins into a fixed one, without gravity: its spin alone is what the residual is relative to.
+#[test]
+fn spin_alone_is_a_scale() {
+    let rod = Shape::of_union("rod", &members(&[-2.0, -1.0, 0.0, 1.0, 2.0].map(|x| DVec3::X * x)), 3);
+    for bench in engines() {
+        let mut scene = rigid(3, 1e-4, 0.3, bench.pick(1e-9, 1e-4));
+        let post = Clump { position: DVec3::new(2.0 * R, 1.5 * R, 0.0), fixed: true, ..clump(0) };
+        set_clumps(&mut scene, vec![rod.clone()], vec![Clump { spin: 30.0 * DVec3::Z, ..clump(0) }, post]);
+        let mut simulation = bench.start(&scene);
+        simulation.advance(300).unwrap();
+        let (c, solved) = (simulation.clumps().unwrap()[0], *simulation.solved().unwrap());
+        println!("{}: v {}, ω {}, {solved:?}", bench.name, c.velocity, c.spin);
+        assert_eq!(solved.unconverged, 0);
+        assert!(c.velocity.length() > 1e-3, "they have not met");
     }
 }
 
 /// Colours of clumps are not on the device, which says so.
 #[test]
 fn colours_of_clumps_are_for_the_host() {
-    let mut scene = falling();
+    let mut scene = falling(3);
     relaxation(&mut scene).solver = Solver::ColouredAccelerated;
     let bench = engines()[1];
     let refusal = packstone::simulation::Simulation::new(scene, bench.options()).err().expect("a refusal").to_string();
@@ -278,7 +342,7 @@ fn colours_of_clumps_are_for_the_host() {
 #[test]
 fn a_turned_scene_goes_the_same_way() {
     let turn = DQuat::from_euler(EulerRot::XYZ, 0.4, -1.1, 2.0);
-    let scene = falling();
+    let scene = falling(3);
     let mut turned = scene.clone();
     turned.gravity = turn * scene.gravity;
     turned.walls = vec![plane(DVec3::ZERO, turn * DVec3::Z)];

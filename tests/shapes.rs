@@ -350,7 +350,7 @@ fn bad_shapes_are_refused() {
             "[[population]]\nmaterial = \"a\"\ncount = 1\nradius = 1.6e-2\nshape = \"dimer\"\n".to_owned(),
             "must be at least",
         ),
-        (format!("{grain}shape = \"dimer\"\n[solver]\nmethod = \"cd\"\n"), "does not take clumps yet"),
+        (format!("{grain}shape = \"dimer\"\n[solver]\ngyroscopic = true\n"), "is for method = \"cd\" only"),
     ] {
         let message = assemble(&text).expect_err(&text).to_string();
         assert!(message.contains(part), "{message}\n(expected \"{part}\")");

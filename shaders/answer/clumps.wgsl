@@ -3,7 +3,9 @@
 // get the velocities of its surface. So a contact sees members only, as in the discrete element method. From `release` on the
 // `_next` arrays have the velocities at the end of the step if nothing touched.
 
-var<storage, read_write> mobility: array<Real>; // slots, 1/kg: largest eigenvalue of W_kk
+var<storage, read_write> mobility: array<Real>;      // slots, 1/kg: largest eigenvalue of W_kk
+var<storage, read_write> response: array<Motion>;    // N, m/s, 1/kg: what members get from their clumps
+var<storage, read_write> response_spin: array<Spin>; // N, rad/s
 
 /// Velocity of body i at the end of the step if nothing touched its clump, and the inverse mass that impulses meet.
 fn free_motion(i: u32) -> Motion {
@@ -24,23 +26,24 @@ fn block_of(i: u32, arm: Vec) -> Columns {
     return plus(turning, motion_next[i].inverse_mass, identity());
 }
 
-/// What an impulse does to bodies i and j, which have met in a slot; j may be a wall. Both get the same bits, because the body with
-/// the smaller index comes first.
+/// What an impulse does to bodies i and j, which have met in a slot; j may be a wall. Keeps the slot's mobility. Both get the same
+/// bits, because the body with the smaller index comes first.
 fn lever_of(slot: u32, i: u32, j: u32, free: Motion, there: Motion, touch: Touch) -> Lever {
     var l = Lever();
     l.own = place[i].radius + 0.5 * touch.gap;
+    let n = touch.n;
     let first = i < j;
+    let arm = l.own * n;
+    var arm_to = Vec();
     var w = Columns();
     if (j < params.bodies) {
         l.other = place[j].radius + 0.5 * touch.gap;
-        let arm = l.own * touch.n;
-        let arm_to = -l.other * touch.n;
+        arm_to = -l.other * n;
         w = block_of(select(i, j, first), select(arm, arm_to, first));
     }
-    w = plus(block_of(select(j, i, first), select(-l.other * touch.n, l.own * touch.n, first)), 1, w);
-    let across = times(w, touch.n);
-    l.normal = dot(touch.n, across);
-    let n = touch.n;
+    w = plus(block_of(select(j, i, first), select(arm_to, arm, first)), 1, w);
+    let across = times(w, n);
+    l.normal = dot(n, across);
     let tangents = plus(plus(plus(w, -1, outer(n, across)), -1, outer(across, n)), l.normal, outer(n, n));
     l.tangential = largest_eigenvalue(tangents);
     mobility[slot] = largest_eigenvalue(w);
@@ -92,9 +95,27 @@ struct Course {
     spin: Spin, // along the axes of the scene
 }
 
-/// What impulses gathered from its members add to how a clump moves.
-fn pushed_on(here: Clump, sum: Gathered) -> Course {
+/// What the impulses that its members hold add to how a clump moves.
+fn push_of(c: u32, here: Clump) -> Course {
+    let sum = gathered_by_clump(c, here.attitude);
     return Course(freed(here.motion).inverse_mass * sum.force, spin_from(here, sum.torque));
+}
+
+/// How a clump moves with them.
+fn course_of(c: u32, here: Clump) -> Course {
+    let push = push_of(c, here);
+    return Course(clump_motion_next[c].v + push.v, clump_spin_next[c] + push.spin);
+}
+
+/// Members get the velocities of their clump's surface.
+fn spread(c: u32, here: Clump, course: Course) {
+    let inverse_mass = freed(here.motion).inverse_mass;
+    for (var label = first_member[c]; label < first_member[c + 1u]; label++) {
+        let i = whereabouts[label];
+        let v = course.v + surface_velocity(course.spin, arm_of(here.attitude, label));
+        response[i] = Motion(v, inverse_mass);
+        response_spin[i] = course.spin;
+    }
 }
 
 /// As a pass starts from it.

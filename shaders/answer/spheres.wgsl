@@ -52,15 +52,9 @@ fn answer_first(i: u32, sum: Gathered, contacts: u32) -> Effort {
     keep_trial_spin(i, start.spin);
     keep_trial_spin_before(i, start.spin);
     keep_ahead_spin(i, start.spin);
-    var effort = Effort();
-    effort.crowd = Real(contacts);
     let free = free_motion(i);
-    if (free.inverse_mass != 0) {
-        let pull = params.dt * sqrt(dot(params.gravity, params.gravity));
-        effort.reference = dot(free.v, free.v);
-        effort.least = pull * pull;
-    }
-    return effort;
+    let twice = metric(free.v, free.inverse_mass, freed_spin(motion[i], spin_of(i)), start.inertia);
+    return reference(contacts, twice, free.inverse_mass);
 }
 
 /// A pass that started from these velocities has left these impulses. Work of the change, J.

@@ -21,7 +21,7 @@ var<storage, read_write> pull: array<Vec>;                  // N, N: force of al
 var<storage, read_write> twist: array<Spin>;                // N, N m or N m s: their moment about the member's centre
 var<storage, read_write> rounds: Rounds;
 
-/// How hard the predictor-corrector had to work.
+/// How hard the iterations for the rotation had to work.
 struct Rounds {
     most: atomic<u32>,   // rounds of a step of a clump
     capped: atomic<u32>, // steps of clumps that ended before they met the tolerance

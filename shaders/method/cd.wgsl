@@ -24,7 +24,7 @@ struct Lever {
 struct Relaxation {
     scale: Real,     // m/s: what residuals are relative to, max(|v_free|, g dt sqrt(N)), or the largest velocity imposed
     crowd: Real,     // what no eigenvalue of W exceeds, for the number of contacts that a grain has
-    stretch: Real,   // the largest eigenvalue of W known so far, with contacts scaled to W_nn = W_tt = 1
+    stretch: Real,   // the largest eigenvalue of W known so far, with contacts scaled by both numbers of their `Lever`
     theta: Real,     // Nesterov's sequence
     beta: Real,      // momentum of the next pass
     estimate: Real,  // relative residual of the natural map that the last pass has met
@@ -44,9 +44,9 @@ var<storage, read_write> spring_before: array<Packed>; // slots, N s: the impuls
 
 /// Sums of a workgroup, or of the body or clump of an invocation.
 struct Effort {
-    reference: Real, // m²/s², free velocities
+    reference: Real, // m²/s², free velocities, with what spin makes of them
     least: Real,     // m²/s², what gravity gives them in a step
-    imposed: Real,   // m/s, the largest velocity that a wall or an overlap asks for
+    imposed: Real,   // m/s, the largest velocity that a wall, a fixed grain or an overlap asks for
     crowd: Real,     // what no eigenvalue of W exceeds
     residual: Real,  // m²/s²
     turn: Real,      // J, > 0: momentum carries the wrong way
@@ -142,6 +142,18 @@ fn freed_spin(motion: Motion, spin: Spin) -> Spin {
         return spin;
     }
     return held() * spin;
+}
+
+/// What residuals are relative to: kinetic energy of the free velocities of a grain, twice, as if all of it were translation; and
+/// `crowd`.
+fn reference(crowd: u32, twice: Real, inverse_mass: Real) -> Effort {
+    var effort = Effort();
+    effort.crowd = Real(crowd);
+    if (inverse_mass != 0) {
+        effort.reference = twice * inverse_mass;
+        effort.least = params.dt * params.dt * dot(params.gravity, params.gravity);
+    }
+    return effort;
 }
 
 /// A contact as its first side sees it, the grain with the smaller index: both grains compute it from there, so that they get

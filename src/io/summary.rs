@@ -84,9 +84,9 @@ impl Relaxation {
 #[derive(Clone, Debug, Serialize)]
 pub struct Rotation {
     pub clumps: usize,
-    /// Most rounds of the predictor-corrector (2.24)-(2.31) in a step of a clump.
+    /// Most rounds of the iteration for the rotation of a clump in a step.
     pub rotation_rounds_max: u32,
-    /// Steps of clumps that ended before they met the tolerance.
+    /// How often one ended before it met the tolerance.
     pub rotation_rounds_capped: u32,
 }
 

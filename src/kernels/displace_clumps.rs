@@ -2,8 +2,8 @@
 
 use crate::{
     laws::{
-        answer::pushed_on,
-        grains::{Moved, clump, gathered_by_clump},
+        answer::course_of,
+        grains::{Moved, clump},
     },
     state::State,
 };
@@ -12,8 +12,8 @@ use rayon::prelude::*;
 pub fn displace_clumps(s: &mut State) {
     let of = |c| {
         let here = clump(s, c);
-        let push = pushed_on(s, &here, &gathered_by_clump(s, c, here.attitude));
-        Moved::of(s, c, &here, s.clump_motion_next[c].v + push.0, s.clump_spin_next[c].0 + push.1)
+        let (v, w) = course_of(s, c, &here);
+        Moved::of(s, c, &here, v, w)
     };
     let next: Vec<Moved> = (0..s.sizes.clumps).into_par_iter().with_min_len(64).map(of).collect();
     next.into_iter().enumerate().for_each(|(c, moved)| moved.keep(s, c));

@@ -3,8 +3,8 @@
 use super::respond::spread;
 use crate::{
     laws::{
-        answer::{Course, course_ahead, metric_of_clump, pushed_on},
-        grains::{clump, gathered_by_clump},
+        answer::{Course, course_ahead, metric_of_clump, push_of},
+        grains::clump,
         rigid::keep_efforts_of_clumps,
     },
     state::{Effort, State},
@@ -17,7 +17,7 @@ pub fn echo(s: &mut State) {
         let start = course_ahead(s, c, &here);
         Effort { work: metric_of_clump(s, &here, start.0, start.1), ..Effort::default() }
     });
-    let of = |c| pushed_on(s, &clump(s, c), &gathered_by_clump(s, c, clump(s, c).attitude));
+    let of = |c| push_of(s, c, &clump(s, c));
     let courses: Vec<Course> = (0..s.sizes.clumps).into_par_iter().with_min_len(64).map(of).collect();
     spread(s, &courses, |s| (&mut s.trial, &mut s.trial_spin));
 }

@@ -2,7 +2,7 @@
 
 use crate::{
     laws::{
-        answer::pushed,
+        answer::answer,
         contact::Gathered,
         friction::kept_spring,
         rigid::{add_impulse, taking_part},
@@ -34,5 +34,5 @@ fn gathered(s: &State, i: usize) -> (Motion, DVec3) {
     for slot in taking_part(s, i) {
         add_impulse(&mut sum, s, slot, kept_spring(&s.spring[slot]));
     }
-    pushed(s, i, &sum)
+    answer(s, i, &sum)
 }

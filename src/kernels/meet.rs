@@ -2,10 +2,10 @@
 
 use crate::{
     laws::{
-        answer::{free_motion, hold, lever, pushed, reference},
+        answer::{answer, free_motion, free_spin, hold, lever_of, metric},
         contact::{Gathered, body},
         friction::{flag, keep_spring, spring_of},
-        rigid::{closing_of, combined, filled, gathered, keep_efforts, meet as touch, taking_part},
+        rigid::{closing_of, combined, filled, gathered, keep_efforts, meet as touch, reference, taking_part},
         walls::wall_velocity,
     },
     model::Grains,
@@ -31,7 +31,7 @@ pub fn meet(s: &mut State) {
             let approach = (free_motion(s, i).v - velocity_to).dot(met.n);
             flag(&mut s.neighbour[slot], entry & SPRUNG != 0 || closing <= approach + slack);
             s.meeting[slot] = Meeting { n: met.n, closing };
-            let (lever, mobility) = lever(s, i, j, met.gap, met.n);
+            let (lever, mobility) = lever_of(s, i, j, met.gap, met.n);
             s.lever[slot] = lever;
             if let Some(kept) = s.mobility.get_mut(slot) {
                 *kept = mobility;
@@ -51,7 +51,7 @@ pub fn meet(s: &mut State) {
         return hold(s, sums.into_iter());
     }
     for (i, sum) in sums.into_iter().enumerate() {
-        let (motion, spin) = pushed(s, i, &sum);
+        let (motion, spin) = answer(s, i, &sum);
         (s.trial[i], s.trial_before[i], s.ahead[i]) = (motion, motion, motion);
         for spins in [&mut s.trial_spin, &mut s.trial_spin_before, &mut s.ahead_spin] {
             if let Some(kept) = spins.get_mut(i) {
@@ -61,13 +61,16 @@ pub fn meet(s: &mut State) {
     }
 }
 
-/// The largest velocity that a wall or an overlap asks for.
+/// The largest velocity that a wall, a fixed grain or an overlap asks for.
 fn imposed(s: &State, i: usize) -> Effort {
     let mut effort = Effort::default();
     for slot in taking_part(s, i) {
         let j = (s.neighbour[slot] & INDEX) as usize;
-        let wall = j.checked_sub(s.sizes.bodies);
-        let speed = wall.map_or(0.0, |w| wall_velocity(&s.wall[w], s.place[i].x).length());
+        let speed = match j.checked_sub(s.sizes.bodies) {
+            Some(w) => wall_velocity(&s.wall[w], s.place[i].x).length(),
+            None if s.motion[j].inverse_mass == 0.0 => free_motion(s, j).v.length(),
+            None => 0.0,
+        };
         effort.imposed = effort.imposed.max(speed.max(-s.meeting[slot].closing));
     }
     effort
@@ -75,8 +78,9 @@ fn imposed(s: &State, i: usize) -> Effort {
 
 /// What a sphere adds; for members, clumps do.
 fn first(s: &State, i: usize) -> Effort {
-    match s.model.grains {
-        Grains::Spheres => Effort { crowd: filled(s, i).count() as f64, ..reference(s, &free_motion(s, i)) },
-        Grains::Clumps => Effort::default(),
+    if s.model.grains == Grains::Clumps {
+        return Effort::default();
     }
+    let free = free_motion(s, i);
+    reference(s, filled(s, i).count(), metric(s, i, free.inverse_mass, free.v, free_spin(s, i)), free.inverse_mass)
 }

@@ -4,7 +4,7 @@
 use super::{BLOCK, by_slot};
 use crate::{
     laws::{
-        answer::{ahead, hold, metric, pushed, weight_of},
+        answer::{ahead, answer, hold, metric, weight_of},
         contact::Gathered,
         friction::{keep_spring, kept_spring},
         rigid::{add_impulse, keep_efforts, natural_map, relaxed, side_of, taking_part},
@@ -22,7 +22,7 @@ pub fn relax(s: &mut State) {
         return hold(s, sums.into_iter());
     }
     let answers = passes(s, |s, i, sum, effort| {
-        let ((motion, spin), (v, w)) = (pushed(s, i, &sum), ahead(s, i));
+        let ((motion, spin), (v, w)) = (answer(s, i, &sum), ahead(s, i));
         let work = metric(s, i, motion.inverse_mass, motion.v - v, spin - w);
         (motion, spin, Effort { work, ..effort })
     });
@@ -36,7 +36,7 @@ pub fn relax(s: &mut State) {
 }
 
 /// A pass over the contacts of all bodies, and what becomes of each body's impulses and sums.
-fn passes<T: Send>(s: &mut State, answer: impl Fn(&State, usize, Gathered, Effort) -> T + Sync) -> Vec<T> {
+fn passes<T: Send>(s: &mut State, then: impl Fn(&State, usize, Gathered, Effort) -> T + Sync) -> Vec<T> {
     let mut before = std::mem::take(&mut s.spring_before);
     let answers = by_slot(&mut before, s)
         .enumerate()
@@ -46,7 +46,7 @@ fn passes<T: Send>(s: &mut State, answer: impl Fn(&State, usize, Gathered, Effor
             let bodies = first..(first + BLOCK).min(s.sizes.bodies);
             let of_body = |i| {
                 let (sum, effort) = pass_of(s, i, springs, begin);
-                answer(s, i, sum, effort)
+                then(s, i, sum, effort)
             };
             bodies.map(of_body).collect::<Vec<_>>()
         })

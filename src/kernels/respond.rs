@@ -2,9 +2,9 @@
 
 use crate::{
     laws::{
-        answer::{Course, course_ahead, metric_of_clump, pushed_on, reference},
-        grains::{arm_of, clump, gathered_by_clump, labels},
-        rigid::keep_efforts_of_clumps,
+        answer::{Course, course_ahead, course_of, metric_of_clump},
+        grains::{arm_of, clump, labels},
+        rigid::{keep_efforts_of_clumps, reference},
         rotation::surface_velocity,
     },
     state::{Effort, Motion, Spin, State},
@@ -24,20 +24,18 @@ pub fn respond(s: &mut State) {
 }
 
 fn responded(s: &mut State) -> Vec<Course> {
-    let of = |c| {
-        let here = clump(s, c);
-        let push = pushed_on(s, &here, &gathered_by_clump(s, c, here.attitude));
-        (s.clump_motion_next[c].v + push.0, s.clump_spin_next[c].0 + push.1)
-    };
+    let of = |c| course_of(s, c, &clump(s, c));
     let courses: Vec<Course> = (0..s.sizes.clumps).into_par_iter().with_min_len(64).map(of).collect();
     keep_efforts_of_clumps(s, |s, c| {
         let here = clump(s, c);
         let (start, next) = (course_ahead(s, c, &here), courses[c]);
         let slots: usize = labels(s, c).map(|label| s.row(s.whereabouts[label] as usize).len()).sum();
+        let free = s.clump_motion_next[c];
+        let twice = metric_of_clump(s, &here, free.v, s.clump_spin_next[c].0);
         Effort {
-            crowd: 2.0 * slots as f64, // blocks of W are at most twice their parts along and across n
             work: metric_of_clump(s, &here, next.0 - start.0, next.1 - start.1),
-            ..reference(s, &s.clump_motion_next[c])
+            // Blocks of W are at most twice their parts along and across n.
+            ..reference(s, 2 * slots, twice, free.inverse_mass)
         }
     });
     courses

@@ -4,14 +4,14 @@
 use super::{
     contact::Gathered,
     dimension::{conjugate, spin_squared, turned},
-    grains::{Clump, arm_of, clump, own_spin, turning_energy},
+    grains::{Clump, arm_of, clump, gathered_by_clump, own_spin, turning_energy},
     rigid::{freed, freed_spin, held},
     rotation::{inverse_inertia, spin_of, surface_velocity},
 };
 use crate::{
     cd::contact::largest_eigenvalue,
     model::Grains,
-    state::{Effort, Lever, Motion, Spin, State},
+    state::{Lever, Motion, Spin, State},
 };
 use glam::{DMat3, DVec3};
 
@@ -23,12 +23,9 @@ pub fn free_motion(s: &State, i: usize) -> Motion {
     }
 }
 
-/// The same for its spin.
+/// The same for the spin of a sphere.
 pub fn free_spin(s: &State, i: usize) -> DVec3 {
-    match s.model.grains {
-        Grains::Spheres => freed_spin(s, &s.motion[i], spin_of(s, i)),
-        Grains::Clumps => s.spin_next[i].0,
-    }
+    freed_spin(s, &s.motion[i], spin_of(s, i))
 }
 
 /// The number of the grain that body i is, or belongs to.
@@ -56,7 +53,7 @@ fn block_of(s: &State, i: usize, arm: DVec3) -> DMat3 {
 }
 
 /// What an impulse does to bodies i and j, which may be a wall, and the largest eigenvalue of W, 1/kg.
-pub fn lever(s: &State, i: usize, j: usize, gap: f64, n: DVec3) -> (Lever, f64) {
+pub fn lever_of(s: &State, i: usize, j: usize, gap: f64, n: DVec3) -> (Lever, f64) {
     let arms = |i: usize| s.place.get(i).map_or(0.0, |place| place.radius + 0.5 * gap);
     let (own, other) = (arms(i), arms(j));
     match s.model.grains {
@@ -93,8 +90,8 @@ pub fn weight_of(s: &State, slot: usize, tangential: f64) -> f64 {
     }
 }
 
-/// Velocity and spin that impulses give body i at the end of the step; of a member, if they acted on it alone.
-pub fn pushed(s: &State, i: usize, sum: &Gathered) -> (Motion, DVec3) {
+/// Velocity and spin that impulses give sphere i at the end of the step.
+pub fn answer(s: &State, i: usize, sum: &Gathered) -> (Motion, DVec3) {
     let free = free_motion(s, i);
     let inertia = inverse_inertia(s, &s.place[i], free.inverse_mass);
     (Motion { v: free.v + free.inverse_mass * sum.force, ..free }, free_spin(s, i) + inertia * sum.torque)
@@ -107,7 +104,7 @@ pub fn hold(s: &mut State, sums: impl Iterator<Item = Gathered>) {
     }
 }
 
-/// How impulses change the velocities of body i, or with which it began a pass.
+/// Velocity and spin with which body i begins a pass.
 pub fn ahead(s: &State, i: usize) -> (DVec3, DVec3) {
     (s.ahead[i].v, s.ahead_spin.get(i).map_or(DVec3::ZERO, |spin| spin.0))
 }
@@ -130,9 +127,16 @@ pub fn metric_of_clump(s: &State, here: &Clump, v: DVec3, w: DVec3) -> f64 {
 /// How a clump moves: velocity and, along the axes of the scene, spin.
 pub type Course = (DVec3, DVec3);
 
-/// What impulses gathered from its members add to how a clump moves.
-pub fn pushed_on(s: &State, here: &Clump, sum: &Gathered) -> Course {
+/// What the impulses that its members hold add to how a clump moves.
+pub fn push_of(s: &State, c: usize, here: &Clump) -> Course {
+    let sum = gathered_by_clump(s, c, here.attitude);
     (freed(s, &here.motion).inverse_mass * sum.force, inverse_inertia_of(s, here) * sum.torque)
+}
+
+/// How a clump moves with them.
+pub fn course_of(s: &State, c: usize, here: &Clump) -> Course {
+    let push = push_of(s, c, here);
+    (s.clump_motion_next[c].v + push.0, s.clump_spin_next[c].0 + push.1)
 }
 
 /// How a clump moves as a pass starts from it.
@@ -140,13 +144,4 @@ pub fn course_ahead(s: &State, c: usize, here: &Clump) -> Course {
     let label = s.first_member[c] as usize;
     let (v, spin) = ahead(s, s.whereabouts[label] as usize);
     (v - surface_velocity(spin, arm_of(s, here.attitude, label)), spin)
-}
-
-/// What residuals are relative to, of a body or clump with this free velocity: twice over, the second by gravity alone.
-pub fn reference(s: &State, free: &Motion) -> Effort {
-    if free.inverse_mass == 0.0 {
-        return Effort::default();
-    }
-    let least = (s.params.dt * s.params.gravity.length()).powi(2);
-    Effort { reference: free.v.length_squared(), least, ..Effort::default() }
 }

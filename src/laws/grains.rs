@@ -60,7 +60,7 @@ pub struct Clump {
     /// Unit quaternion (x, y, z, w).
     pub attitude: DVec4,
     pub motion: Motion,
-    /// rad/s, along the principal axes; of a round one along those of the scene.
+    /// rad/s, along the axes that [`spins_in_scene`] says.
     pub spin: DVec3,
     /// 1/(kg m²)
     pub inverse_moments: DVec3,

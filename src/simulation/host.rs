@@ -297,12 +297,10 @@ fn solve_grains<I: Inertia>(
 impl Simulation {
     /// All passes of a step, after those that it took before: how many there are now.
     pub(super) fn relax_on_host(&mut self, relaxation: &Relaxation, passes: u32, began: Instant) -> Result<u32> {
-        const READ: [&str; 26] = [
+        const READ: [&str; 23] = [
             "place",
             "motion",
-            "motion_next",
             "spin",
-            "spin_next",
             "owner",
             "offset",
             "center",
@@ -314,7 +312,6 @@ impl Simulation {
             "clump_motion_next",
             "clump_spin",
             "clump_spin_next",
-            "whereabouts",
             "wall",
             "number",
             "material",
@@ -330,7 +327,8 @@ impl Simulation {
         };
         let names = present(&READ, &self.state);
         self.engine.read(&names, &mut self.state)?;
-        let solution = solve_state(&mut self.state, relaxation, self.step, began)?;
+        let left = Relaxation { max_iterations: relaxation.max_iterations - passes, ..*relaxation };
+        let solution = solve_state(&mut self.state, &left, self.step, began)?;
         self.solved.local_failures += solution.local_failures as u64;
         let look = |r: &Record| Look { passes: passes + r.pass as u32, residual: r.residual, seconds: r.seconds };
         self.looks.extend(solution.history.iter().map(look));

@@ -42,7 +42,7 @@ pub struct Solved {
     pub last_residual: f64,
     /// Largest friction beyond the Coulomb limit over the largest normal impulse, of the last step.
     pub last_excess: f64,
-    /// Solvers that solve contacts one by one: updates that found no solution, of all steps.
+    /// Solvers that solve contacts one by one: updates that found no solution, also those of steps done again.
     pub local_failures: u64,
 }
 
@@ -122,7 +122,8 @@ impl Simulation {
                 self.engine.execute(&params, &[(&self.plan.judge, 1)])?;
                 let judged = self.look(began, |_| passes)?;
                 // Pairs that were left out may have met; then once more, with them.
-                if judged.residual <= tolerance || judged.late == 0 || round == ROUNDS {
+                let out = passes >= self.most_passes || round == ROUNDS;
+                if judged.residual <= tolerance || judged.late == 0 || out {
                     return Ok((passes, judged.residual, judged.excess));
                 }
             }

@@ -271,7 +271,9 @@ fn fill_clumps(state: &mut State, assembly: &Assembly) {
         state.clump_motion[c] = Motion { v: clump.velocity, inverse_mass };
         let in_scene = spins_in_scene(&state.model, inverse_moments);
         state.clump_spin[c] = Spin(if in_scene { clump.spin } else { principal.inverse() * clump.spin });
-        state.spin_gain[c] = Spin::default();
+        if let Some(gain) = state.spin_gain.get_mut(c) {
+            *gain = Spin::default();
+        }
         state.rounds[0] = Rounds::default();
         let turning = turned_on(state, DVec4::ZERO, DVec4::ZERO, DVec4::from(principal));
         state.attitude[c] = Attitude(turning.q);

@@ -1,4 +1,4 @@
-//! Twin of `shaders/loosen.wgsl`: members hand over the impulses that a step ends with.
+//! Twin of `shaders/hand_over.wgsl`: members hand over the impulses that a step ends with.
 
 use crate::{
     laws::{
@@ -12,7 +12,7 @@ use crate::{
 use glam::DVec3;
 use rayon::prelude::*;
 
-pub fn loosen(s: &mut State) {
+pub fn hand_over(s: &mut State) {
     s.counters[0].done += 1;
     let sums: Vec<Gathered> = (0..s.sizes.bodies).into_par_iter().map(|i| gathered(s, i)).collect();
     hold(s, sums.into_iter());

@@ -1,7 +1,7 @@
-// twin: src/kernels/loosen.rs
-// Contact dynamics of clumps, the end of a step 1: members hand over the impulses that the step ends with.
+// twin: src/kernels/hand_over.rs
+// Contact dynamics of clumps 8: members hand over the impulses that the step ends with.
 @compute @workgroup_size(WG)
-fn loosen(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+fn hand_over(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(id, groups);
     if (i >= params.bodies) {
         return;
