@@ -9,6 +9,7 @@ fn met(i: u32) -> Effort {
     var contacts = 0u;
     var effort = Effort();
     let slack = params.dt * sqrt(dot(params.gravity, params.gravity));
+    let rim = here.place.radius * sqrt(spin_squared(here.spin));
     let end = slot_start[i + 1u];
     for (var slot = slot_start[i]; slot < end; slot++) {
         let entry = neighbour[slot];
@@ -40,7 +41,7 @@ fn met(i: u32) -> Effort {
         contacts++;
         if (part) {
             let imposed = select(Vec(), there.v, there.inverse_mass == 0);
-            effort.imposed = max(effort.imposed, max(sqrt(dot(imposed, imposed)), -closing));
+            effort.imposed = max(effort.imposed, max(max(sqrt(dot(imposed, imposed)), rim), -closing));
         }
         meeting[slot] = Meeting(touch.n, closing);
         let old = spring_of(slot, entry);

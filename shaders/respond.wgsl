@@ -11,7 +11,8 @@ fn responded(c: u32) -> Effort {
     }
     let free = clump_motion_next[c];
     // Blocks of W are at most twice their parts along and across n.
-    var effort = reference(2u * slots, metric(here, free.v, clump_spin_next[c]), free.inverse_mass);
+    let squared = metric(here, free.v, clump_spin_next[c]) * free.inverse_mass;
+    var effort = reference(2u * slots, squared, free.inverse_mass);
     let start = course_ahead(c, here.attitude);
     effort.work = metric(here, course.v - start.v, course.spin - start.spin);
     return effort;

@@ -53,8 +53,7 @@ fn answer_first(i: u32, sum: Gathered, contacts: u32) -> Effort {
     keep_trial_spin_before(i, start.spin);
     keep_ahead_spin(i, start.spin);
     let free = free_motion(i);
-    let twice = metric(free.v, free.inverse_mass, freed_spin(motion[i], spin_of(i)), start.inertia);
-    return reference(contacts, twice, free.inverse_mass);
+    return reference(contacts, dot(free.v, free.v), free.inverse_mass);
 }
 
 /// A pass that started from these velocities has left these impulses. Work of the change, J.

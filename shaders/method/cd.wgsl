@@ -44,9 +44,9 @@ var<storage, read_write> spring_before: array<Packed>; // slots, N s: the impuls
 
 /// Sums of a workgroup, or of the body or clump of an invocation.
 struct Effort {
-    reference: Real, // m²/s², free velocities, with what spin makes of them
+    reference: Real, // m²/s², free velocities, of clumps with their spins
     least: Real,     // m²/s², what gravity gives them in a step
-    imposed: Real,   // m/s, the largest velocity that a wall, a fixed grain or an overlap asks for
+    imposed: Real,   // m/s, largest velocity that a wall, a fixed grain, a spin or an overlap asks for
     crowd: Real,     // what no eigenvalue of W exceeds
     residual: Real,  // m²/s²
     turn: Real,      // J, > 0: momentum carries the wrong way
@@ -144,13 +144,12 @@ fn freed_spin(motion: Motion, spin: Spin) -> Spin {
     return held() * spin;
 }
 
-/// What residuals are relative to: kinetic energy of the free velocities of a grain, twice, as if all of it were translation; and
-/// `crowd`.
-fn reference(crowd: u32, twice: Real, inverse_mass: Real) -> Effort {
+/// What residuals are relative to: the square of a grain's free velocity, m²/s²; and `crowd`.
+fn reference(crowd: u32, squared: Real, inverse_mass: Real) -> Effort {
     var effort = Effort();
     effort.crowd = Real(crowd);
     if (inverse_mass != 0) {
-        effort.reference = twice * inverse_mass;
+        effort.reference = squared;
         effort.least = params.dt * params.dt * dot(params.gravity, params.gravity);
     }
     return effort;

@@ -2,10 +2,11 @@
 
 use crate::{
     laws::{
-        answer::{answer, free_motion, free_spin, hold, lever_of, metric},
+        answer::{answer, free_motion, hold, lever_of},
         contact::{Gathered, body},
         friction::{flag, keep_spring, spring_of},
         rigid::{closing_of, combined, filled, gathered, keep_efforts, meet as touch, reference, taking_part},
+        rotation::spin_of,
         walls::wall_velocity,
     },
     model::Grains,
@@ -61,9 +62,10 @@ pub fn meet(s: &mut State) {
     }
 }
 
-/// The largest velocity that a wall, a fixed grain or an overlap asks for.
+/// The largest velocity that a wall, a fixed grain, a spin or an overlap asks for.
 fn imposed(s: &State, i: usize) -> Effort {
     let mut effort = Effort::default();
+    let rim = s.place[i].radius * spin_of(s, i).length();
     for slot in taking_part(s, i) {
         let j = (s.neighbour[slot] & INDEX) as usize;
         let speed = match j.checked_sub(s.sizes.bodies) {
@@ -71,7 +73,7 @@ fn imposed(s: &State, i: usize) -> Effort {
             None if s.motion[j].inverse_mass == 0.0 => free_motion(s, j).v.length(),
             None => 0.0,
         };
-        effort.imposed = effort.imposed.max(speed.max(-s.meeting[slot].closing));
+        effort.imposed = effort.imposed.max(speed.max(rim).max(-s.meeting[slot].closing));
     }
     effort
 }
@@ -82,5 +84,5 @@ fn first(s: &State, i: usize) -> Effort {
         return Effort::default();
     }
     let free = free_motion(s, i);
-    reference(s, filled(s, i).count(), metric(s, i, free.inverse_mass, free.v, free_spin(s, i)), free.inverse_mass)
+    reference(s, filled(s, i).count(), free.v.length_squared(), free.inverse_mass)
 }

@@ -31,11 +31,11 @@ fn responded(s: &mut State) -> Vec<Course> {
         let (start, next) = (course_ahead(s, c, &here), courses[c]);
         let slots: usize = labels(s, c).map(|label| s.row(s.whereabouts[label] as usize).len()).sum();
         let free = s.clump_motion_next[c];
-        let twice = metric_of_clump(s, &here, free.v, s.clump_spin_next[c].0);
+        let squared = metric_of_clump(s, &here, free.v, s.clump_spin_next[c].0) * free.inverse_mass;
         Effort {
             work: metric_of_clump(s, &here, next.0 - start.0, next.1 - start.1),
             // Blocks of W are at most twice their parts along and across n.
-            ..reference(s, 2 * slots, twice, free.inverse_mass)
+            ..reference(s, 2 * slots, squared, free.inverse_mass)
         }
     });
     courses

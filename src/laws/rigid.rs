@@ -58,12 +58,11 @@ pub fn freed_spin(s: &State, motion: &Motion, spin: DVec3) -> DVec3 {
     held(s) * spin
 }
 
-/// What residuals are relative to: kinetic energy of the free velocities of a grain, twice, as if all of it were translation; and
-/// `crowd`.
-pub fn reference(s: &State, crowd: usize, twice: f64, inverse_mass: f64) -> Effort {
+/// What residuals are relative to: the square of a grain's free velocity, m²/s²; and `crowd`.
+pub fn reference(s: &State, crowd: usize, squared: f64, inverse_mass: f64) -> Effort {
     let mut effort = Effort { crowd: crowd as f64, ..Effort::default() };
     if inverse_mass != 0.0 {
-        effort.reference = twice * inverse_mass;
+        effort.reference = squared;
         effort.least = s.params.dt * s.params.dt * s.params.gravity.length_squared();
     }
     effort

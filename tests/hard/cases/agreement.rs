@@ -151,7 +151,7 @@ pub fn agreement_collapse(bench: Bench, length: Length) -> Vec<Figure> {
         "population.1.region.upper=[0.0115, 1]",
         "stop.time=0.3",
     ];
-    for seed in if full { 1..=6 } else { 1..=2 } {
+    for seed in if full { 1..=6 } else { 1..=3 } {
         let seed = format!("seed={seed}");
         let set = [&[seed.as_str()][..], if full { &[] } else { &fewer }].concat();
         let given = changed_scene("agreement_collapse", &set);
