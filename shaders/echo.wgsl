@@ -6,7 +6,7 @@ fn echoed(c: u32) -> Effort {
     spread(c, here, push_of(c, here));
     var effort = Effort();
     let start = course_ahead(c, here.attitude);
-    effort.work = metric(here, start.v, start.spin);
+    effort.work = metric(here, start, start);
     return effort;
 }
 

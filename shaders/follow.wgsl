@@ -6,22 +6,7 @@ fn followed(i: u32) -> Effort {
     var effort = Effort();
     effort.residual = miss[i];
     miss[i] = 0;
-    // From where the sweeps set out to where they led, along the way from the pass before.
-    let now = ahead[i];
-    let last = trial[i].v;
-    if (now.inverse_mass != 0) {
-        let start = last + relaxation.beta * (last - trial_before[i].v);
-        effort.turn = dot(start - now.v, now.v - last) / now.inverse_mass;
-    }
-    let spin = ahead_spin_of(i);
-    let inertia = inverse_inertia(place[i], now.inverse_mass);
-    if (inertia != 0) {
-        let spin_last = trial_spin_of(i);
-        let start = spin_last + relaxation.beta * (spin_last - trial_spin_before_of(i));
-        effort.turn += spin_dot(start - spin, spin - spin_last) / inertia;
-    }
-    trial_before[i] = now;
-    keep_trial_spin_before(i, spin);
+    effort.turn = answer_swept(i);
     return effort;
 }
 

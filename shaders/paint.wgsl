@@ -5,18 +5,22 @@ var<storage, read_write> proposal: array<u32>; // N
 var<storage, read_write> palette: Palette;
 var<storage, read_write> painted: array<atomic<u32>>; // colours: contacts there are of each
 
-/// Bits of the colours from `first` to first + 31 that grain i has, without that of its contact with j.
+/// Bits of the colours from `first` to first + 31 that the grain of body i has, without that of the contact of i with j.
 fn colours_of(i: u32, j: u32, first: u32) -> u32 {
     var taken = 0u;
-    let end = slot_start[i + 1u];
-    for (var slot = slot_start[i]; slot < end; slot++) {
-        let entry = neighbour[slot];
-        if (entry == NONE) {
-            break;
-        }
-        if ((entry & INDEX) != j) {
-            let above = hue[slot].colour - first;
-            taken |= select(0u, 1u << (above & 31u), above < 32u);
+    let members = members_of(i);
+    for (var m = 0u; m < members; m++) {
+        let member = member_of(i, m);
+        let end = slot_start[member + 1u];
+        for (var slot = slot_start[member]; slot < end; slot++) {
+            let entry = neighbour[slot];
+            if (entry == NONE) {
+                break;
+            }
+            if (member != i || (entry & INDEX) != j) {
+                let above = hue[slot].colour - first;
+                taken |= select(0u, 1u << (above & 31u), above < 32u);
+            }
         }
     }
     return taken;

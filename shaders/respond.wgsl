@@ -10,11 +10,11 @@ fn responded(c: u32) -> Effort {
         slots += slot_start[i + 1u] - slot_start[i];
     }
     let free = clump_motion_next[c];
-    // Blocks of W are at most twice their parts along and across n.
-    let squared = metric(here, free.v, clump_spin_next[c]) * free.inverse_mass;
-    var effort = reference(2u * slots, squared, free.inverse_mass);
-    let start = course_ahead(c, here.attitude);
-    effort.work = metric(here, course.v - start.v, course.spin - start.spin);
+    let unpushed = Course(free.v, clump_spin_next[c]);
+    let squared = metric(here, unpushed, unpushed) * free.inverse_mass;
+    var effort = reference(slots, squared, free.inverse_mass);
+    let change = course_change(course_ahead(c, here.attitude), course);
+    effort.work = metric(here, change, change);
     return effort;
 }
 

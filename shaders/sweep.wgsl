@@ -1,6 +1,6 @@
 // twin: src/kernels/sweep.rs
-// Contact dynamics 3, coloured: all contacts of the next colour, each solved exactly (Algorithm 1) for the velocities that the
-// colours before have left.
+// Contact dynamics 3, coloured: all contacts of the next colour, each updated with a step of its own (of spheres that is
+// Algorithm 1, which solves it exactly) for the velocities that the colours before have left.
 var<storage, read_write> painted: array<u32>;    // colours: contacts there are of each
 var<storage, read_write> brush: Brush;
 var<storage, read_write> brush_next: Brush;
@@ -13,40 +13,33 @@ fn update(k: u32) {
         return;
     }
     let met = turn_meeting[k];
-    let grip = turn_lever[k];
-    let here = ahead[i];
-    let spin = ahead_spin_of(i);
-    let arm = grip.own * met.n;
-    let arm_to = -grip.other * met.n;
-    var there = Motion();
-    var spin_to = Spin();
+    let l = turn_lever[k];
+    let arm = l.own * met.n;
+    let here = gripped(i, arm);
+    var there = Grip();
     if (j < params.bodies) {
-        there = ahead[j];
-        spin_to = ahead_spin_of(j);
+        there = gripped(j, -l.other * met.n);
     } else {
-        there.v = wall_velocity(j - params.bodies, place[i].x + arm);
+        there.motion.v = wall_velocity(j - params.bodies, place[i].x + arm);
     }
     var side = Side();
     side.n = met.n;
     side.closing = met.closing;
-    side.normal = grip.normal;
-    side.tangential = grip.tangential;
+    side.normal = l.normal;
+    side.tangential = l.tangential;
     side.friction = pair_of(i, j).friction;
-    side.velocity = (here.v - there.v) + (surface_velocity(spin, arm) - surface_velocity(spin_to, arm_to));
+    let surface = surface_velocity(here.spin, here.arm) - surface_velocity(there.spin, there.arm);
+    side.velocity = (here.motion.v - there.motion.v) + surface;
     let old = unpacked(thrust[k]);
     let start = old + relaxation.beta * (old - unpacked(thrust_before[k]));
     let next = relaxed(side, start, Real(1));
-    let far = natural_map(side, start, side.tangential);
+    let far = natural_map(side, start, weight_of(turn[k].slot, side.tangential));
     miss[i] += dot(far, far);
     thrust_before[k] = packed(next);
     let change = next - start;
-    let inertia = inverse_inertia(place[i], here.inverse_mass);
-    ahead[i] = Motion(here.v + here.inverse_mass * change, here.inverse_mass);
-    keep_ahead_spin(i, spin + inertia * moment(arm, change));
+    push(i, here, change);
     if (j < params.bodies) {
-        let inertia_to = inverse_inertia(place[j], there.inverse_mass);
-        ahead[j] = Motion(there.v - there.inverse_mass * change, there.inverse_mass);
-        keep_ahead_spin(j, spin_to - inertia_to * moment(arm_to, change));
+        push(j, there, -change);
     }
 }
 

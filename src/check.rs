@@ -253,7 +253,9 @@ impl Checker<'_> {
                 _,
             ) if overlap > 0.0 && self.precision == Precision::Double => 16.0 * epsilon * (1.0 / overlap).max(1.0),
             // Sums of small differences, some of either sign.
-            ("relax" | "follow" | "judge" | "probe" | "respond", "effort") | ("sweep", "miss") => 1e4 * epsilon,
+            ("relax" | "follow" | "fall_in" | "judge" | "probe" | "respond_first" | "respond", "effort") => {
+                1e4 * epsilon
+            }
             _ => 64.0 * epsilon,
         }
     }
@@ -405,7 +407,16 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
         }
         // Friction at the Coulomb limit is beyond it by rounding.
         ("judge", "effort") => twin.effort.iter().map(|e| e.pressing).fold(0.0, f64::max),
-        ("sweep", "miss") => effort_floor(twin, "residual"),
+        // Squares of what is left where velocities cancel: d(x²) = 2 x dx, and dx is a rounding of velocities.
+        ("sweep", "miss") => {
+            let v = twin.ahead.iter().map(|m| m.v.length()).fold(0.0, f64::max);
+            let left = twin.miss.iter().copied().fold(0.0, f64::max).sqrt();
+            v * left.max(64.0 * epsilon(twin.model.precision) * v)
+        }
+        (
+            "respond_first" | "respond" | "echo" | "recover" | "displace_clumps",
+            "trial_spin" | "trial_spin_before" | "ahead_spin" | "clump_spin_next",
+        ) => spin_floor(twin),
         _ => 0.0,
     };
     // Members of a record have different units, so each is compared with its own largest value; vectors as a whole.
@@ -446,13 +457,23 @@ fn effort_floor(s: &State, member: &str) -> f64 {
     }
 }
 
+/// Spins of clumps are sums of what single members give them, and these may nearly cancel: the largest of them, rad/s.
+fn spin_floor(s: &State) -> f64 {
+    let of_member = |label: usize| {
+        let (i, c) = (s.whereabouts[label] as usize, s.owner[label] as usize);
+        s.inverse_moments[c].0.max_element() * (s.offset[label].0.length() * s.pull[i].length() + s.twist[i].0.length())
+    };
+    (0..s.sizes.bodies).map(of_member).fold(0.0, f64::max)
+}
+
 /// What sums over grains at rest may differ by for a member of [`Part`]: the energy, J, that gravity gives the heaviest in a step,
-/// and what global damping takes of it, W.
+/// what global damping takes of it, W, and the contact forces that balance, N.
 fn part_floor(s: &State, member: usize) -> f64 {
     let lightest = s.motion.iter().map(|m| m.inverse_mass).filter(|m| *m > 0.0).fold(f64::INFINITY, f64::min);
     let kinetic = 0.5 * (s.params.gravity.length() * s.params.dt).powi(2) / lightest;
     match Part::names(3)[member] {
         "kinetic" => kinetic,
+        "net_force" => s.part.iter().map(|part| part.contact_force).fold(0.0, f64::max),
         "dissipation" => 2.0 * s.params.damping * kinetic,
         _ => 0.0,
     }

@@ -15,7 +15,9 @@ mod displace_clumps;
 mod displace_members;
 mod drive;
 mod echo;
+mod elect;
 mod extrapolate;
+mod fall_in;
 mod follow;
 mod forces;
 mod gather;
@@ -35,6 +37,7 @@ mod paint;
 mod permute;
 mod probe;
 mod propose;
+mod recover;
 mod relax;
 mod release;
 mod remember;
@@ -227,6 +230,8 @@ pub static SET_OUT: Stage = Stage { dispatch: Dispatch::OneGroup, ..Stage::new("
 pub static RELAX: Stage = Stage::new("relax", relax::relax, bodies);
 /// Colours of contacts 1: what every grain would have coloured next.
 pub static PROPOSE: Stage = Stage::new("propose", propose::propose, bodies);
+/// Colours of clumps: what every clump would have coloured next, of what its members would.
+pub static ELECT: Stage = Stage::new("elect", elect::elect, clumps);
 /// Colours of contacts 2: what both grains agree on.
 pub static PAINT: Stage = Stage { unordered: &["hue"], ..Stage::new("paint", paint::paint, bodies) };
 /// Colours of contacts 3: contacts in their order.
@@ -235,10 +240,14 @@ pub static ARRANGE: Stage = Stage::new("arrange", arrange::arrange, bodies);
 pub static SWEEP: Stage = Stage::new("sweep", sweep::sweep, |sizes| sizes.bodies.div_ceil(4));
 /// Contact dynamics 3, coloured: velocities after all colours.
 pub static FOLLOW: Stage = Stage::new("follow", follow::follow, bodies);
+/// Contact dynamics of clumps 3, coloured: members follow the first of them.
+pub static FALL_IN: Stage = Stage::new("fall_in", fall_in::fall_in, clumps);
 /// Colours of contacts 4: impulses back into the lists.
 pub static DELIVER: Stage = Stage::new("deliver", deliver::deliver, bodies);
 /// Colours of contacts 5: velocities without the rounding of the sweeps.
 pub static GATHER: Stage = Stage::new("gather", gather::gather, bodies);
+/// Colours of clumps, after `gather`: velocities without the rounding of the sweeps.
+pub static RECOVER: Stage = Stage::new("recover", recover::recover, clumps);
 /// Contact dynamics 4: momentum.
 pub static STEER: Stage = Stage { dispatch: Dispatch::OneGroup, ..Stage::new("steer", steer::steer, |_| 1) };
 /// Contact dynamics 5: velocities, carried ahead by momentum.

@@ -142,7 +142,7 @@ impl Model {
             materials: if pairs.windows(2).all(|w| w[0] == w[1]) { Materials::One } else { Materials::Many },
             walls: if assembly.walls.is_empty() { Walls::None } else { Walls::Some },
             moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO),
-            coloured: by_colours && !clumped, // contacts of a clump would all need their own; then the host does it
+            coloured: by_colours,
         }
     }
 
@@ -271,6 +271,6 @@ fn variants(method: Method, grains: Grains) -> &'static [(bool, Gyration)] {
         (Method::DiscreteElements, Grains::Spheres) => &[(false, Dropped)],
         (Method::DiscreteElements, Grains::Clumps) => &[(false, Kept)],
         (Method::ContactDynamics, Grains::Spheres) => &[(false, Dropped), (true, Dropped)],
-        (Method::ContactDynamics, Grains::Clumps) => &[(false, Dropped), (false, Kept)],
+        (Method::ContactDynamics, Grains::Clumps) => &[(false, Dropped), (false, Kept), (true, Dropped)],
     }
 }

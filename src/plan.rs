@@ -106,7 +106,7 @@ pub fn plan(model: &Model) -> Plan {
         meet.extend(forget);
         meet.push(Run(&EXTRAPOLATE));
         probe.insert(1, Run(&ECHO));
-        relax.push(Run(&RESPOND));
+        relax.push(Run(if coloured { &FALL_IN } else { &RESPOND }));
     }
     relax.extend(turns(model));
     relax.extend([Run(&STEER), Run(&EXTRAPOLATE)]);
@@ -119,6 +119,10 @@ pub fn plan(model: &Model) -> Plan {
         arrange = vec![Run(&ARRANGE)];
         sweep = vec![Run(&SWEEP), Op::Swap("brush", "brush_next")];
         judge.splice(..0, [Run(&DELIVER), Run(&GATHER)]);
+        if clumped {
+            colour.insert(1, Run(&ELECT));
+            judge.insert(2, Run(&RECOVER));
+        }
     }
 
     let mut step = match (rigid, clumped) {

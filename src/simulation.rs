@@ -123,19 +123,14 @@ fn build(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engin
         let notice = format!("engine gpu ({real}, {}): {why}", gpu.adapter());
         Ok((setup, Box::new(gpu), notice))
     };
-    let clumped = !assembly.clumps.is_empty();
     let of_host = match assembly.solver.method {
-        Method::ContactDynamics(r) if !host::on_engine(r.solver, clumped) => Some(r.solver),
+        Method::ContactDynamics(r) if !host::on_engine(r.solver) => Some(r.solver),
         _ => None,
     };
     if let Some(solver) = of_host {
         return match options.engine {
             EngineChoice::Gpu => {
-                let why = if host::on_engine(solver, false) { " in scenes with clumps" } else { "" };
-                Err(Error::Scene(format!(
-                    "solver.relaxation = \"{}\" runs on the cpu engine only{why}",
-                    solver.label()
-                )))
+                Err(Error::Scene(format!("solver.relaxation = \"{}\" runs on the cpu engine only", solver.label())))
             }
             _ => on_cpu(&format!("{} runs there", solver.label())),
         };

@@ -8,6 +8,7 @@ use glam::{DMat3, DQuat, DVec3, EulerRot};
 use packstone::{
     cd::Solver,
     scene::{Assembly, Clump, Grain, Method, Relaxation, Shape},
+    state::{NONE, SPRUNG},
 };
 
 const DT: f64 = 1e-3;
@@ -259,7 +260,7 @@ fn solvers_agree() {
         (scene.domain.lower.x, scene.domain.upper.x, scene.domain.periodic[0]) = (-1.6 * R, 9.0 * R, true);
         let mut expected: Option<Vec<Grain>> = None;
         for solver in Solver::ALL.into_iter().filter(|solver| dimension == 2 || *solver != Solver::Lemke) {
-            let on_device = matches!(solver, Solver::Jacobi | Solver::JacobiAccelerated);
+            let on_device = matches!(solver, Solver::Jacobi | Solver::JacobiAccelerated | Solver::ColouredAccelerated);
             for bench in engines().into_iter().filter(|bench| on_device || bench.name == "cpu") {
                 // Eight feet of a cube on the floor carry what three could: the interior point method does not like that.
                 let finest = match solver {
@@ -328,14 +329,45 @@ fn spin_alone_is_a_scale() {
     }
 }
 
-/// Colours of clumps are not on the device, which says so.
+/// Contacts of a colour share no clump, all contacts that take part have a colour, and the same scene run again gives the same
+/// bits.
 #[test]
-fn colours_of_clumps_are_for_the_host() {
-    let mut scene = falling(3);
-    relaxation(&mut scene).solver = Solver::ColouredAccelerated;
-    let bench = engines()[1];
-    let refusal = packstone::simulation::Simulation::new(scene, bench.options()).err().expect("a refusal").to_string();
-    assert!(refusal.contains("runs on the cpu engine only in scenes with clumps"), "{refusal}");
+fn contacts_of_a_colour_share_no_clump() {
+    for bench in engines() {
+        let mut scene = falling(3);
+        relaxation(&mut scene).solver = Solver::ColouredAccelerated;
+        relaxation(&mut scene).tolerance = 1e-4;
+        let run = || {
+            let mut simulation = bench.start(&scene);
+            simulation.advance(60).unwrap();
+            simulation
+        };
+        let mut simulation = run();
+        let names = ["hue", "turn", "painted", "palette", "neighbour", "slot_start", "number"];
+        let s = simulation.read(&names).unwrap();
+        let turns = &s.turn[..s.palette[0].contacts as usize];
+        let active = turns.iter().filter(|turn| turn.first != NONE).count();
+        assert!(active > 12, "{}: only {active} contacts", bench.name);
+        let mut rest = turns;
+        for &contacts in s.painted.iter().filter(|n| **n > 0) {
+            let (colour, others) = rest.split_at(contacts as usize);
+            rest = others;
+            let mut seen = vec![false; s.sizes.clumps];
+            for turn in colour.iter().filter(|turn| turn.first != NONE) {
+                for body in [turn.first, turn.second].map(|i| i as usize).into_iter().filter(|i| *i < s.sizes.bodies) {
+                    let clump = s.owner[s.number[body] as usize] as usize;
+                    assert!(!std::mem::replace(&mut seen[clump], true), "{}: clump {clump} twice", bench.name);
+                }
+            }
+        }
+        assert!(rest.is_empty());
+        let part = |&slot: &usize| s.neighbour[slot] != NONE && s.neighbour[slot] & SPRUNG != 0;
+        for slot in (0..s.sizes.bodies).flat_map(|i| s.row(i)).filter(part) {
+            assert!(s.hue[slot].colour > 0, "{}: slot {slot} has no colour", bench.name);
+        }
+        let again = run().grains().unwrap();
+        assert!(simulation.grains().unwrap() == again, "{}: other bits", bench.name);
+    }
 }
 
 /// Everything turned by the same angle goes the same way, turned.

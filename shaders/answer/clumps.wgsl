@@ -44,8 +44,13 @@ fn lever_of(slot: u32, i: u32, j: u32, free: Motion, there: Motion, touch: Touch
     w = plus(block_of(select(j, i, first), select(arm_to, arm, first)), 1, w);
     let across = times(w, n);
     l.normal = dot(n, across);
+    let along = across * (1 / l.normal) - n; // how much a push along n moves the point across
     let tangents = plus(plus(plus(w, -1, outer(n, across)), -1, outer(across, n)), l.normal, outer(n, n));
     l.tangential = largest_eigenvalue(tangents);
+    // Stretched so that the two together are nowhere less than W, which joins them.
+    let stretch = 1 + sqrt(dot(along, along) * l.normal / l.tangential);
+    l.normal *= stretch;
+    l.tangential *= stretch;
     mobility[slot] = largest_eigenvalue(w);
     return l;
 }
@@ -76,17 +81,48 @@ fn answer_probe(i: u32, sum: Gathered, here: Motion, spin: Spin) -> Real {
     return 0;
 }
 
-/// Spin that a moment, N m s, gives a clump, rad/s.
-fn spin_from(here: Clump, torque: Spin) -> Spin {
-    return held() * turned_spin(here.attitude, here.inverse_moments * turned_spin(conjugate(here.attitude), torque));
+/// A body as a contact of a colour holds it: by its clump, for all of which the first member stands while sweeps go on.
+struct Grip {
+    motion: Motion, // of the first member
+    spin: Spin,
+    arm: Vec,       // m, from the first member's centre to the contact point
+    lead: Vec,      // m, from the clump's centre to the first member's
+    first: u32,     // index of the first member
+    clump: u32,
 }
 
-/// Kinetic energy of a clump with these velocities, twice, J, with the inertia that impulses meet.
-fn metric(here: Clump, v: Vec, w: Spin) -> Real {
-    if (here.motion.inverse_mass == 0) {
-        return 0;
-    }
-    return (dot(v, v) / here.motion.inverse_mass + 2 * turning_energy(here, own_spin(here, w))) / held();
+/// Body i with the velocities that sweeps have left it, at the end of an arm from its centre.
+fn gripped(i: u32, arm: Vec) -> Grip {
+    let label = number[i];
+    let c = owner[label];
+    let q = attitude[c] + attitude_residue_of(c);
+    let first = whereabouts[first_member[c]];
+    let lead = arm_of(q, first_member[c]);
+    return Grip(ahead[first], ahead_spin[first], (arm_of(q, label) + arm) - lead, lead, first, c);
+}
+
+/// An impulse there.
+fn push(i: u32, grip: Grip, impulse: Vec) {
+    let c = grip.clump;
+    let q = attitude[c] + attitude_residue_of(c);
+    let spin = spin_from(q, inverse_moments[c], moment(grip.lead + grip.arm, impulse));
+    let v = grip.motion.inverse_mass * impulse + surface_velocity(spin, grip.lead);
+    ahead[grip.first] = Motion(grip.motion.v + v, grip.motion.inverse_mass);
+    ahead_spin[grip.first] = grip.spin + spin;
+}
+
+/// Members will fall in with the first of them.
+fn answer_swept(i: u32) -> Real {
+    return 0;
+}
+
+fn answer_gathered(i: u32, sum: Gathered) {
+    hold(i, sum);
+}
+
+/// Spin that a moment, N m s, gives a clump, rad/s.
+fn spin_from(q: Attitude, inverse_moments: Spin, torque: Spin) -> Spin {
+    return held() * turned_spin(q, inverse_moments * turned_spin(conjugate(q), torque));
 }
 
 /// How a clump moves.
@@ -95,10 +131,24 @@ struct Course {
     spin: Spin, // along the axes of the scene
 }
 
+/// The product of two of them, J, with the inertia that impulses meet: of one with itself, twice its kinetic energy.
+fn metric(here: Clump, a: Course, b: Course) -> Real {
+    if (here.motion.inverse_mass == 0) {
+        return 0;
+    }
+    let turning = spin_dot(own_spin(here, a.spin), own_spin(here, b.spin) / here.inverse_moments);
+    return (dot(a.v, b.v) / here.motion.inverse_mass + turning) / held();
+}
+
+/// From a to b.
+fn course_change(a: Course, b: Course) -> Course {
+    return Course(b.v - a.v, b.spin - a.spin);
+}
+
 /// What the impulses that its members hold add to how a clump moves.
 fn push_of(c: u32, here: Clump) -> Course {
     let sum = gathered_by_clump(c, here.attitude);
-    return Course(freed(here.motion).inverse_mass * sum.force, spin_from(here, sum.torque));
+    return Course(freed(here.motion).inverse_mass * sum.force, spin_from(here.attitude, here.inverse_moments, sum.torque));
 }
 
 /// How a clump moves with them.
@@ -107,23 +157,30 @@ fn course_of(c: u32, here: Clump) -> Course {
     return Course(clump_motion_next[c].v + push.v, clump_spin_next[c] + push.spin);
 }
 
+/// How its surface moves where a member is.
+fn member_motion(here: Clump, course: Course, label: u32) -> Motion {
+    let v = course.v + surface_velocity(course.spin, arm_of(here.attitude, label));
+    return Motion(v, freed(here.motion).inverse_mass);
+}
+
 /// Members get the velocities of their clump's surface.
 fn spread(c: u32, here: Clump, course: Course) {
-    let inverse_mass = freed(here.motion).inverse_mass;
     for (var label = first_member[c]; label < first_member[c + 1u]; label++) {
         let i = whereabouts[label];
-        let v = course.v + surface_velocity(course.spin, arm_of(here.attitude, label));
-        response[i] = Motion(v, inverse_mass);
+        response[i] = member_motion(here, course, label);
         response_spin[i] = course.spin;
     }
 }
 
-/// As a pass starts from it.
+/// How a clump moves whose first member has these velocities.
+fn course_by(c: u32, q: Attitude, first: Motion, spin: Spin) -> Course {
+    return Course(first.v - surface_velocity(spin, arm_of(q, first_member[c])), spin);
+}
+
+/// As a pass starts from it, or sweeps have left it.
 fn course_ahead(c: u32, q: Attitude) -> Course {
-    let label = first_member[c];
-    let i = whereabouts[label];
-    let spin = ahead_spin[i];
-    return Course(ahead[i].v - surface_velocity(spin, arm_of(q, label)), spin);
+    let i = whereabouts[first_member[c]];
+    return course_by(c, q, ahead[i], ahead_spin[i]);
 }
 
 /// Spin now, rad/s: that of the positions.

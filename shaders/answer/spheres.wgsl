@@ -72,6 +72,53 @@ fn answer_probe(i: u32, sum: Gathered, here: Motion, spin: Spin) -> Real {
     return metric(here.v, here.inverse_mass, spin, inertia);
 }
 
+/// A body as a contact of a colour holds it.
+struct Grip {
+    motion: Motion,
+    spin: Spin,
+    arm: Vec, // m, from the body's centre to the contact point
+}
+
+/// Body i with the velocities that sweeps have left it, at the end of an arm from its centre.
+fn gripped(i: u32, arm: Vec) -> Grip {
+    return Grip(ahead[i], ahead_spin_of(i), arm);
+}
+
+/// An impulse there.
+fn push(i: u32, grip: Grip, impulse: Vec) {
+    let inverse_mass = grip.motion.inverse_mass;
+    let inertia = inverse_inertia(place[i], inverse_mass);
+    ahead[i] = Motion(grip.motion.v + inverse_mass * impulse, inverse_mass);
+    keep_ahead_spin(i, grip.spin + inertia * moment(grip.arm, impulse));
+}
+
+/// Sweeps have led body i from where they set out to where it is: how far against the way from the pass before, J.
+fn answer_swept(i: u32) -> Real {
+    var against = Real(0);
+    let now = ahead[i];
+    let last = trial[i].v;
+    if (now.inverse_mass != 0) {
+        let start = last + relaxation.beta * (last - trial_before[i].v);
+        against = dot(start - now.v, now.v - last) / now.inverse_mass;
+    }
+    let spin = ahead_spin_of(i);
+    let inertia = inverse_inertia(place[i], now.inverse_mass);
+    if (inertia != 0) {
+        let spin_last = trial_spin_of(i);
+        let start = spin_last + relaxation.beta * (spin_last - trial_spin_before_of(i));
+        against += spin_dot(start - spin, spin - spin_last) / inertia;
+    }
+    trial_before[i] = now;
+    keep_trial_spin_before(i, spin);
+    return against;
+}
+
+/// What sweeps have left is freed of its rounding.
+fn answer_gathered(i: u32, sum: Gathered) {
+    let now = answer(i, sum);
+    settle(i, now.motion, now.spin);
+}
+
 /// Kinetic energy, twice, J.
 fn metric(v: Vec, inverse_mass: Real, w: Spin, inertia: Real) -> Real {
     var twice = Real(0);

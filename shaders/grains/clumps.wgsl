@@ -64,6 +64,17 @@ fn keep_index(label: u32, i: u32) {
     whereabouts[label] = i;
 }
 
+/// How many bodies the grain of body i has.
+fn members_of(i: u32) -> u32 {
+    let c = owner[number[i]];
+    return first_member[c + 1u] - first_member[c];
+}
+
+/// One of them.
+fn member_of(i: u32, m: u32) -> u32 {
+    return whereabouts[first_member[owner[number[i]]] + m];
+}
+
 /// Nothing: a member has no energy by itself, see `measure_clumps`.
 fn energies(here: Body, sum: Gathered, drag: Vec) -> Energies {
     return Energies();

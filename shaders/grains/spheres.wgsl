@@ -8,6 +8,16 @@ fn same_grain(i: u32, j: u32) -> bool {
 
 fn keep_index(label: u32, i: u32) {}
 
+/// How many bodies the grain of body i has.
+fn members_of(i: u32) -> u32 {
+    return 1;
+}
+
+/// One of them.
+fn member_of(i: u32, m: u32) -> u32 {
+    return i;
+}
+
 /// What a free grain has by itself, with the force of its contacts and that of their dashpots.
 fn energies(here: Body, sum: Gathered, drag: Vec) -> Energies {
     let inverse_mass = here.motion.inverse_mass;

@@ -155,6 +155,19 @@ fn reference(crowd: u32, squared: Real, inverse_mass: Real) -> Effort {
     return effort;
 }
 
+/// Velocities of body i, after a pass and as carried ahead from it, by what its impulses make of them: freed of the rounding that
+/// updates in place have left.
+fn settle(i: u32, motion: Motion, spin: Spin) {
+    let off = motion.v - trial[i].v;
+    let spin_off = spin - trial_spin_of(i);
+    trial[i] = Motion(trial[i].v + off, motion.inverse_mass);
+    trial_before[i] = Motion(trial_before[i].v + off, motion.inverse_mass);
+    ahead[i] = Motion(ahead[i].v + off, motion.inverse_mass);
+    keep_trial_spin(i, trial_spin_of(i) + spin_off);
+    keep_trial_spin_before(i, trial_spin_before_of(i) + spin_off);
+    keep_ahead_spin(i, ahead_spin_of(i) + spin_off);
+}
+
 /// A contact as its first side sees it, the grain with the smaller index: both grains compute it from there, so that they get
 /// the same bits, and turn what comes of it to their own side.
 struct Side {

@@ -2,19 +2,25 @@
 
 use crate::{
     laws::{dimension::spin_dot, rigid::keep_efforts, rotation::inverse_inertia},
+    model::Grains,
     state::{Effort, State},
 };
 
 pub fn follow(s: &mut State) {
     keep_efforts(s, followed);
     s.miss.fill(0.0);
-    s.trial_before.clone_from(&s.ahead);
-    s.trial_spin_before.clone_from(&s.ahead_spin);
+    if s.model.grains == Grains::Spheres {
+        s.trial_before.clone_from(&s.ahead);
+        s.trial_spin_before.clone_from(&s.ahead_spin);
+    }
 }
 
 fn followed(s: &State, i: usize) -> Effort {
     let beta = s.relaxation[0].beta;
     let mut effort = Effort { residual: s.miss[i], ..Effort::default() };
+    if s.model.grains == Grains::Clumps {
+        return effort; // members will fall in with the first of them
+    }
     // From where the sweeps set out to where they led, along the way from the pass before.
     let (now, last) = (s.ahead[i], s.trial[i].v);
     if now.inverse_mass != 0.0 {

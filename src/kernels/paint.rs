@@ -2,7 +2,7 @@
 //! those of the colour.
 
 use crate::{
-    laws::rigid::filled,
+    laws::{grains::members, rigid::filled},
     state::{Hue, INDEX, NONE, State},
 };
 use rayon::prelude::*;
@@ -30,10 +30,15 @@ pub fn paint(s: &mut State) {
     }
 }
 
-/// The first colour that is free at both grains of the contact that grain i has named.
+/// The first colour that is free at both grains of the contact that body i has named.
 fn colour_of(s: &State, i: usize) -> u32 {
     let j = s.proposal[i] as usize;
-    let others = |i: usize, j: usize| filled(s, i).filter(move |&slot| (s.neighbour[slot] & INDEX) as usize != j);
+    let others = |i: usize, j: usize| {
+        let slots = members(s, i).flat_map(move |member| filled(s, member).map(move |slot| (member, slot)));
+        slots
+            .filter(move |&(member, slot)| member != i || (s.neighbour[slot] & INDEX) as usize != j)
+            .map(|(_, slot)| slot)
+    };
     let mut taken: Vec<u32> = others(i, j).map(|slot| s.hue[slot].colour).collect();
     if j < s.sizes.bodies {
         taken.extend(others(j, i).map(|slot| s.hue[slot].colour));

@@ -1,16 +1,16 @@
-//! Twin of `shaders/sweep.wgsl`: all contacts of the next colour, each solved exactly (Algorithm 1) for the velocities that the
-//! colours before have left.
+//! Twin of `shaders/sweep.wgsl`: all contacts of the next colour, each updated with a step of its own (of spheres that is
+//! Algorithm 1, which solves it exactly) for the velocities that the colours before have left.
 
 use crate::{
     laws::{
-        dimension::moment,
+        answer::{gripped, push, weight_of},
         friction::kept_spring,
         materials::pair_of,
         rigid::{Side, natural_map, relaxed},
-        rotation::{inverse_inertia, surface_velocity},
+        rotation::surface_velocity,
         walls::wall_velocity,
     },
-    state::{Brush, Meeting, NONE, Packed, Spin, State, Turn},
+    state::{Brush, Meeting, NONE, Packed, State, Turn},
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -41,16 +41,18 @@ struct Update {
 
 impl Update {
     fn of(s: &State, k: usize) -> Update {
-        let Turn { first, second, .. } = s.turn[k];
+        let Turn { first, second, slot, .. } = s.turn[k];
         if first == NONE {
             return Update { next: DVec3::ZERO, change: DVec3::ZERO, miss: 0.0 };
         }
         let (i, j) = (first as usize, second as usize);
         let (Meeting { n, closing }, lever) = (s.turn_meeting[k], s.turn_lever[k]);
-        let spin = |i: usize| s.ahead_spin.get(i).map_or(DVec3::ZERO, |spin| spin.0);
-        let surface = |i: usize, arm: f64| s.ahead[i].v + surface_velocity(spin(i), arm * n);
-        let surface_to = match j.checked_sub(s.sizes.bodies) {
-            None => surface(j, -lever.other),
+        let velocity = |i: usize, arm: DVec3| {
+            let grip = gripped(s, i, arm);
+            grip.motion.v + surface_velocity(grip.spin, grip.arm)
+        };
+        let velocity_to = match j.checked_sub(s.sizes.bodies) {
+            None => velocity(j, -lever.other * n),
             Some(w) => wall_velocity(&s.wall[w], s.place[i].x + lever.own * n),
         };
         let side = Side {
@@ -61,12 +63,13 @@ impl Update {
             normal: lever.normal,
             tangential: lever.tangential,
             friction: pair_of(s, i, j).friction,
-            velocity: surface(i, lever.own) - surface_to,
+            velocity: velocity(i, lever.own * n) - velocity_to,
         };
         let old = kept_spring(&s.thrust[k]);
         let start = old + s.relaxation[0].beta * (old - kept_spring(&s.thrust_before[k]));
         let next = relaxed(&side, start, 1.0);
-        Update { next, change: next - start, miss: natural_map(&side, start, side.tangential).length_squared() }
+        let weight = weight_of(s, slot as usize, side.tangential);
+        Update { next, change: next - start, miss: natural_map(&side, start, weight).length_squared() }
     }
 
     fn apply(self, s: &mut State, k: usize) {
@@ -77,19 +80,10 @@ impl Update {
         s.thrust_before[k] = Packed(self.next);
         s.miss[first as usize] += self.miss;
         let (n, lever) = (s.turn_meeting[k].n, s.turn_lever[k]);
-        push(s, first as usize, lever.own * n, self.change);
-        if (second as usize) < s.sizes.bodies {
-            push(s, second as usize, -lever.other * n, -self.change);
+        let (i, j) = (first as usize, second as usize);
+        push(s, i, &gripped(s, i, lever.own * n), self.change);
+        if j < s.sizes.bodies {
+            push(s, j, &gripped(s, j, -lever.other * n), -self.change);
         }
-    }
-}
-
-/// An impulse on grain i at the end of an arm.
-fn push(s: &mut State, i: usize, arm: DVec3, impulse: DVec3) {
-    let inertia = inverse_inertia(s, &s.place[i], s.ahead[i].inverse_mass);
-    let motion = &mut s.ahead[i];
-    motion.v += motion.inverse_mass * impulse;
-    if let Some(Spin(spin)) = s.ahead_spin.get_mut(i) {
-        *spin += inertia * moment(arm, impulse);
     }
 }

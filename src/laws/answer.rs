@@ -3,8 +3,8 @@
 
 use super::{
     contact::Gathered,
-    dimension::{conjugate, spin_squared, turned},
-    grains::{Clump, arm_of, clump, gathered_by_clump, own_spin, turning_energy},
+    dimension::{conjugate, moment, spin_dot, spin_squared, turned},
+    grains::{Clump, arm_of, clump, gathered_by_clump, own_spin, spins_over},
     rigid::{freed, freed_spin, held},
     rotation::{inverse_inertia, spin_of, surface_velocity},
 };
@@ -14,6 +14,7 @@ use crate::{
     state::{Lever, Motion, Spin, State},
 };
 use glam::{DMat3, DVec3};
+use rayon::prelude::*;
 
 /// Velocity of body i at the end of the step if nothing touched it, and the inverse mass that impulses meet.
 pub fn free_motion(s: &State, i: usize) -> Motion {
@@ -76,8 +77,11 @@ pub fn lever_of(s: &State, i: usize, j: usize, gap: f64, n: DVec3) -> (Lever, f6
                 (w.x_axis.z, w.y_axis.z, w.z_axis) = (0.0, 0.0, DVec3::ZERO);
             }
             let across = DMat3::IDENTITY - DMat3::from_cols(n * n.x, n * n.y, n * n.z);
-            let tangential = largest_eigenvalue(&(across * w * across));
-            (Lever { own, other, normal: n.dot(w * n), tangential }, largest_eigenvalue(&w))
+            let (normal, tangential) = (n.dot(w * n), largest_eigenvalue(&(across * w * across)));
+            // Stretched so that the two together are nowhere less than W, which joins them.
+            let along = (w * n) / normal - n;
+            let stretch = 1.0 + (along.length_squared() * normal / tangential).sqrt();
+            (Lever { own, other, normal: stretch * normal, tangential: stretch * tangential }, largest_eigenvalue(&w))
         }
     }
 }
@@ -109,6 +113,48 @@ pub fn ahead(s: &State, i: usize) -> (DVec3, DVec3) {
     (s.ahead[i].v, s.ahead_spin.get(i).map_or(DVec3::ZERO, |spin| spin.0))
 }
 
+/// A body as a contact of a colour holds it.
+#[derive(Clone, Copy, Debug)]
+pub struct Grip {
+    /// Of the body; of a clump, for all of which the first member stands while sweeps go on, that of the first member.
+    pub motion: Motion,
+    pub spin: DVec3,
+    /// m, from its centre to the contact point.
+    pub arm: DVec3,
+    /// m, from the centre of the grain to its centre.
+    lead: DVec3,
+    /// Its index.
+    first: usize,
+}
+
+/// Body i with the velocities that sweeps have left it, at the end of an arm from its centre.
+pub fn gripped(s: &State, i: usize, arm: DVec3) -> Grip {
+    let (first, lead, arm) = match s.model.grains {
+        Grains::Spheres => (i, DVec3::ZERO, arm),
+        Grains::Clumps => {
+            let c = grain_of(s, i) as usize;
+            let (q, label) = (clump(s, c).attitude, s.first_member[c] as usize);
+            let lead = arm_of(s, q, label);
+            (s.whereabouts[label] as usize, lead, (arm_of(s, q, s.number[i] as usize) + arm) - lead)
+        }
+    };
+    Grip { motion: s.ahead[first], spin: ahead(s, first).1, arm, lead, first }
+}
+
+/// An impulse there.
+pub fn push(s: &mut State, i: usize, grip: &Grip, impulse: DVec3) {
+    let inverse_mass = grip.motion.inverse_mass;
+    let torque = moment(grip.lead + grip.arm, impulse);
+    let spin = match s.model.grains {
+        Grains::Spheres => inverse_inertia(s, &s.place[i], inverse_mass) * torque,
+        Grains::Clumps => inverse_inertia_of(s, &clump(s, grain_of(s, i) as usize)) * torque,
+    };
+    s.ahead[grip.first].v += inverse_mass * impulse + surface_velocity(spin, grip.lead);
+    if let Some(Spin(kept)) = s.ahead_spin.get_mut(grip.first) {
+        *kept += spin;
+    }
+}
+
 /// Kinetic energy of a body with these velocities, twice, J.
 pub fn metric(s: &State, i: usize, inverse_mass: f64, v: DVec3, w: DVec3) -> f64 {
     let inertia = inverse_inertia(s, &s.place[i], inverse_mass);
@@ -116,32 +162,59 @@ pub fn metric(s: &State, i: usize, inverse_mass: f64, v: DVec3, w: DVec3) -> f64
     of(v.length_squared(), inverse_mass) + of(spin_squared(w), inertia)
 }
 
-/// The same of a clump, with the inertia that impulses meet.
-pub fn metric_of_clump(s: &State, here: &Clump, v: DVec3, w: DVec3) -> f64 {
+/// How a clump moves.
+#[derive(Clone, Copy, Debug)]
+pub struct Course {
+    pub v: DVec3,
+    /// Along the axes of the scene.
+    pub spin: DVec3,
+}
+
+/// The product of two of them, J, with the inertia that impulses meet: of one with itself, twice its kinetic energy.
+pub fn metric_of_clump(s: &State, here: &Clump, a: &Course, b: &Course) -> f64 {
     if here.motion.inverse_mass == 0.0 {
         return 0.0;
     }
-    (v.length_squared() / here.motion.inverse_mass + 2.0 * turning_energy(here, own_spin(s, here, w))) / held(s)
+    let turning = spin_dot(own_spin(s, here, a.spin), spins_over(own_spin(s, here, b.spin), here.inverse_moments));
+    (a.v.dot(b.v) / here.motion.inverse_mass + turning) / held(s)
 }
 
-/// How a clump moves: velocity and, along the axes of the scene, spin.
-pub type Course = (DVec3, DVec3);
+/// From a to b.
+pub fn course_change(a: &Course, b: &Course) -> Course {
+    Course { v: b.v - a.v, spin: b.spin - a.spin }
+}
 
 /// What the impulses that its members hold add to how a clump moves.
 pub fn push_of(s: &State, c: usize, here: &Clump) -> Course {
     let sum = gathered_by_clump(s, c, here.attitude);
-    (freed(s, &here.motion).inverse_mass * sum.force, inverse_inertia_of(s, here) * sum.torque)
+    Course { v: freed(s, &here.motion).inverse_mass * sum.force, spin: inverse_inertia_of(s, here) * sum.torque }
 }
 
 /// How a clump moves with them.
 pub fn course_of(s: &State, c: usize, here: &Clump) -> Course {
     let push = push_of(s, c, here);
-    (s.clump_motion_next[c].v + push.0, s.clump_spin_next[c].0 + push.1)
+    Course { v: s.clump_motion_next[c].v + push.v, spin: s.clump_spin_next[c].0 + push.spin }
 }
 
-/// How a clump moves as a pass starts from it.
+/// How its surface moves where a member is.
+pub fn member_motion(s: &State, here: &Clump, course: &Course, label: usize) -> Motion {
+    let v = course.v + surface_velocity(course.spin, arm_of(s, here.attitude, label));
+    Motion { v, inverse_mass: freed(s, &here.motion).inverse_mass }
+}
+
+/// How a clump moves whose first member has these velocities.
+pub fn course_by(s: &State, c: usize, here: &Clump, first: DVec3, spin: DVec3) -> Course {
+    let arm = arm_of(s, here.attitude, s.first_member[c] as usize);
+    Course { v: first - surface_velocity(spin, arm), spin }
+}
+
+/// As a pass starts from it, or sweeps have left it.
 pub fn course_ahead(s: &State, c: usize, here: &Clump) -> Course {
-    let label = s.first_member[c] as usize;
-    let (v, spin) = ahead(s, s.whereabouts[label] as usize);
-    (v - surface_velocity(spin, arm_of(s, here.attitude, label)), spin)
+    let (v, spin) = ahead(s, s.whereabouts[s.first_member[c] as usize] as usize);
+    course_by(s, c, here, v, spin)
+}
+
+/// Of every clump.
+pub fn courses(s: &State, of: impl Fn(&State, usize, &Clump) -> Course + Sync) -> Vec<Course> {
+    (0..s.sizes.clumps).into_par_iter().with_min_len(64).map(|c| of(s, c, &clump(s, c))).collect()
 }

@@ -26,6 +26,13 @@ pub fn same_grain(s: &State, i: usize, j: usize) -> bool {
     }
 }
 
+/// The bodies of the grain of body i.
+pub fn members(s: &State, i: usize) -> impl Iterator<Item = usize> + '_ {
+    let clumped = s.model.grains == Grains::Clumps;
+    let labels = if clumped { labels(s, s.owner[s.number[i] as usize] as usize) } else { i..i + 1 };
+    labels.map(move |label| if clumped { s.whereabouts[label] as usize } else { label })
+}
+
 /// What a grain has by itself at step n: J, J, N and W. Twin of `Energies`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Energies {
@@ -101,7 +108,7 @@ pub fn own_spin(s: &State, here: &Clump, w: DVec3) -> DVec3 {
 }
 
 /// J, of a free clump that spins so along its principal axes.
-pub fn turning_energy(here: &Clump, w: DVec3) -> f64 {
+fn turning_energy(here: &Clump, w: DVec3) -> f64 {
     0.5 * spin_dot(w, spins_over(w, here.inverse_moments))
 }
 
@@ -231,7 +238,7 @@ pub fn set_motion(s: &mut State, c: usize, here: &Clump, v: DVec3, w: DVec3) {
 }
 
 /// w over the inverse moments; on the device a spin in the plane has no components that could be 0 / 0.
-fn spins_over(w: DVec3, inverse_moments: DVec3) -> DVec3 {
+pub fn spins_over(w: DVec3, inverse_moments: DVec3) -> DVec3 {
     DVec3::select(inverse_moments.cmpeq(DVec3::ZERO), DVec3::ZERO, w / inverse_moments)
 }
 

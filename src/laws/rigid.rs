@@ -68,6 +68,21 @@ pub fn reference(s: &State, crowd: usize, squared: f64, inverse_mass: f64) -> Ef
     effort
 }
 
+/// Velocities of body i, after a pass and as carried ahead from it, by what its impulses make of them: freed of the rounding
+/// that updates in place have left.
+pub fn settle(s: &mut State, i: usize, motion: Motion, spin: DVec3) {
+    let off = motion.v - s.trial[i].v;
+    for motions in [&mut s.trial, &mut s.trial_before, &mut s.ahead] {
+        motions[i] = Motion { v: motions[i].v + off, ..motion };
+    }
+    let spin_off = s.trial_spin.get(i).map_or(DVec3::ZERO, |last| spin - last.0);
+    for spins in [&mut s.trial_spin, &mut s.trial_spin_before, &mut s.ahead_spin] {
+        if let Some(kept) = spins.get_mut(i) {
+            kept.0 += spin_off;
+        }
+    }
+}
+
 /// A contact as its first side sees it, the grain with the smaller index.
 #[derive(Clone, Copy, Debug)]
 pub struct Side {

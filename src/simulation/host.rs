@@ -201,13 +201,9 @@ impl<I: Inertia> Operator for Grains<I> {
     }
 }
 
-/// Whether the steps of a model can be left to the engine's own passes.
-pub(super) fn on_engine(solver: Solver, clumped: bool) -> bool {
-    match solver {
-        Solver::Jacobi | Solver::JacobiAccelerated => true,
-        Solver::ColouredAccelerated => !clumped,
-        _ => false,
-    }
+/// Whether a solver is the engine's own passes.
+pub(super) fn on_engine(solver: Solver) -> bool {
+    matches!(solver, Solver::Jacobi | Solver::JacobiAccelerated | Solver::ColouredAccelerated)
 }
 
 /// Solve the contacts that a state has met, and leave impulses and velocities in it. Times in the answer are since `began`.

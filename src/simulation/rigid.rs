@@ -114,7 +114,7 @@ impl Simulation {
         }
         self.engine.execute(&params, &[begin, meet])?;
         if let Method::ContactDynamics(relaxation) = self.assembly.solver.method
-            && !host::on_engine(relaxation.solver, self.state.sizes.clumps > 0)
+            && !host::on_engine(relaxation.solver)
         {
             let mut passes = 0;
             for round in 1.. {
