@@ -28,7 +28,7 @@ fn print(case: &Case, length: Length) {
     let measured: Vec<(&str, Vec<Figure>)> =
         case.benches().into_iter().map(|bench| (bench.name, (case.run)(bench, length))).collect();
     for (row, figure) in measured[0].1.iter().enumerate() {
-        let of = |name: &str| measured.iter().find(|(n, _)| *n == name).map(|(_, figures)| &figures[row]);
+        let of = |name: &str| measured.iter().find(|(n, _)| *n == name).and_then(|(_, figures)| figures.get(row));
         let columns = ["cpu", "gpu single", "gpu double"].map(of);
         let cell =
             |f: Option<&Figure>| f.map_or(String::new(), |f| format!("{} (± {})", number(f.found), number(f.allowed)));

@@ -11,7 +11,7 @@ struct Hue {
 
 /// A contact in the order of the colours.
 struct Turn {
-    first: u32,  // the grain with the smaller index; NONE: takes no part in this step
+    first: u32,  // the body with the smaller index; NONE: takes no part in this step
     second: u32, // the other, or bodies + w for wall w
     slot: u32,   // in the list of the first
     back: u32,   // in the list of the second; NONE for a wall
@@ -38,7 +38,7 @@ struct Brush {
 }
 
 /// A rank of contacts on which two grains agree, and that neighbours in space do not share: so that many contacts are the first
-/// of both of their grains. a and b are numbers of grains, or bodies + w for wall w.
+/// of both of their grains. a and b are numbers of bodies, or bodies + w for wall w.
 fn lot(a: u32, b: u32) -> u32 {
     var bits = (min(a, b) + 1u) * 2654435769u + (max(a, b) + 1u) * 2246822519u;
     bits = (bits ^ (bits >> 15u)) * 2246822519u;

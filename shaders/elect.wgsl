@@ -23,9 +23,9 @@ fn elect(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
             other = number[j];
         }
         let rank = lot(label, other);
-        // Of equal ranks the last, as in `propose`: both clumps have to agree.
-        let high = max(i, j);
-        let low = min(i, j);
+        // Of equal ranks the last, as in `propose`, which goes through numbers: both clumps have to agree.
+        let high = max(label, other);
+        let low = min(label, other);
         let later = high > ends.x || (high == ends.x && low > ends.y);
         if (elected == NONE || rank > best || (rank == best && later)) {
             if (elected != NONE) {

@@ -15,7 +15,8 @@ fn fallen_in(c: u32) -> Effort {
     effort.turn = metric(here, course_change(now, start), course_change(last, now));
     for (var label = first_member[c]; label < first_member[c + 1u]; label++) {
         let member = whereabouts[label];
-        trial_before[member] = member_motion(here, now, label);
+        let from_first = arm_of(q, label) - arm_of(q, first_member[c]);
+        trial_before[member] = Motion(ahead[i].v + surface_velocity(now.spin, from_first), ahead[i].inverse_mass);
         trial_spin_before[member] = now.spin;
     }
     return effort;

@@ -1,5 +1,6 @@
 // twin: src/kernels/follow.rs
-// Contact dynamics 3, coloured: velocities after all colours, and what the momentum of the next pass depends on.
+// Contact dynamics 3, coloured: velocities after all colours, and what the momentum of the next pass depends on; of
+// clumps the residual alone, and `fall_in` does the rest.
 var<storage, read_write> miss: array<Real>;           // N, (m/s)²
 
 fn followed(i: u32) -> Effort {

@@ -1,5 +1,6 @@
 // twin: src/kernels/gather.rs
-// Colours 5: velocities freed of the rounding that the updates in place have left in them.
+// Colours 5: velocities freed of the rounding that the updates in place have left in them; members of clumps hold what `recover`
+// needs for that.
 
 @compute @workgroup_size(WG)
 fn gather(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {

@@ -1,5 +1,5 @@
 // twin: src/kernels/propose.rs
-// Colours 1: every grain names the neighbour with which it would have a contact coloured next.
+// Colours 1: every body names the neighbour with which it would have a contact coloured next.
 var<storage, read_write> proposal: array<u32>; // N: as in the lists; NONE: all have their colours
 var<storage, read_write> palette: Palette;
 

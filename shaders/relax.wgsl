@@ -5,7 +5,7 @@
 fn pass_of(i: u32) -> Effort {
     let here = ahead[i];
     let spin = ahead_spin_of(i);
-    let step = 1 / relaxation.stretch;
+    let step = 1 / (relaxation.shorter * relaxation.stretch);
     var effort = Effort();
     var sum = Gathered();
     let end = slot_start[i + 1u];

@@ -10,6 +10,8 @@ fn set_out(@builtin(local_invocation_index) lane: u32) {
         next.stretch = max(relaxation.stretch, Real(1));
         next.theta = 1;
         next.best = 1e30;
+        next.lowest = 1e30;
+        next.shorter = 1;
         relaxation = next;
     }
 }

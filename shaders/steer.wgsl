@@ -1,6 +1,11 @@
 // twin: src/kernels/steer.rs
 // Contact dynamics 4: momentum of the next pass. It is Nesterov's, dropped when it carries the wrong way, when the residual has
-// risen, or when the pass shows that its step was too long.
+// risen, or when the pass shows that its step was too long. Steps that are not too long for W may be for friction: passes then go
+// in circles, and come no nearer in as many as it took to get there.
+
+/// Passes that may always go by without a smaller residual.
+const PATIENCE = 100u;
+
 @compute @workgroup_size(SUM_LANES)
 fn steer(@builtin(local_invocation_index) lane: u32) {
     let sum = total(lane);
@@ -18,7 +23,17 @@ fn steer(@builtin(local_invocation_index) lane: u32) {
         if (short) {
             next.stretch = min(1.02 * sum.work / sum.way, max(next.crowd, next.stretch));
         }
-        if (short || risen || sum.turn > 0) {
+        if (next.estimate < next.lowest) {
+            next.lowest = next.estimate;
+            next.lowest_at = next.passes;
+        }
+        let circling = next.passes > 2 * next.lowest_at + PATIENCE;
+        if (circling) {
+            next.shorter *= 2;
+            next.lowest = next.estimate;
+            next.lowest_at = next.passes;
+        }
+        if (short || circling || risen || sum.turn > 0) {
             next.theta = 1;
             next.beta = 0;
         }

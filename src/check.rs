@@ -21,7 +21,7 @@ use crate::{
         walls::touch_wall,
     },
     measure::Sample,
-    model::Precision,
+    model::{Method, Precision},
     plan::{Op, Plan},
     scene::Assembly,
     simulation::{EngineChoice, Options, Setup, Simulation},
@@ -467,13 +467,15 @@ fn spin_floor(s: &State) -> f64 {
 }
 
 /// What sums over grains at rest may differ by for a member of [`Part`]: the energy, J, that gravity gives the heaviest in a step,
-/// what global damping takes of it, W, and the contact forces that balance, N.
+/// what global damping takes of it, W, and in contact dynamics the contact forces that balance, N.
 fn part_floor(s: &State, member: usize) -> f64 {
     let lightest = s.motion.iter().map(|m| m.inverse_mass).filter(|m| *m > 0.0).fold(f64::INFINITY, f64::min);
     let kinetic = 0.5 * (s.params.gravity.length() * s.params.dt).powi(2) / lightest;
     match Part::names(3)[member] {
         "kinetic" => kinetic,
-        "net_force" => s.part.iter().map(|part| part.contact_force).fold(0.0, f64::max),
+        "net_force" if s.model.method == Method::ContactDynamics => {
+            s.part.iter().map(|part| part.contact_force).fold(0.0, f64::max)
+        }
         "dissipation" => 2.0 * s.params.damping * kinetic,
         _ => 0.0,
     }

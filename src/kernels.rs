@@ -228,7 +228,7 @@ pub static GAUGE: Stage = Stage { dispatch: Dispatch::OneGroup, ..Stage::new("ga
 pub static SET_OUT: Stage = Stage { dispatch: Dispatch::OneGroup, ..Stage::new("set_out", set_out::set_out, |_| 1) };
 /// Contact dynamics 3: a pass.
 pub static RELAX: Stage = Stage::new("relax", relax::relax, bodies);
-/// Colours of contacts 1: what every grain would have coloured next.
+/// Colours of contacts 1: what every body would have coloured next.
 pub static PROPOSE: Stage = Stage::new("propose", propose::propose, bodies);
 /// Colours of clumps: what every clump would have coloured next, of what its members would.
 pub static ELECT: Stage = Stage::new("elect", elect::elect, clumps);

@@ -271,6 +271,6 @@ fn variants(method: Method, grains: Grains) -> &'static [(bool, Gyration)] {
         (Method::DiscreteElements, Grains::Spheres) => &[(false, Dropped)],
         (Method::DiscreteElements, Grains::Clumps) => &[(false, Kept)],
         (Method::ContactDynamics, Grains::Spheres) => &[(false, Dropped), (true, Dropped)],
-        (Method::ContactDynamics, Grains::Clumps) => &[(false, Dropped), (false, Kept), (true, Dropped)],
+        (Method::ContactDynamics, Grains::Clumps) => &[(false, Dropped), (false, Kept), (true, Dropped), (true, Kept)],
     }
 }

@@ -100,11 +100,11 @@ pub fn plan(model: &Model) -> Plan {
     let (mut meet, mut probe) = (vec![Run(&MEET), Run(&SET_OUT)], vec![Run(&PROBE), Run(&GAUGE), Run(&EXTRAPOLATE)]);
     let mut relax = vec![Run(if coloured { &FOLLOW } else { &RELAX })];
     if clumped {
-        // There is no pass before, so nothing of it may be left that could spoil the first.
-        let forget = [Clear("trial_before"), Clear("trial_spin_before")];
         meet = vec![Run(&RELEASE), Run(&MEET), Run(&RESPOND_FIRST), Run(&SET_OUT)];
-        meet.extend(forget);
-        meet.push(Run(&EXTRAPOLATE));
+        if !coloured {
+            // There is no pass before, so nothing of it may be left that could spoil the first; `arrange` sees to that.
+            meet.extend([Clear("trial_before"), Clear("trial_spin_before"), Run(&EXTRAPOLATE)]);
+        }
         probe.insert(1, Run(&ECHO));
         relax.push(Run(if coloured { &FALL_IN } else { &RESPOND }));
     }

@@ -1,6 +1,6 @@
 // twin: src/laws/answer.rs
 // Contact dynamics of clumps: members hand the impulses of their contacts to their clump, which answers with its full inertia, and
-// get the velocities of its surface. So a contact sees members only, as in the discrete element method. From `release` on the
+// get the velocities of its surface. So a contact sees members only, as in the discrete element method, but for sweeps by colours. From `release` on the
 // `_next` arrays have the velocities at the end of the step if nothing touched.
 
 var<storage, read_write> mobility: array<Real>;      // slots, 1/kg: largest eigenvalue of W_kk
@@ -44,13 +44,15 @@ fn lever_of(slot: u32, i: u32, j: u32, free: Motion, there: Motion, touch: Touch
     w = plus(block_of(select(j, i, first), select(arm_to, arm, first)), 1, w);
     let across = times(w, n);
     l.normal = dot(n, across);
-    let along = across * (1 / l.normal) - n; // how much a push along n moves the point across
+    let along = across * (1 / l.normal) - n; // how a push along n moves the point across
     let tangents = plus(plus(plus(w, -1, outer(n, across)), -1, outer(across, n)), l.normal, outer(n, n));
     l.tangential = largest_eigenvalue(tangents);
-    // Stretched so that the two together are nowhere less than W, which joins them.
-    let stretch = 1 + sqrt(dot(along, along) * l.normal / l.tangential);
-    l.normal *= stretch;
-    l.tangential *= stretch;
+    // More than W has there: so much that the two are nowhere less than W, which joins them, and that friction at its limit, which
+    // answers to the normal impulse, makes it overshoot by half at most.
+    let turned_aside = sqrt(dot(along, along));
+    let joined = turned_aside * sqrt(l.normal / l.tangential);
+    l.normal *= max(1 + joined, (1 + pair_of(i, j).friction * turned_aside) / 1.5);
+    l.tangential *= 1 + joined;
     mobility[slot] = largest_eigenvalue(w);
     return l;
 }

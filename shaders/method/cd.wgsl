@@ -16,8 +16,8 @@ struct Meeting {
 struct Lever {
     own: Real,        // m, from the centre of the grain of interest to the contact point
     other: Real,      // m, from the centre of the other
-    normal: Real,     // 1/kg, W in the direction of n
-    tangential: Real, // 1/kg, W across; of clumps its largest eigenvalue there
+    normal: Real,     // 1/kg, W in the direction of n; of clumps what takes its place, see `lever_of`
+    tangential: Real, // 1/kg, W across; of clumps what takes the place of its largest eigenvalue there
 }
 
 /// The state of a step's relaxation.
@@ -29,6 +29,9 @@ struct Relaxation {
     beta: Real,      // momentum of the next pass
     estimate: Real,  // relative residual of the natural map that the last pass has met
     best: Real,      // the smallest one since the residual rose last
+    lowest: Real,    // the smallest one since steps were made shorter
+    lowest_at: u32,  // after so many passes
+    shorter: Real,   // by this factor steps are shorter than W asks for
     residual: Real,  // relative residual of the natural map, as last judged
     excess: Real,    // largest friction beyond the Coulomb limit, over the largest normal impulse, as last judged
     passes: u32,
@@ -175,8 +178,8 @@ struct Side {
     share: Real,      // 1/2 of a contact that two grains add to a sum
     n: Vec,           // away from that side
     closing: Real,     // m/s
-    normal: Real,     // 1/kg, W in the direction of n
-    tangential: Real, // 1/kg, W across
+    normal: Real,     // 1/kg, as in `Lever`
+    tangential: Real, // 1/kg
     friction: Real,
     velocity: Vec,    // m/s, of that side past the other in the contact point
 }
@@ -231,7 +234,7 @@ fn capped(v: Vec, length: Real) -> Vec {
 }
 
 /// Impulse on the first side after a pass from `impulse`: the disc update. Its fixed points are contacts that are open, stick
-/// or slip as Algorithm 1 has them; with step = 1 it is that algorithm.
+/// or slip as Algorithm 1 has them; with step = 1 it is that algorithm for spheres.
 fn relaxed(side: Side, impulse: Vec, step: Real) -> Vec {
     let pressing = -dot(impulse, side.n);
     let approach = dot(side.velocity, side.n);

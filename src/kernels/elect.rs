@@ -9,11 +9,10 @@ use rayon::prelude::*;
 
 pub fn elect(s: &mut State) {
     let rank = |label: usize| {
-        let i = s.whereabouts[label];
-        let j = s.proposal[i as usize];
-        let other = s.number.get(j as usize).copied().unwrap_or(j);
-        // Of equal ranks the last, as in `propose`: both clumps have to agree.
-        (lot(label as u32, other), i.max(j), i.min(j))
+        let j = s.proposal[s.whereabouts[label] as usize];
+        let (label, other) = (label as u32, s.number.get(j as usize).copied().unwrap_or(j));
+        // Of equal ranks the last, as in `propose`, which goes through numbers: both clumps have to agree.
+        (lot(label, other), label.max(other), label.min(other))
     };
     let losers = |c: usize| {
         let named = || labels(s, c).filter(|&label| s.proposal[s.whereabouts[label] as usize] != NONE);

@@ -1,14 +1,14 @@
 //! Twin of `shaders/fall_in.wgsl`: members get the velocities that the sweeps have given the first of them, and what the momentum of
 //! the next pass depends on.
 
-use super::respond::spread;
 use crate::{
     laws::{
-        answer::{Course, course_ahead, course_by, course_change, courses, metric_of_clump},
-        grains::clump,
+        answer::{Course, course_ahead, course_by, course_change, metric_of_clump},
+        grains::{arm_of, clump, labels},
         rigid::keep_efforts_of_clumps,
+        rotation::surface_velocity,
     },
-    state::{Effort, State},
+    state::{Effort, Motion, State},
 };
 
 pub fn fall_in(s: &mut State) {
@@ -25,5 +25,15 @@ pub fn fall_in(s: &mut State) {
         let turn = metric_of_clump(s, &here, &course_change(&now, &start), &course_change(&last, &now));
         Effort { turn, ..Effort::default() }
     });
-    spread(s, &courses(s, course_ahead), |s| (&mut s.trial_before, &mut s.trial_spin_before));
+    for c in 0..s.sizes.clumps {
+        let (q, first) = (clump(s, c).attitude, s.first_member[c] as usize);
+        let i = s.whereabouts[first] as usize;
+        let (motion, spin) = (s.ahead[i], s.ahead_spin[i]);
+        for label in labels(s, c) {
+            let from_first = arm_of(s, q, label) - arm_of(s, q, first);
+            let member = s.whereabouts[label] as usize;
+            s.trial_before[member] = Motion { v: motion.v + surface_velocity(spin.0, from_first), ..motion };
+            s.trial_spin_before[member] = spin;
+        }
+    }
 }

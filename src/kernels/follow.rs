@@ -1,4 +1,5 @@
-//! Twin of `shaders/follow.wgsl`: velocities after all colours, and what the momentum of the next pass depends on.
+//! Twin of `shaders/follow.wgsl`: velocities after all colours, and what the momentum of the next pass depends on; of
+//! clumps the residual alone, and `fall_in` does the rest.
 
 use crate::{
     laws::{dimension::spin_dot, rigid::keep_efforts, rotation::inverse_inertia},

@@ -1,4 +1,5 @@
-//! Twin of `shaders/gather.wgsl`: velocities freed of the rounding that the updates in place have left in them.
+//! Twin of `shaders/gather.wgsl`: velocities freed of the rounding that the updates in place have left in them; members of clumps
+//! hold what `recover` needs for that.
 
 use crate::{
     laws::{

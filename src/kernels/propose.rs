@@ -1,4 +1,4 @@
-//! Twin of `shaders/propose.wgsl`: every grain names the neighbour with which it would have a contact coloured next.
+//! Twin of `shaders/propose.wgsl`: every body names the neighbour with which it would have a contact coloured next.
 
 use crate::{
     laws::{colours::lot, rigid::taking_part},

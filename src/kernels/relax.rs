@@ -58,7 +58,7 @@ fn passes<T: Send>(s: &mut State, then: impl Fn(&State, usize, Gathered, Effort)
 /// Sum and moment of the impulses that grain i gets from a pass; `before` has those of the pass before from slot `begin` on, and
 /// gets those of this one.
 fn pass_of(s: &State, i: usize, before: &mut [Packed], begin: usize) -> (Gathered, Effort) {
-    let (step, beta) = (1.0 / s.relaxation[0].stretch, s.relaxation[0].beta);
+    let (step, beta) = (1.0 / (s.relaxation[0].shorter * s.relaxation[0].stretch), s.relaxation[0].beta);
     let mut effort = Effort::default();
     let mut sum = Gathered::default();
     for slot in taking_part(s, i) {

@@ -1,7 +1,11 @@
 //! Twin of `shaders/steer.wgsl`: momentum of the next pass. It is Nesterov's, dropped when it carries the wrong way, when the
-//! residual has risen, or when the pass shows that its step was too long.
+//! residual has risen, or when the pass shows that its step was too long. Steps that are not too long for W may be for friction:
+//! passes then go in circles, and come no nearer in as many as it took to get there.
 
 use crate::{laws::rigid::total, state::State};
+
+/// Passes that may always go by without a smaller residual.
+const PATIENCE: u32 = 100;
 
 pub fn steer(s: &mut State) {
     let sum = total(s);
@@ -18,7 +22,15 @@ pub fn steer(s: &mut State) {
     if short {
         next.stretch = (1.02 * sum.work / sum.way).min(next.crowd.max(next.stretch));
     }
-    if short || risen || sum.turn > 0.0 {
+    if next.estimate < next.lowest {
+        (next.lowest, next.lowest_at) = (next.estimate, next.passes);
+    }
+    let circling = next.passes > 2 * next.lowest_at + PATIENCE;
+    if circling {
+        next.shorter *= 2.0;
+        (next.lowest, next.lowest_at) = (next.estimate, next.passes);
+    }
+    if short || circling || risen || sum.turn > 0.0 {
         (next.theta, next.beta) = (1.0, 0.0);
     }
     next.best = if short || risen { next.estimate } else { next.best.min(next.estimate) };

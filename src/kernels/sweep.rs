@@ -3,7 +3,7 @@
 
 use crate::{
     laws::{
-        answer::{gripped, push, weight_of},
+        answer::{Grip, Push, gripped, pushed, weight_of},
         friction::kept_spring,
         materials::pair_of,
         rigid::{Side, natural_map, relaxed},
@@ -24,36 +24,38 @@ pub fn sweep(s: &mut State) {
     s.brush_next[0] = Brush { colours: colours + 1, contacts: end };
     let turns = contacts as usize..end as usize;
     // Contacts of a colour share no grain, so that none sees what the others do.
-    let updates: Vec<Update> = turns.clone().into_par_iter().with_min_len(LEAST).map(|k| Update::of(s, k)).collect();
-    for (k, update) in turns.zip(updates) {
-        update.apply(s, k);
+    let updates: Vec<_> = turns.clone().into_par_iter().with_min_len(LEAST).map(|k| Update::of(s, k)).collect();
+    for (k, update) in turns.zip(updates).filter_map(|(k, update)| Some((k, update?))) {
+        s.thrust_before[k] = Packed(update.next);
+        s.miss[s.turn[k].first as usize] += update.miss;
+        update.pushes.iter().flatten().for_each(|push| push.keep(s));
     }
 }
 
 /// What a contact's update changes.
 struct Update {
-    /// N s, on the first grain, and the same less what it began with.
+    /// N s, on the first grain.
     next: DVec3,
-    change: DVec3,
     /// (m/s)²
     miss: f64,
+    /// The grains; a wall has no second one.
+    pushes: [Option<Push>; 2],
 }
 
 impl Update {
-    fn of(s: &State, k: usize) -> Update {
+    fn of(s: &State, k: usize) -> Option<Update> {
         let Turn { first, second, slot, .. } = s.turn[k];
         if first == NONE {
-            return Update { next: DVec3::ZERO, change: DVec3::ZERO, miss: 0.0 };
+            return None;
         }
         let (i, j) = (first as usize, second as usize);
         let (Meeting { n, closing }, lever) = (s.turn_meeting[k], s.turn_lever[k]);
-        let velocity = |i: usize, arm: DVec3| {
-            let grip = gripped(s, i, arm);
-            grip.motion.v + surface_velocity(grip.spin, grip.arm)
-        };
-        let velocity_to = match j.checked_sub(s.sizes.bodies) {
-            None => velocity(j, -lever.other * n),
-            Some(w) => wall_velocity(&s.wall[w], s.place[i].x + lever.own * n),
+        let here = gripped(s, i, lever.own * n);
+        let there = (j < s.sizes.bodies).then(|| gripped(s, j, -lever.other * n));
+        let velocity = |grip: &Grip| grip.motion.v + surface_velocity(grip.spin, grip.arm);
+        let velocity_to = match &there {
+            Some(there) => velocity(there),
+            None => wall_velocity(&s.wall[j - s.sizes.bodies], s.place[i].x + lever.own * n),
         };
         let side = Side {
             turn: 1.0,
@@ -63,27 +65,16 @@ impl Update {
             normal: lever.normal,
             tangential: lever.tangential,
             friction: pair_of(s, i, j).friction,
-            velocity: velocity(i, lever.own * n) - velocity_to,
+            velocity: velocity(&here) - velocity_to,
         };
         let old = kept_spring(&s.thrust[k]);
         let start = old + s.relaxation[0].beta * (old - kept_spring(&s.thrust_before[k]));
         let next = relaxed(&side, start, 1.0);
-        let weight = weight_of(s, slot as usize, side.tangential);
-        Update { next, change: next - start, miss: natural_map(&side, start, weight).length_squared() }
-    }
-
-    fn apply(self, s: &mut State, k: usize) {
-        let Turn { first, second, .. } = s.turn[k];
-        if first == NONE {
-            return;
-        }
-        s.thrust_before[k] = Packed(self.next);
-        s.miss[first as usize] += self.miss;
-        let (n, lever) = (s.turn_meeting[k].n, s.turn_lever[k]);
-        let (i, j) = (first as usize, second as usize);
-        push(s, i, &gripped(s, i, lever.own * n), self.change);
-        if j < s.sizes.bodies {
-            push(s, j, &gripped(s, j, -lever.other * n), -self.change);
-        }
+        let change = next - start;
+        Some(Update {
+            next,
+            miss: natural_map(&side, start, weight_of(s, slot as usize, side.tangential)).length_squared(),
+            pushes: [Some(pushed(s, i, &here, change)), there.map(|there| pushed(s, j, &there, -change))],
+        })
     }
 }

@@ -5,6 +5,7 @@ use super::{
     contact::Gathered,
     dimension::{conjugate, moment, spin_dot, spin_squared, turned},
     grains::{Clump, arm_of, clump, gathered_by_clump, own_spin, spins_over},
+    materials::pair_of,
     rigid::{freed, freed_spin, held},
     rotation::{inverse_inertia, spin_of, surface_velocity},
 };
@@ -78,10 +79,13 @@ pub fn lever_of(s: &State, i: usize, j: usize, gap: f64, n: DVec3) -> (Lever, f6
             }
             let across = DMat3::IDENTITY - DMat3::from_cols(n * n.x, n * n.y, n * n.z);
             let (normal, tangential) = (n.dot(w * n), largest_eigenvalue(&(across * w * across)));
-            // Stretched so that the two together are nowhere less than W, which joins them.
-            let along = (w * n) / normal - n;
-            let stretch = 1.0 + (along.length_squared() * normal / tangential).sqrt();
-            (Lever { own, other, normal: stretch * normal, tangential: stretch * tangential }, largest_eigenvalue(&w))
+            // More than W has there: so much that the two are nowhere less than W, which joins them, and that friction at its
+            // limit, which answers to the normal impulse, makes it overshoot by half at most.
+            let turned_aside = ((w * n) / normal - n).length();
+            let joined = turned_aside * (normal / tangential).sqrt();
+            let more = (1.0 + joined).max((1.0 + pair_of(s, i, j).friction * turned_aside) / 1.5);
+            let lever = Lever { own, other, normal: more * normal, tangential: (1.0 + joined) * tangential };
+            (lever, largest_eigenvalue(&w))
         }
     }
 }
@@ -141,17 +145,37 @@ pub fn gripped(s: &State, i: usize, arm: DVec3) -> Grip {
     Grip { motion: s.ahead[first], spin: ahead(s, first).1, arm, lead, first }
 }
 
-/// An impulse there.
-pub fn push(s: &mut State, i: usize, grip: &Grip, impulse: DVec3) {
+/// What an impulse there makes of the velocity and the spin that stand for the grain.
+pub fn pushed(s: &State, i: usize, grip: &Grip, impulse: DVec3) -> Push {
     let inverse_mass = grip.motion.inverse_mass;
-    let torque = moment(grip.lead + grip.arm, impulse);
-    let spin = match s.model.grains {
-        Grains::Spheres => inverse_inertia(s, &s.place[i], inverse_mass) * torque,
-        Grains::Clumps => inverse_inertia_of(s, &clump(s, grain_of(s, i) as usize)) * torque,
+    let (v, spin) = match s.model.grains {
+        Grains::Spheres => {
+            let inertia = inverse_inertia(s, &s.place[i], inverse_mass);
+            (inverse_mass * impulse, inertia * moment(grip.arm, impulse))
+        }
+        Grains::Clumps => {
+            let inertia = inverse_inertia_of(s, &clump(s, grain_of(s, i) as usize));
+            let spin = inertia * moment(grip.lead + grip.arm, impulse);
+            (inverse_mass * impulse + surface_velocity(spin, grip.lead), spin)
+        }
     };
-    s.ahead[grip.first].v += inverse_mass * impulse + surface_velocity(spin, grip.lead);
-    if let Some(Spin(kept)) = s.ahead_spin.get_mut(grip.first) {
-        *kept += spin;
+    Push { first: grip.first, v: grip.motion.v + v, spin: grip.spin + spin }
+}
+
+/// Velocity and spin of a body from now on.
+#[derive(Clone, Copy, Debug)]
+pub struct Push {
+    first: usize,
+    v: DVec3,
+    spin: DVec3,
+}
+
+impl Push {
+    pub fn keep(&self, s: &mut State) {
+        s.ahead[self.first].v = self.v;
+        if let Some(spin) = s.ahead_spin.get_mut(self.first) {
+            spin.0 = self.spin;
+        }
     }
 }
 

@@ -94,7 +94,7 @@ pub struct Side {
     pub n: DVec3,
     /// m/s
     pub closing: f64,
-    /// 1/kg, W in the direction of n, and across.
+    /// 1/kg, as in [`crate::state::Lever`]: W in the direction of n, and across; of clumps more than that.
     pub normal: f64,
     pub tangential: f64,
     pub friction: f64,
@@ -150,7 +150,7 @@ fn capped(v: DVec3, length: f64) -> DVec3 {
 }
 
 /// Impulse on the first side after a pass from `impulse`: the disc update. Its fixed points are contacts that are open,
-/// stick or slip as Algorithm 1 has them; with `step` = 1 it is that algorithm.
+/// stick or slip as Algorithm 1 has them; with `step` = 1 it is that algorithm for spheres.
 pub fn relaxed(side: &Side, impulse: DVec3, step: f64) -> DVec3 {
     let pressing = -impulse.dot(side.n);
     let approach = side.velocity.dot(side.n);
