@@ -411,7 +411,7 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
         ("sweep", "miss") => {
             let v = twin.ahead.iter().map(|m| m.v.length()).fold(0.0, f64::max);
             let left = twin.miss.iter().copied().fold(0.0, f64::max).sqrt();
-            v * left.max(64.0 * epsilon(twin.model.precision) * v)
+            2.0 * v * left.max(64.0 * epsilon(twin.model.precision) * v)
         }
         (
             "respond_first" | "respond" | "echo" | "recover" | "displace_clumps",
