@@ -39,7 +39,7 @@ pub fn free_body(bench: Bench, length: Length) -> Vec<Figure> {
     // f32: velocities walk at random by roundings of 6e-8, 2e-4 in 10^7 steps.
     let walk = 2.0 * 6e-8 * (steps as f64).sqrt();
     vec![
-        Figure::zero("|q| − 1", bench.pick(1e-14, 1e-9), norm),
+        Figure::zero("length of q less 1", bench.pick(1e-14, 1e-9), norm),
         Figure::zero("energy", bench.pick(1e-6, walk), energies),
         Figure::zero("length of the angular momentum", bench.pick(1e-6, walk), lengths),
         Figure::zero("its direction, rad", bench.pick(1e-6, walk), directions),
