@@ -1,7 +1,7 @@
 // twin: src/kernels/steer.rs
 // Contact dynamics 4: momentum of the next pass. It is Nesterov's, dropped when it carries the wrong way, when the residual has
 // risen, or when the pass shows that its step was too long. Steps that are not too long for W may be for friction: passes then go
-// in circles, and come no nearer in as many as it took to get there.
+// in circles, and come no nearer in as many as it took to get there. (By colours there are no such steps, and no sums of `work` and `way`.)
 
 /// Passes that may always go by without a smaller residual.
 const PATIENCE = 100u;
@@ -17,8 +17,9 @@ fn steer(@builtin(local_invocation_index) lane: u32) {
         let squared = theta * theta;
         next.theta = 0.5 * (theta * sqrt(squared + 4) - squared);
         next.beta = min(theta * (1 - theta) / (squared + next.theta), params.momentum);
-        // Below the tolerance, velocities may change by rounding alone.
-        let short = sum.work > next.stretch * sum.way && next.estimate > 0.1 * params.tolerance;
+        // Below the tolerance, velocities may change by rounding alone, and by less the shorter the step.
+        let beyond_rounding = next.estimate > 0.1 * params.tolerance * next.shorter;
+        let short = sum.work > next.stretch * sum.way && beyond_rounding;
         let risen = next.estimate > 1.5 * next.best;
         if (short) {
             next.stretch = min(1.02 * sum.work / sum.way, max(next.crowd, next.stretch));
@@ -27,7 +28,7 @@ fn steer(@builtin(local_invocation_index) lane: u32) {
             next.lowest = next.estimate;
             next.lowest_at = next.passes;
         }
-        let circling = next.passes > 2 * next.lowest_at + PATIENCE;
+        let circling = sum.way > 0 && next.passes > 2 * next.lowest_at + PATIENCE;
         if (circling) {
             next.shorter *= 2;
             next.lowest = next.estimate;
