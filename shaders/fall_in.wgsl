@@ -13,9 +13,10 @@ fn fallen_in(c: u32) -> Effort {
     let start = Course(last.v + relaxation.beta * way.v, last.spin + relaxation.beta * way.spin);
     var effort = Effort();
     effort.turn = metric(here, course_change(now, start), course_change(last, now));
+    let lead = arm_of(q, first_member[c]);
     for (var label = first_member[c]; label < first_member[c + 1u]; label++) {
         let member = whereabouts[label];
-        let from_first = arm_of(q, label) - arm_of(q, first_member[c]);
+        let from_first = arm_of(q, label) - lead;
         trial_before[member] = Motion(ahead[i].v + surface_velocity(now.spin, from_first), ahead[i].inverse_mass);
         trial_spin_before[member] = now.spin;
     }

@@ -1,7 +1,7 @@
 // twin: src/laws/answer.rs
 // Contact dynamics of clumps: members hand the impulses of their contacts to their clump, which answers with its full inertia, and
-// get the velocities of its surface. So a contact sees members only, as in the discrete element method, but for sweeps by colours. From `release` on the
-// `_next` arrays have the velocities at the end of the step if nothing touched.
+// get the velocities of its surface. So a contact sees members only, as in the discrete element method, but for sweeps by colours.
+// From `release` on the `_next` arrays have the velocities at the end of the step if nothing touched.
 
 var<storage, read_write> mobility: array<Real>;      // slots, 1/kg: largest eigenvalue of W_kk
 var<storage, read_write> response: array<Motion>;    // N, m/s, 1/kg: what members get from their clumps
@@ -91,6 +91,7 @@ struct Grip {
     lead: Vec,      // m, from the clump's centre to the first member's
     first: u32,     // index of the first member
     clump: u32,
+    attitude: Attitude,
 }
 
 /// Body i with the velocities that sweeps have left it, at the end of an arm from its centre.
@@ -100,14 +101,12 @@ fn gripped(i: u32, arm: Vec) -> Grip {
     let q = attitude[c] + attitude_residue_of(c);
     let first = whereabouts[first_member[c]];
     let lead = arm_of(q, first_member[c]);
-    return Grip(ahead[first], ahead_spin[first], (arm_of(q, label) + arm) - lead, lead, first, c);
+    return Grip(ahead[first], ahead_spin[first], (arm_of(q, label) + arm) - lead, lead, first, c, q);
 }
 
 /// An impulse there.
 fn push(i: u32, grip: Grip, impulse: Vec) {
-    let c = grip.clump;
-    let q = attitude[c] + attitude_residue_of(c);
-    let spin = spin_from(q, inverse_moments[c], moment(grip.lead + grip.arm, impulse));
+    let spin = spin_from(grip.attitude, inverse_moments[grip.clump], moment(grip.lead + grip.arm, impulse));
     let v = grip.motion.inverse_mass * impulse + surface_velocity(spin, grip.lead);
     ahead[grip.first] = Motion(grip.motion.v + v, grip.motion.inverse_mass);
     ahead_spin[grip.first] = grip.spin + spin;

@@ -28,9 +28,9 @@ pub fn fall_in(s: &mut State) {
     for c in 0..s.sizes.clumps {
         let (q, first) = (clump(s, c).attitude, s.first_member[c] as usize);
         let i = s.whereabouts[first] as usize;
-        let (motion, spin) = (s.ahead[i], s.ahead_spin[i]);
+        let (motion, spin, lead) = (s.ahead[i], s.ahead_spin[i], arm_of(s, q, first));
         for label in labels(s, c) {
-            let from_first = arm_of(s, q, label) - arm_of(s, q, first);
+            let from_first = arm_of(s, q, label) - lead;
             let member = s.whereabouts[label] as usize;
             s.trial_before[member] = Motion { v: motion.v + surface_velocity(spin.0, from_first), ..motion };
             s.trial_spin_before[member] = spin;
