@@ -5,27 +5,24 @@
 //! So every row of the report is the rounding of one stage, not the drift of a trajectory.
 
 use crate::{
+    body::grains::{member_ids, same_grain},
+    contact::{
+        geometry::{branch_vector, sphere_separation},
+        materials::pair_of,
+        normal::normal_force,
+    },
     engine::{Engine, Gpu, cpu::apply},
     error::{Error, Result},
     gpu::Device,
-    kernels::Stage,
-    laws::{
-        boundary::between,
-        contact::way_to,
-        grains::{labels, same_grain},
-        grid::for_candidates,
-        materials::pair_of,
-        normal::normal_force,
-        precision::residue_of,
-        touch::touch_grain,
-        walls::touch_wall,
-    },
     measure::Sample,
     model::{Method, Precision},
+    neighbours::grid::for_candidates,
     plan::{Op, Plan},
     scene::Assembly,
     simulation::{EngineChoice, Options, Setup, Simulation},
-    state::{ARRAYS, Effort, Element, INDEX, Length, Motion, NONE, Part, State, Wall},
+    space::{boundary::nearest_image, precision::position_low_of, walls::wall_separation},
+    stage::Stage,
+    state::{ARRAYS, Element, INDEX, Length, NONE, PartialSums, ResidualSums, State, Velocity, Wall},
 };
 use glam::DVec3;
 use serde::Serialize;
@@ -85,7 +82,7 @@ pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64) -> R
     let present: Vec<&'static str> = ARRAYS.iter().filter(|a| (a.needed)(simulation.model())).map(|a| a.name).collect();
     let mut state = simulation.read(&present)?.clone();
     if simulation.step() == 0 {
-        state.params.since = 0.0;
+        state.params.history_dt = 0.0;
     }
     let plan = Setup::new(assembly, &options)?.plan;
     // The device's parameters are rounded to its precision; the twin must be asked about the same ones.
@@ -113,15 +110,15 @@ pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64) -> R
         checker.run(&plan.seed)?;
         (0..PASSES).try_for_each(|_| checker.run(&plan.probe))?;
         checker.run(&plan.meet)?;
-        checker.colour(&plan)?;
+        checker.color(&plan)?;
         for _ in 0..PASSES {
-            let colours = checker.state.palette.first().map_or(0, |palette| palette.colours);
-            (0..colours).try_for_each(|_| checker.run(&plan.sweep))?;
+            let colors = checker.state.coloring_state.first().map_or(0, |coloring_state| coloring_state.colors);
+            (0..colors).try_for_each(|_| checker.run(&plan.sweep))?;
             checker.run(&plan.relax)?;
         }
         checker.run(&plan.judge)?;
         checker.run(&plan.step)?;
-        checker.state.params.since = checker.state.params.dt;
+        checker.state.params.history_dt = checker.state.params.dt;
     }
     checker.run(&plan.survey)?;
     let Checker { rows, contacts, .. } = checker;
@@ -165,25 +162,25 @@ impl Checker<'_> {
         ops.iter().try_for_each(|op| self.op(op))
     }
 
-    /// Colours for all contacts, if contacts are updated by colours.
-    fn colour(&mut self, plan: &Plan) -> Result<()> {
+    /// Colors for all contacts, if contacts are updated by colours.
+    fn color(&mut self, plan: &Plan) -> Result<()> {
         self.run(&plan.bleach)?;
-        let mut coloured = 0;
-        while !plan.colour.is_empty() {
-            self.run(&plan.colour)?;
-            self.run(&plan.colour[..1])?;
-            let palette = self.state.palette[0];
-            if self.state.sizes.make_room(&palette) {
-                for array in ARRAYS.iter().filter(|a| matches!(a.length, Length::Contacts | Length::Colours)) {
+        let mut colored = 0;
+        while !plan.color.is_empty() {
+            self.run(&plan.color)?;
+            self.run(&plan.color[..1])?;
+            let coloring_state = self.state.coloring_state[0];
+            if self.state.sizes.make_room(&coloring_state) {
+                for array in ARRAYS.iter().filter(|a| matches!(a.length, Length::Contacts | Length::Colors)) {
                     self.grow(&[array.name], self.state.sizes.of(array.length))?;
                 }
                 self.run(&plan.bleach)?;
-            } else if palette.uncoloured == 0 {
+            } else if coloring_state.uncolored == 0 {
                 break;
-            } else if palette.contacts == coloured {
+            } else if coloring_state.contacts == colored {
                 return Err(Error::Device("the contacts cannot be coloured".to_owned()));
             }
-            coloured = palette.contacts;
+            colored = coloring_state.contacts;
         }
         self.run(&plan.arrange)
     }
@@ -193,11 +190,11 @@ impl Checker<'_> {
         // Arrays may have to grow; a check that runs out of slots would compare two refusals.
         let bodies = self.state.sizes.bodies;
         match op {
-            Op::Run(stage) if stage.name == "neighbours" => {
-                let lists = ARRAYS.iter().filter(|a| a.length == Length::Slots).map(|a| a.name).collect::<Vec<_>>();
-                self.grow(&lists, self.state.slot_start[bodies] as usize)?;
+            Op::Run(stage) if stage.name == "fill_neighbours" => {
+                let lists = ARRAYS.iter().filter(|a| a.length == Length::Entries).map(|a| a.name).collect::<Vec<_>>();
+                self.grow(&lists, self.state.list_start[bodies] as usize)?;
             }
-            Op::Run(stage) if stage.name == "remember" => {
+            Op::Run(stage) if stage.name == "history_store" => {
                 self.grow(&["history_other", "history_spring"], self.state.history_start[bodies] as usize)?;
             }
             _ => {}
@@ -208,9 +205,11 @@ impl Checker<'_> {
             return Ok(());
         };
         let undecided = match stage.name {
-            "advance" | "forces" | "synchronise" | "measure" | "load" => undecided(self.state, self.precision),
+            "advance" | "contact_forces" | "synchronise" | "measure" | "member_forces" => {
+                undecided(self.state, self.precision)
+            }
             "synchronise_clumps" | "measure_clumps" => undecided_clumps(self.state, self.precision),
-            "count" | "neighbours" => at_the_reach(self.state, self.precision),
+            "count_neighbours" | "fill_neighbours" => at_the_reach(self.state, self.precision),
             _ => Vec::new(),
         };
         let overlap = deepest(self.state);
@@ -228,7 +227,7 @@ impl Checker<'_> {
         }
         if stage.name == "measure" {
             let bodies = self.state.sizes.bodies;
-            self.contacts = self.contacts.max(Sample::new(0, 0.0, bodies, &self.state.part).contacts);
+            self.contacts = self.contacts.max(Sample::new(0, 0.0, bodies, &self.state.partial_sums).contacts);
         }
         Ok(())
     }
@@ -249,13 +248,21 @@ impl Checker<'_> {
         let epsilon = epsilon(self.precision);
         match (stage.name, array) {
             (
-                "advance" | "load" | "forces" | "synchronise" | "synchronise_clumps" | "measure" | "measure_clumps",
+                "advance" | "member_forces" | "contact_forces" | "synchronise" | "synchronise_clumps" | "measure"
+                | "measure_clumps",
                 _,
             ) if overlap > 0.0 && self.precision == Precision::Double => 16.0 * epsilon * (1.0 / overlap).max(1.0),
             // Sums of small differences, some of either sign.
-            ("relax" | "follow" | "fall_in" | "judge" | "probe" | "respond_first" | "respond", "effort") => {
-                1e4 * epsilon
-            }
+            (
+                "jacobi_pass"
+                | "after_sweep"
+                | "sync_members"
+                | "residual"
+                | "power_iteration_pass"
+                | "clump_response_first"
+                | "clump_response",
+                "residual_sums",
+            ) => 1e4 * epsilon,
             _ => 64.0 * epsilon,
         }
     }
@@ -284,18 +291,18 @@ struct Entry {
 
 /// The list entries of grain i.
 fn entries(s: &State, i: usize) -> impl Iterator<Item = Entry> {
-    let slots = s.slot_start[i] as usize..(s.slot_start[i + 1] as usize).min(s.neighbour.len());
+    let entries = s.list_start[i] as usize..(s.list_start[i + 1] as usize).min(s.neighbour.len());
     let bodies = s.sizes.bodies;
-    let here = &s.place[i];
-    let entries = s.neighbour[slots.start.min(slots.end)..slots.end].iter().take_while(|entry| **entry != NONE);
+    let here = &s.position[i];
+    let entries = s.neighbour[entries.start.min(entries.end)..entries.end].iter().take_while(|entry| **entry != NONE);
     entries.map(|entry| (entry & INDEX) as usize).filter(move |j| *j < bodies + s.sizes.walls).map(move |j| {
         let (gap, size) = if j < bodies {
-            let there = &s.place[j];
-            let rest = residue_of(s, i).radius + residue_of(s, j).radius;
-            let touch = touch_grain(way_to(s, i, j), here.radius, there.radius, rest);
+            let there = &s.position[j];
+            let rest = position_low_of(s, i).radius + position_low_of(s, j).radius;
+            let touch = sphere_separation(branch_vector(s, i, j), here.radius, there.radius, rest);
             (touch.gap, here.radius + there.radius)
         } else {
-            (touch_wall(&s.wall[j - bodies], here, residue_of(s, i)).gap, here.radius)
+            (wall_separation(&s.wall[j - bodies], here, position_low_of(s, i)).gap, here.radius)
         };
         Entry { overlap: -gap / size, force: normal_force(&pair_of(s, i, j), gap.min(0.0)) }
     })
@@ -311,7 +318,7 @@ fn undecided(s: &State, precision: Precision) -> Vec<bool> {
 /// Clumps with such a member.
 fn undecided_clumps(s: &State, precision: Precision) -> Vec<bool> {
     let members = undecided(s, precision);
-    (0..s.sizes.clumps).map(|c| labels(s, c).any(|label| members[s.whereabouts[label] as usize])).collect()
+    (0..s.sizes.clumps).map(|c| member_ids(s, c).any(|member_id| members[s.index_of_id[member_id] as usize])).collect()
 }
 
 /// Grains with a neighbour so close to the reach of the lists that rounding decides whether it is listed.
@@ -319,20 +326,20 @@ fn at_the_reach(s: &State, precision: Precision) -> Vec<bool> {
     let rounding = 16.0 * epsilon(precision);
     let margin = s.params.margin;
     let grain = |i: usize, j: usize| {
-        let reach = s.place[i].radius + s.place[j].radius + margin + s.params.blur;
-        let distance = between(s, s.place[i].x, s.place[j].x, DVec3::ZERO).x.length();
-        let slack = 1e-5 * s.place[i].radius;
+        let reach = s.position[i].radius + s.position[j].radius + margin + s.params.position_slack;
+        let distance = nearest_image(s, s.position[i].x, s.position[j].x, DVec3::ZERO).x.length();
+        let slack = 1e-5 * s.position[i].radius;
         [0.0, slack].iter().any(|more| (distance - (reach + more)).abs() < rounding * reach)
     };
     let wall = |i: usize, wall: &Wall| {
-        let here = &s.place[i];
-        let gap = touch_wall(wall, here, residue_of(s, i)).gap;
+        let here = &s.position[i];
+        let gap = wall_separation(wall, here, position_low_of(s, i)).gap;
         let scale = (here.x - wall.point).length() + here.radius;
         [1.0, 2.0].iter().any(|reach| (gap - reach * margin).abs() < rounding * scale)
     };
     let near = |i: usize| {
         let mut near = false;
-        for_candidates(s, s.place[i].x, |j| near |= !same_grain(s, i, j) && grain(i, j));
+        for_candidates(s, s.position[i].x, |j| near |= !same_grain(s, i, j) && grain(i, j));
         near
     };
     (0..s.sizes.bodies).map(|i| near(i) || s.wall[..s.sizes.walls].iter().any(|w| wall(i, w))).collect()
@@ -352,11 +359,11 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
         lanes
     };
     match array {
-        "residue_next" => return positions(twin, device, undecided),
-        "attitude_next" if twin.model.precision == Precision::Single => return attitudes(twin, device),
-        "rounds" => return rounds(twin, device),
-        "center_residue_next" => return centers(twin, device),
-        "attitude_residue_next" => return attitudes(twin, device),
+        "position_low_next" => return positions(twin, device, undecided),
+        "orientation_next" if twin.model.precision == Precision::Single => return attitudes(twin, device),
+        "rotation_iterations" => return rounds(twin, device),
+        "center_low_next" => return centers(twin, device),
+        "orientation_low_next" => return attitudes(twin, device),
         _ => {}
     }
     let (mut a, mut b) = (lanes(twin), lanes(device));
@@ -370,17 +377,16 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
     let width = a.len() / twin.column(array).len().max(1);
     let masked = |k: usize| match (stage.name, array) {
         (
-            "advance" | "forces" | "synchronise",
-            "force" | "torque" | "motion_next" | "spin_next" | "place_next" | "travel",
+            "advance" | "contact_forces" | "synchronise",
+            "force" | "torque" | "velocity_next" | "spin_next" | "position_next" | "displacement",
         ) => undecided[k / width],
-        ("count", "slot_start") => undecided.get(k).is_some_and(|u| *u),
-        ("load", "pull" | "twist") | ("synchronise_clumps", "clump_motion_next" | "clump_spin_next") => {
-            undecided[k / width]
-        }
-        ("synchronise_clumps", _) => undecided[twin.owner[twin.number[k / width] as usize] as usize],
-        ("measure_clumps", _) => (k / width..undecided.len()).step_by(crate::state::PARTS).any(|c| undecided[c]),
-        ("advance" | "load" | "neighbours", "spring" | "neighbour") => undecided[owner(twin, k / width)],
-        ("measure", _) => (k / width..undecided.len()).step_by(crate::state::PARTS).any(|i| undecided[i]),
+        ("count_neighbours", "list_start") => undecided.get(k).is_some_and(|u| *u),
+        ("member_forces", "member_force" | "member_torque")
+        | ("synchronise_clumps", "clump_velocity_next" | "clump_spin_next") => undecided[k / width],
+        ("synchronise_clumps", _) => undecided[twin.clump_of_id[twin.id[k / width] as usize] as usize],
+        ("measure_clumps", _) => (k / width..undecided.len()).step_by(crate::state::PARTIAL_SUMS).any(|c| undecided[c]),
+        ("advance" | "member_forces" | "fill_neighbours", "spring" | "neighbour") => undecided[owner(twin, k / width)],
+        ("measure", _) => (k / width..undecided.len()).step_by(crate::state::PARTIAL_SUMS).any(|i| undecided[i]),
         _ => false,
     };
     let integer = twin.column(array).integer();
@@ -392,9 +398,9 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
     // many times a grain's weight balance to it.
     let contact_force = || (0..twin.sizes.bodies).flat_map(|i| entries(twin, i)).map(|e| e.force).fold(0.0, f64::max);
     let floor = match (stage.name, array) {
-        ("advance" | "load" | "forces", "force" | "spring" | "pull") => contact_force(),
-        ("load" | "forces", "torque" | "twist") => {
-            contact_force() * twin.place.iter().map(|p| p.radius).fold(0.0, f64::max)
+        ("advance" | "member_forces" | "contact_forces", "force" | "spring" | "member_force") => contact_force(),
+        ("member_forces" | "contact_forces", "torque" | "member_torque") => {
+            contact_force() * twin.position.iter().map(|p| p.radius).fold(0.0, f64::max)
         }
         // A residue is what is left of a step when whole quanta are taken off.
         ("move_walls", "wall") => {
@@ -402,20 +408,20 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
             twin.wall.iter().map(step).fold(twin.params.quantum, f64::max)
         }
         // Grains that start from rest are at rest again when half a step is taken back.
-        ("synchronise" | "synchronise_clumps", "motion_next" | "clump_motion_next") => {
+        ("synchronise" | "synchronise_clumps", "velocity_next" | "clump_velocity_next") => {
             twin.params.dt * twin.params.gravity.length()
         }
-        // Friction at the Coulomb limit is beyond it by rounding.
-        ("judge", "effort") => twin.effort.iter().map(|e| e.pressing).fold(0.0, f64::max),
+        // Tangential at the Coulomb limit is beyond it by rounding.
+        ("residual", "residual_sums") => twin.residual_sums.iter().map(|e| e.pressing).fold(0.0, f64::max),
         // Squares of what is left where velocities cancel: d(x²) = 2 x dx, and dx is a rounding of velocities.
-        ("sweep", "miss") => {
-            let v = twin.ahead.iter().map(|m| m.v.length()).fold(0.0, f64::max);
-            let left = twin.miss.iter().copied().fold(0.0, f64::max).sqrt();
+        ("gauss_seidel_pass", "pass_residual") => {
+            let v = twin.extrapolated_velocity.iter().map(|m| m.v.length()).fold(0.0, f64::max);
+            let left = twin.pass_residual.iter().copied().fold(0.0, f64::max).sqrt();
             2.0 * v * left.max(64.0 * epsilon(twin.model.precision) * v)
         }
         (
-            "respond_first" | "respond" | "echo" | "recover" | "displace_clumps",
-            "trial_spin" | "trial_spin_before" | "ahead_spin" | "clump_spin_next",
+            "clump_response_first" | "clump_response" | "power_iteration_clumps" | "refresh_members" | "move_clumps",
+            "pass_spin" | "pass_spin_before" | "extrapolated_spin" | "clump_spin_next",
         ) => spin_floor(twin),
         _ => 0.0,
     };
@@ -423,8 +429,8 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
     let mut result = (0.0_f64, 0.0_f64);
     for (member, members) in member_lanes(twin, array, width).into_iter().enumerate() {
         let floor = match array {
-            "part" => floor.max(part_floor(twin, member)),
-            "effort" => floor.max(effort_floor(twin, Effort::names(3)[member])),
+            "partial_sums" => floor.max(part_floor(twin, member)),
+            "residual_sums" => floor.max(effort_floor(twin, ResidualSums::names(3)[member])),
             _ => floor,
         };
         let (mut worst, mut largest, mut squares, mut scale) = (0.0_f64, floor, 0.0, 0.0);
@@ -444,13 +450,15 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
     result
 }
 
-/// What sums over contacts that are solved may differ by for a member of [`Effort`]: the square of the rounding of velocities,
+/// What sums over contacts that are solved may differ by for a member of [`ResidualSums`]: the square of the rounding of velocities,
 /// (m/s)², and the energy of that, J.
 fn effort_floor(s: &State, member: &str) -> f64 {
-    let squares = |of: fn(&Motion) -> f64| s.ahead.iter().map(of).fold(0.0, f64::max) * epsilon(s.model.precision);
+    let squares = |of: fn(&Velocity) -> f64| {
+        s.extrapolated_velocity.iter().map(of).fold(0.0, f64::max) * epsilon(s.model.precision)
+    };
     match member {
         "residual" => squares(|m| m.v.length_squared()),
-        "turn" | "work" | "way" => {
+        "colored_contact" | "curvature" | "step_squared" => {
             squares(|m| if m.inverse_mass == 0.0 { 0.0 } else { m.v.length_squared() / m.inverse_mass })
         }
         _ => 0.0,
@@ -459,22 +467,23 @@ fn effort_floor(s: &State, member: &str) -> f64 {
 
 /// Spins of clumps are sums of what single members give them, and these may nearly cancel: the largest of them, rad/s.
 fn spin_floor(s: &State) -> f64 {
-    let of_member = |label: usize| {
-        let (i, c) = (s.whereabouts[label] as usize, s.owner[label] as usize);
-        s.inverse_moments[c].0.max_element() * (s.offset[label].0.length() * s.pull[i].length() + s.twist[i].0.length())
+    let of_member = |member_id: usize| {
+        let (i, c) = (s.index_of_id[member_id] as usize, s.clump_of_id[member_id] as usize);
+        s.inverse_moments[c].0.max_element()
+            * (s.member_offset[member_id].0.length() * s.member_force[i].length() + s.member_torque[i].0.length())
     };
     (0..s.sizes.bodies).map(of_member).fold(0.0, f64::max)
 }
 
-/// What sums over grains at rest may differ by for a member of [`Part`]: the energy, J, that gravity gives the heaviest in a step,
+/// What sums over grains at rest may differ by for a member of [`PartialSums`]: the energy, J, that gravity gives the heaviest in a step,
 /// what global damping takes of it, W, and in contact dynamics the contact forces that balance, N.
 fn part_floor(s: &State, member: usize) -> f64 {
-    let lightest = s.motion.iter().map(|m| m.inverse_mass).filter(|m| *m > 0.0).fold(f64::INFINITY, f64::min);
+    let lightest = s.velocity.iter().map(|m| m.inverse_mass).filter(|m| *m > 0.0).fold(f64::INFINITY, f64::min);
     let kinetic = 0.5 * (s.params.gravity.length() * s.params.dt).powi(2) / lightest;
-    match Part::names(3)[member] {
+    match PartialSums::names(3)[member] {
         "kinetic" => kinetic,
         "net_force" if s.model.method == Method::ContactDynamics => {
-            s.part.iter().map(|part| part.contact_force).fold(0.0, f64::max)
+            s.partial_sums.iter().map(|part| part.contact_force).fold(0.0, f64::max)
         }
         "dissipation" => 2.0 * s.params.damping * kinetic,
         _ => 0.0,
@@ -487,7 +496,7 @@ fn member_lanes(s: &State, array: &str, width: usize) -> Vec<std::ops::Range<usi
     if names.is_empty() || names.starts_with(&["x", "y"]) {
         return std::iter::once(0..width).collect();
     }
-    let vectors = ["x", "v", "point", "residue", "normal", "velocity"];
+    let vectors = ["x", "v", "point", "position_low", "normal", "velocity"];
     let mut at = 0;
     names
         .iter()
@@ -500,8 +509,8 @@ fn member_lanes(s: &State, array: &str, width: usize) -> Vec<std::ops::Range<usi
 }
 
 /// The grain a slot belongs to.
-fn owner(s: &State, slot: usize) -> usize {
-    s.slot_start[..s.sizes.bodies].partition_point(|begin| *begin as usize <= slot).saturating_sub(1)
+fn owner(s: &State, entry: usize) -> usize {
+    s.list_start[..s.sizes.bodies].partition_point(|begin| *begin as usize <= entry).saturating_sub(1)
 }
 
 /// Flags must agree; the drift is a number behind its bits.
@@ -517,30 +526,30 @@ fn counters(a: &[f64], b: &[f64]) -> (f64, f64) {
 /// Positions with their residues: the difference over the largest displacement of this step, which is what must not be
 /// lost. (Either part alone may differ by a whole unit in the last place of the position.)
 fn positions(twin: &State, device: &State, undecided: &[bool]) -> (f64, f64) {
-    let way = twin.motion_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * twin.params.dt;
+    let way = twin.velocity_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * twin.params.dt;
     // Members of clumps are put at the ends of arms, anew in every step, with 34 bits of the longest of these.
-    let arm = twin.offset.iter().map(|arm| arm.0.length()).fold(0.0, f64::max);
+    let arm = twin.member_offset.iter().map(|arm| arm.0.length()).fold(0.0, f64::max);
     let largest = way.max(arm * 2f64.powi(-15)).max(twin.params.quantum / 64.0);
     let decided = (0..twin.sizes.bodies).filter(|i| !undecided.get(*i).is_some_and(|u| *u));
     let difference = |i: usize| {
-        let rest = twin.residue_next[i].x - device.residue_next[i].x;
-        ((twin.place_next[i].x - device.place_next[i].x) + rest).abs().max_element()
+        let rest = twin.position_low_next[i].x - device.position_low_next[i].x;
+        ((twin.position_next[i].x - device.position_next[i].x) + rest).abs().max_element()
     };
     worst_and_rms(decided.map(difference), largest)
 }
 
 /// Rounding may make a round more or less.
 fn rounds(twin: &State, device: &State) -> (f64, f64) {
-    let (a, b) = (twin.rounds[0], device.rounds[0]);
+    let (a, b) = (twin.rotation_iterations[0], device.rotation_iterations[0]);
     let different = a.most.abs_diff(b.most) > 1 || a.capped != b.capped;
     (f64::from(u8::from(different)), 0.0)
 }
 
 /// The same for the centres of clumps.
 fn centers(twin: &State, device: &State) -> (f64, f64) {
-    let largest = twin.clump_motion_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * twin.params.dt;
+    let largest = twin.clump_velocity_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * twin.params.dt;
     let difference = |c: usize| {
-        let rest = twin.center_residue_next[c] - device.center_residue_next[c];
+        let rest = twin.center_low_next[c] - device.center_low_next[c];
         ((twin.center_next[c] - device.center_next[c]) + rest).abs().max_element()
     };
     worst_and_rms((0..twin.sizes.clumps).map(difference), largest.max(twin.params.quantum / 64.0))
@@ -550,8 +559,8 @@ fn centers(twin: &State, device: &State) -> (f64, f64) {
 fn attitudes(twin: &State, device: &State) -> (f64, f64) {
     let largest = twin.clump_spin_next.iter().map(|w| w.0.abs().max_element()).fold(0.0, f64::max);
     let difference = |c: usize| {
-        let rest = twin.attitude_residue_next[c].0 - device.attitude_residue_next[c].0;
-        ((twin.attitude_next[c].0 - device.attitude_next[c].0) + rest).abs().max_element()
+        let rest = twin.orientation_low_next[c].0 - device.orientation_low_next[c].0;
+        ((twin.orientation_next[c].0 - device.orientation_next[c].0) + rest).abs().max_element()
     };
     // At rest, some units in the last place of the residues are what their lengths are corrected by.
     worst_and_rms((0..twin.sizes.clumps).map(difference), (0.5 * largest * twin.params.dt).max(2f64.powi(-16)))

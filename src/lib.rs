@@ -43,29 +43,34 @@
 //! # How it is built
 //!
 //! A scene implies a [`Model`](model::Model): one choice per slot, and nothing that the scene does not need. The model
-//! gives a [`Plan`](plan::Plan), the [stages](kernels::Stage) of a step in order; every stage is a WGSL kernel beside an
+//! gives a [`Plan`](plan::Plan), the [stages](stage::Stage) of a step in order; every stage is a WGSL kernel beside an
 //! f64 twin. An [`Engine`](engine::Engine) runs the plan on a [`State`](state::State), arrays by name. Equation numbers
 //! like (2.19) and errata like E7 in the documentation of laws and kernels are those of the theory the project
 //! implements: the classic discrete element method of Cundall and Strack, in the sign conventions given there
-//! ([`laws`]). `ARCHITECTURE.md` says what to touch to add a law, a kernel or a scene key.
+//! ([`contact`]). `ARCHITECTURE.md` says what to touch to add a law, a kernel or a scene key.
 
 pub mod bench;
-pub mod cd;
+pub mod body;
 pub mod check;
+pub mod contact;
+pub mod dem;
 pub mod engine;
 pub mod error;
 pub mod gpu;
 pub mod io;
-pub mod kernels;
-pub mod laws;
 pub mod measure;
 pub mod memory;
 pub mod model;
+pub mod neighbours;
+pub mod nscd;
 pub mod plan;
 pub mod render;
 pub mod scene;
 pub mod shaders;
 pub mod simulation;
+pub mod solve;
+pub mod space;
+pub mod stage;
 pub mod state;
 pub mod time_step;
 

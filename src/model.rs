@@ -2,8 +2,8 @@
 //! arrays exist; nothing the scene does not need is modelled, allocated or computed.
 
 use crate::{
-    cd::Solver,
     scene::{Assembly, Dashpot as DashpotLaw, Method as Solve},
+    solve::Solver,
 };
 
 /// Declares a slot: an enum whose variants are the files of one folder of `shaders/`.
@@ -32,25 +32,25 @@ macro_rules! slot {
 
 slot!(
     /// Width of `Real` on the device; single precision owns the residues of the positions. The CPU engine computes in f64 whatever stands here.
-    Precision in "precision" { Single = "single", Double = "double" }
+    Precision in "space/precision" { Single = "single", Double = "double" }
 );
 impl Precision {
     /// The file that says what `Real` is, relative to `shaders/`: all that kernels which know no positions need.
     pub fn scalar_file(self) -> &'static str {
         match self {
-            Precision::Single => "scalar/single.wgsl",
-            Precision::Double => "scalar/double.wgsl",
+            Precision::Single => "space/scalar/single.wgsl",
+            Precision::Double => "space/scalar/double.wgsl",
         }
     }
 }
 
 slot!(
     /// Disks in a plane or spheres in space.
-    Dimension in "dimension" { Plane = "plane", Space = "space" }
+    Dimension in "space/dimension" { Plane = "plane", Space = "space" }
 );
 slot!(
     /// Whether any axis is periodic.
-    Boundary in "boundary" { Open = "open", Periodic = "periodic" }
+    Boundary in "space/boundary" { Open = "open", Periodic = "periodic" }
 );
 slot!(
     /// How contacts act, and with them a step.
@@ -58,35 +58,35 @@ slot!(
 );
 slot!(
     /// Normal contact law.
-    Normal in "normal" { Hooke = "hooke", Rigid = "rigid" }
+    Normal in "contact/normal" { Hooke = "hooke", Rigid = "rigid" }
 );
 slot!(
     /// Normal dashpot.
-    Dashpot in "dashpot" { None = "none", Restitution = "restitution", MassScaled = "mass_scaled" }
+    Damping in "contact/damping" { None = "none", Restitution = "restitution", MassScaled = "mass_scaled" }
 );
 slot!(
     /// Tangential contact law; owns what a contact remembers: its spring, or in contact dynamics its impulse, friction or not.
-    Friction in "friction" { None = "none", Coulomb = "coulomb" }
+    Tangential in "contact/tangential" { None = "none", Coulomb = "coulomb" }
 );
 slot!(
     /// Spin of the grains; owns spin and torque.
-    Rotation in "rotation" { None = "none", Sphere = "sphere" }
+    Rotation in "body/rotation" { None = "none", Sphere = "sphere" }
 );
 slot!(
     /// What a grain is: a body, or a rigid clump of bodies; owns the clumps.
-    Grains in "grains" { Spheres = "spheres", Clumps = "clumps" }
+    Grains in "body/grains" { Spheres = "spheres", Clumps = "clumps" }
 );
 slot!(
     /// Whether products of angular velocities act on clumps, which contact dynamics may leave out; on spheres there are none.
-    Gyration in "gyration" { Dropped = "dropped", Kept = "kept" }
+    Gyroscopic in "nscd/gyroscopic" { Dropped = "dropped", Kept = "kept" }
 );
 slot!(
     /// One set of contact parameters, or a table by material.
-    Materials in "materials" { One = "one", Many = "many" }
+    Materials in "contact/materials" { One = "one", Many = "many" }
 );
 slot!(
     /// Walls, or none.
-    Walls in "walls" { None = "none", Some = "some" }
+    Walls in "space/walls" { None = "none", Some = "some" }
 );
 
 /// One choice per slot, and which optional stages the plan has.
@@ -97,17 +97,17 @@ pub struct Model {
     pub boundary: Boundary,
     pub method: Method,
     pub normal: Normal,
-    pub dashpot: Dashpot,
-    pub friction: Friction,
+    pub damping: Damping,
+    pub tangential: Tangential,
     pub rotation: Rotation,
     pub grains: Grains,
-    pub gyration: Gyration,
+    pub gyroscopic: Gyroscopic,
     pub materials: Materials,
     pub walls: Walls,
     /// Optional stage: a wall translates, so that walls are integrated too.
     pub moving_walls: bool,
     /// Optional stages: contact dynamics updates contacts colour by colour, and not all at once.
-    pub coloured: bool,
+    pub colored: bool,
 }
 
 impl Model {
@@ -130,19 +130,19 @@ impl Model {
             boundary: if assembly.domain.periodic.contains(&true) { Boundary::Periodic } else { Boundary::Open },
             method,
             normal: if rigid { Normal::Rigid } else { Normal::Hooke },
-            dashpot: match pairs.iter().map(|p| p.dashpot).find(|d| *d != DashpotLaw::None) {
-                None | Some(DashpotLaw::None) => Dashpot::None,
-                Some(DashpotLaw::Restitution(_)) => Dashpot::Restitution,
-                Some(DashpotLaw::MassScaled(_)) => Dashpot::MassScaled,
+            damping: match pairs.iter().map(|p| p.dashpot).find(|d| *d != DashpotLaw::None) {
+                None | Some(DashpotLaw::None) => Damping::None,
+                Some(DashpotLaw::Restitution(_)) => Damping::Restitution,
+                Some(DashpotLaw::MassScaled(_)) => Damping::MassScaled,
             },
-            friction: if frictional || rigid { Friction::Coulomb } else { Friction::None },
+            tangential: if frictional || rigid { Tangential::Coulomb } else { Tangential::None },
             rotation: if frictional || spinning { Rotation::Sphere } else { Rotation::None },
             grains: if clumped { Grains::Clumps } else { Grains::Spheres },
-            gyration: if clumped && gyroscopic { Gyration::Kept } else { Gyration::Dropped },
+            gyroscopic: if clumped && gyroscopic { Gyroscopic::Kept } else { Gyroscopic::Dropped },
             materials: if pairs.windows(2).all(|w| w[0] == w[1]) { Materials::One } else { Materials::Many },
             walls: if assembly.walls.is_empty() { Walls::None } else { Walls::Some },
             moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO),
-            coloured: by_colours,
+            colored: by_colours,
         }
     }
 
@@ -162,11 +162,11 @@ impl Model {
             ("boundary", self.boundary.label()),
             ("method", self.method.label()),
             ("normal", self.normal.label()),
-            ("dashpot", self.dashpot.label()),
-            ("friction", self.friction.label()),
+            ("damping", self.damping.label()),
+            ("tangential", self.tangential.label()),
             ("rotation", self.rotation.label()),
             ("grains", self.grains.label()),
-            ("gyration", self.gyration.label()),
+            ("gyroscopic", self.gyroscopic.label()),
             ("materials", self.materials.label()),
             ("walls", self.walls.label()),
         ]
@@ -178,34 +178,45 @@ impl Model {
             self.precision.scalar_file(),
             self.precision.file(),
             self.dimension.file(),
-            "dispatch.wgsl",
-            "params.wgsl",
-            "bodies.wgsl",
-            "lists.wgsl",
+            "gpu/dispatch.wgsl",
+            "state.wgsl",
+            "body/bodies.wgsl",
+            "neighbours/lists.wgsl",
             self.boundary.file(),
-            "grid.wgsl",
-            "touch.wgsl",
+            "neighbours/grid.wgsl",
+            "contact/geometry.wgsl",
             self.normal.file(),
-            self.dashpot.file(),
-            self.friction.file(),
+            self.damping.file(),
+            self.tangential.file(),
             self.rotation.file(),
             self.grains.file(),
             self.materials.file(),
             self.walls.file(),
-            "contact.wgsl",
-            self.method.file(),
+            "contact/contacts.wgsl",
+            "measure/sums.wgsl",
         ];
         files.extend(match (self.method, self.grains) {
-            (Method::DiscreteElements, Grains::Spheres) => &["leapfrog.wgsl"][..],
-            (Method::DiscreteElements, Grains::Clumps) => &["leapfrog.wgsl", "predictor_corrector.wgsl"],
-            (Method::ContactDynamics, Grains::Spheres) => &["answer/spheres.wgsl"],
-            (Method::ContactDynamics, Grains::Clumps) => &["answer/clumps.wgsl"],
+            (Method::DiscreteElements, Grains::Spheres) => {
+                &["contact/law.wgsl", "dem/leapfrog.wgsl", "measure/energies/spheres.wgsl"][..]
+            }
+            (Method::DiscreteElements, Grains::Clumps) => &[
+                "contact/law.wgsl",
+                "dem/leapfrog.wgsl",
+                "dem/predictor_corrector.wgsl",
+                "measure/energies/clumps.wgsl",
+            ],
+            (Method::ContactDynamics, Grains::Spheres) => {
+                &["nscd/contact.wgsl", "nscd/response/spheres.wgsl", "measure/energies/spheres.wgsl"]
+            }
+            (Method::ContactDynamics, Grains::Clumps) => {
+                &["nscd/contact.wgsl", "nscd/response/clumps.wgsl", "measure/energies/clumps.wgsl"]
+            }
         });
         if self.method == Method::ContactDynamics && self.grains == Grains::Clumps {
-            files.push(self.gyration.file());
+            files.push(self.gyroscopic.file());
         }
-        if self.coloured {
-            files.push("colours.wgsl");
+        if self.colored {
+            files.push("nscd/coloring/priority.wgsl");
         }
         files
     }
@@ -215,43 +226,43 @@ impl Model {
         use Grains::{Clumps, Spheres};
         use Method::{ContactDynamics, DiscreteElements};
         let surfaces = [
-            (DiscreteElements, Friction::None, Rotation::None, Spheres),
-            (DiscreteElements, Friction::None, Rotation::Sphere, Spheres),
-            (DiscreteElements, Friction::None, Rotation::Sphere, Clumps),
-            (DiscreteElements, Friction::Coulomb, Rotation::Sphere, Spheres),
-            (DiscreteElements, Friction::Coulomb, Rotation::Sphere, Clumps),
-            (ContactDynamics, Friction::Coulomb, Rotation::None, Spheres),
-            (ContactDynamics, Friction::Coulomb, Rotation::Sphere, Spheres),
-            (ContactDynamics, Friction::Coulomb, Rotation::Sphere, Clumps),
+            (DiscreteElements, Tangential::None, Rotation::None, Spheres),
+            (DiscreteElements, Tangential::None, Rotation::Sphere, Spheres),
+            (DiscreteElements, Tangential::None, Rotation::Sphere, Clumps),
+            (DiscreteElements, Tangential::Coulomb, Rotation::Sphere, Spheres),
+            (DiscreteElements, Tangential::Coulomb, Rotation::Sphere, Clumps),
+            (ContactDynamics, Tangential::Coulomb, Rotation::None, Spheres),
+            (ContactDynamics, Tangential::Coulomb, Rotation::Sphere, Spheres),
+            (ContactDynamics, Tangential::Coulomb, Rotation::Sphere, Clumps),
         ];
         let mut models = Vec::new();
         for &dimension in Dimension::ALL {
             for &boundary in Boundary::ALL {
-                for (method, friction, rotation, grains) in surfaces {
+                for (method, tangential, rotation, grains) in surfaces {
                     let rigid = method == ContactDynamics;
-                    for &dashpot in if rigid { &[Dashpot::None] } else { Dashpot::ALL } {
+                    for &damping in if rigid { &[Damping::None] } else { Damping::ALL } {
                         // Smooth rigid grains are all alike.
                         let alike = rigid && rotation == Rotation::None;
                         for &materials in if alike { &[Materials::One] } else { Materials::ALL } {
                             for (walls, moving_walls) in
                                 [(Walls::None, false), (Walls::Some, false), (Walls::Some, true)]
                             {
-                                for &(coloured, gyration) in variants(method, grains) {
+                                for &(colored, gyroscopic) in variants(method, grains) {
                                     models.push(Model {
                                         precision,
                                         dimension,
                                         boundary,
                                         method,
                                         normal: if rigid { Normal::Rigid } else { Normal::Hooke },
-                                        dashpot,
-                                        friction,
+                                        damping,
+                                        tangential,
                                         rotation,
                                         grains,
-                                        gyration,
+                                        gyroscopic,
                                         materials,
                                         walls,
                                         moving_walls,
-                                        coloured,
+                                        colored,
                                     });
                                 }
                             }
@@ -264,9 +275,9 @@ impl Model {
     }
 }
 
-/// Colours or not, and what becomes of the products of angular velocities.
-fn variants(method: Method, grains: Grains) -> &'static [(bool, Gyration)] {
-    use Gyration::{Dropped, Kept};
+/// Colors or not, and what becomes of the products of angular velocities.
+fn variants(method: Method, grains: Grains) -> &'static [(bool, Gyroscopic)] {
+    use Gyroscopic::{Dropped, Kept};
     match (method, grains) {
         (Method::DiscreteElements, Grains::Spheres) => &[(false, Dropped)],
         (Method::DiscreteElements, Grains::Clumps) => &[(false, Kept)],

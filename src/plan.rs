@@ -1,8 +1,8 @@
 //! The plan: what happens, in order. The function below is the first thing to read.
 
 use crate::{
-    kernels::{self, Stage},
-    model::{Friction, Grains, Method, Model, Precision, Rotation},
+    model::{Grains, Method, Model, Precision, Rotation, Tangential},
+    stage::Stage,
 };
 use std::fmt;
 
@@ -26,11 +26,11 @@ impl Op {
 
 /// Sequences of operations. The state between steps is consistent at step n: positions at n, velocities at n - 1/2,
 /// springs at n - 1. A chunk is `begin`, `sort` and `list` if the lists have served their time, `step` many times, then
-/// `survey`. Nothing in it can go wrong without trace or return: lists that do not fit are not walked and `list` is done
+/// `displacement_check`. Nothing in it can go wrong without trace or return: lists that do not fit are not walked and `list` is done
 /// again; a step that spends the margin of the lists halts those that follow.
 ///
-/// In contact dynamics a step is `meet`, `relax` as often as `judge` asks for, and `step`; velocities are at n. By colours,
-/// `colour` until all contacts have one, `arrange`, and before each `relax` a `sweep` for each colour.
+/// In contact dynamics a step is `setup_contacts`, `jacobi_pass` as often as `residual` asks for, and `step`; velocities are at n. By colours,
+/// `colour` until all contacts have one, `order_by_color`, and before each `jacobi_pass` a `gauss_seidel_pass` for each colour.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// What the device is to tell the host, forgotten.
@@ -47,7 +47,7 @@ pub struct Plan {
     pub probe: Vec<Op>,
     /// Contact dynamics by colours: all contacts without one; and a round that gives colours to some of those that have none.
     pub bleach: Vec<Op>,
-    pub colour: Vec<Op>,
+    pub color: Vec<Op>,
     /// Contact dynamics by colours: contacts in the order of their colours.
     pub arrange: Vec<Op>,
     /// Contact dynamics by colours: the contacts of the next colour.
@@ -58,13 +58,13 @@ pub struct Plan {
     pub judge: Vec<Op>,
     pub step: Vec<Op>,
     /// The exchanges of a step alone; for steps that were halted.
-    pub turn: Vec<Op>,
+    pub swaps: Vec<Op>,
     pub survey: Vec<Op>,
     /// Once, at time 0: velocities half a step back.
     pub kick: Vec<Op>,
     /// Sums for a row of the history.
     pub sample: Vec<Op>,
-    /// Velocities at step n, in `motion_next` and `spin_next`.
+    /// Velocities at step n, in `velocity_next` and `spin_next`.
     pub synchronise: Vec<Op>,
     /// Contact forces and moments.
     pub forces: Vec<Op>,
@@ -72,63 +72,72 @@ pub struct Plan {
 
 /// The discrete element method, section 2.1, or contact dynamics, section 2.2.
 pub fn plan(model: &Model) -> Plan {
+    use crate::{
+        dem::*,
+        measure::*,
+        neighbours::*,
+        nscd::{coloring::*, *},
+        space::*,
+    };
     use Op::{Clear, Run};
-    use kernels::*;
 
-    let frictional = model.friction == Friction::Coulomb;
+    let frictional = model.tangential == Tangential::Coulomb;
 
     let begin = vec![Clear("counters"), Clear("halt"), Clear("halt_next")];
 
     let mut sort = Vec::new();
     if frictional {
-        sort.push(Run(&TALLY));
+        sort.push(Run(&HISTORY_COUNT));
         sort.extend(SCAN_HISTORY.iter().map(Run));
-        sort.push(Run(&REMEMBER));
+        sort.push(Run(&HISTORY_STORE));
     }
     sort.extend([Clear("cell_start"), Run(&BIN)]);
     sort.extend(SCAN_CELLS.iter().map(Run));
-    sort.extend([Run(&SORT), Run(&ORDER), Run(&PERMUTE), Op::Swap("number", "number_next")]);
+    sort.extend([Run(&SORT), Run(&ORDER_CELLS), Run(&PERMUTE), Op::Swap("id", "id_next")]);
     sort.extend(exchange_bodies(model));
 
-    let mut list = vec![Run(&COUNT)];
+    let mut list = vec![Run(&COUNT_NEIGHBOURS)];
     list.extend(SCAN_SLOTS.iter().map(Run));
-    list.push(Run(&NEIGHBOURS));
+    list.push(Run(&FILL_NEIGHBOURS));
 
     let rigid = model.method == Method::ContactDynamics;
-    let coloured = model.coloured;
+    let colored = model.colored;
     let clumped = model.grains == Grains::Clumps;
-    let (mut meet, mut probe) = (vec![Run(&MEET), Run(&SET_OUT)], vec![Run(&PROBE), Run(&GAUGE), Run(&EXTRAPOLATE)]);
-    let mut relax = vec![Run(if coloured { &FOLLOW } else { &RELAX })];
+    let (mut meet, mut probe) = (
+        vec![Run(&SETUP_CONTACTS), Run(&INIT_SOLVER)],
+        vec![Run(&POWER_ITERATION_PASS), Run(&POWER_ITERATION_EIGENVALUE), Run(&EXTRAPOLATE)],
+    );
+    let mut relax = vec![Run(if colored { &AFTER_SWEEP } else { &JACOBI_PASS })];
     if clumped {
-        meet = vec![Run(&RELEASE), Run(&MEET), Run(&RESPOND_FIRST), Run(&SET_OUT)];
-        if !coloured {
-            // There is no pass before, so nothing of it may be left that could spoil the first; `arrange` sees to that.
-            meet.extend([Clear("trial_before"), Clear("trial_spin_before"), Run(&EXTRAPOLATE)]);
+        meet = vec![Run(&FREE_VELOCITIES), Run(&SETUP_CONTACTS), Run(&CLUMP_RESPONSE_FIRST), Run(&INIT_SOLVER)];
+        if !colored {
+            // There is no pass before, so nothing of it may be left that could spoil the first; `order_by_color` sees to that.
+            meet.extend([Clear("pass_velocity_before"), Clear("pass_spin_before"), Run(&EXTRAPOLATE)]);
         }
-        probe.insert(1, Run(&ECHO));
-        relax.push(Run(if coloured { &FALL_IN } else { &RESPOND }));
+        probe.insert(1, Run(&POWER_ITERATION_CLUMPS));
+        relax.push(Run(if colored { &SYNC_MEMBERS } else { &CLUMP_RESPONSE }));
     }
     relax.extend(turns(model));
-    relax.extend([Run(&STEER), Run(&EXTRAPOLATE)]);
-    let (mut bleach, mut colour, mut arrange, mut sweep) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    let mut judge = vec![Run(&JUDGE), Run(&CONCLUDE)];
-    if coloured {
-        relax.push(Clear("brush"));
-        bleach = vec![Clear("hue"), Clear("painted"), Clear("palette"), Clear("brush")];
-        colour = vec![Run(&PROPOSE), Run(&PAINT)];
-        arrange = vec![Run(&ARRANGE)];
-        sweep = vec![Run(&SWEEP), Op::Swap("brush", "brush_next")];
-        judge.splice(..0, [Run(&DELIVER), Run(&GATHER)]);
+    relax.extend([Run(&MOMENTUM_RESTART), Run(&EXTRAPOLATE)]);
+    let (mut bleach, mut color, mut arrange, mut sweep) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut judge = vec![Run(&RESIDUAL), Run(&REDUCE_RESIDUAL)];
+    if colored {
+        relax.push(Clear("color_cursor"));
+        bleach = vec![Clear("contact_color"), Clear("color_count"), Clear("coloring_state"), Clear("color_cursor")];
+        color = vec![Run(&PROPOSE), Run(&ASSIGN_COLORS)];
+        arrange = vec![Run(&ORDER_BY_COLOR)];
+        sweep = vec![Run(&GAUSS_SEIDEL_PASS), Op::Swap("color_cursor", "color_cursor_next")];
+        judge.splice(..0, [Run(&SCATTER_IMPULSES), Run(&GATHER_IMPULSES)]);
         if clumped {
-            colour.insert(1, Run(&ELECT));
-            judge.insert(2, Run(&RECOVER));
+            color.insert(1, Run(&RESOLVE));
+            judge.insert(2, Run(&REFRESH_MEMBERS));
         }
     }
 
     let mut step = match (rigid, clumped) {
-        (true, false) => vec![Run(&DISPLACE)],
-        (true, true) => vec![Run(&HAND_OVER), Run(&DISPLACE_CLUMPS), Run(&DISPLACE_MEMBERS)],
-        (false, true) => vec![Run(&LOAD), Run(&DRIVE), Run(&CARRY)],
+        (true, false) => vec![Run(&MOVE_SPHERES)],
+        (true, true) => vec![Run(&MEMBER_IMPULSES), Run(&MOVE_CLUMPS), Run(&MOVE_MEMBERS)],
+        (false, true) => vec![Run(&MEMBER_FORCES), Run(&INTEGRATE_CLUMPS), Run(&PLACE_MEMBERS)],
         (false, false) => vec![Run(&ADVANCE)],
     };
     if model.moving_walls {
@@ -137,9 +146,9 @@ pub fn plan(model: &Model) -> Plan {
     step.extend(exchange(model));
     step.push(Op::Swap("halt", "halt_next"));
 
-    let mut kick = vec![Run(if clumped { &KICK_CLUMPS } else { &HALF_KICK })];
+    let mut kick = vec![Run(if clumped { &HALF_KICK_CLUMPS } else { &HALF_KICK })];
     kick.extend(
-        exchange(model).filter(|op| matches!(op, Op::Swap("motion" | "spin" | "clump_motion" | "clump_spin", _))),
+        exchange(model).filter(|op| matches!(op, Op::Swap("velocity" | "spin" | "clump_velocity" | "clump_spin", _))),
     );
     let mut sample = vec![Run(&MEASURE)];
     if clumped {
@@ -150,27 +159,27 @@ pub fn plan(model: &Model) -> Plan {
         kick.clear(); // velocities are those of the positions
     }
 
-    let turn = step.iter().filter(|op| matches!(op, Op::Swap(..))).copied().collect();
+    let swaps = step.iter().filter(|op| matches!(op, Op::Swap(..))).copied().collect();
     Plan {
         begin,
         sort,
         list,
         meet: if rigid { meet } else { Vec::new() },
-        seed: if rigid && !coloured { vec![Run(&SEED)] } else { Vec::new() },
-        probe: if rigid && !coloured { probe } else { Vec::new() },
+        seed: if rigid && !colored { vec![Run(&POWER_ITERATION_START)] } else { Vec::new() },
+        probe: if rigid && !colored { probe } else { Vec::new() },
         bleach,
-        colour,
+        color,
         arrange,
         sweep,
         relax: if rigid { relax } else { Vec::new() },
         judge: if rigid { judge } else { Vec::new() },
         step,
-        turn,
-        survey: vec![Run(&SURVEY)],
+        swaps,
+        survey: vec![Run(&DISPLACEMENT_CHECK)],
         kick,
         sample,
         synchronise: vec![Run(if clumped { &SYNCHRONISE_CLUMPS } else { &SYNCHRONISE })],
-        forces: vec![Run(&FORCES)],
+        forces: vec![Run(&CONTACT_FORCES)],
     }
 }
 
@@ -180,10 +189,10 @@ fn exchange(model: &Model) -> impl Iterator<Item = Op> + use<> {
     let split = clumped && model.precision == Precision::Single;
     let pairs = [
         (clumped, "center", "center_next"),
-        (split, "center_residue", "center_residue_next"),
-        (clumped, "attitude", "attitude_next"),
-        (split, "attitude_residue", "attitude_residue_next"),
-        (clumped, "clump_motion", "clump_motion_next"),
+        (split, "center_low", "center_low_next"),
+        (clumped, "orientation", "orientation_next"),
+        (split, "orientation_low", "orientation_low_next"),
+        (clumped, "clump_velocity", "clump_velocity_next"),
         (clumped, "clump_spin", "clump_spin_next"),
     ];
     exchange_bodies(model).chain(swaps(pairs))
@@ -192,9 +201,9 @@ fn exchange(model: &Model) -> impl Iterator<Item = Op> + use<> {
 /// The same for what bodies have; a sort moves them alone.
 fn exchange_bodies(model: &Model) -> impl Iterator<Item = Op> + use<> {
     swaps([
-        (true, "place", "place_next"),
-        (model.precision == Precision::Single, "residue", "residue_next"),
-        (true, "motion", "motion_next"),
+        (true, "position", "position_next"),
+        (model.precision == Precision::Single, "position_low", "position_low_next"),
+        (true, "velocity", "velocity_next"),
         (model.rotation == Rotation::Sphere, "spin", "spin_next"),
     ])
 }
@@ -207,10 +216,10 @@ fn swaps<const N: usize>(pairs: [(bool, &'static str, &'static str); N]) -> impl
 /// What a pass has written becomes the last, and the last what was before.
 fn turns(model: &Model) -> impl Iterator<Item = Op> + use<> {
     swaps([
-        (!model.coloured, "spring", "spring_before"),
-        (model.coloured, "thrust", "thrust_before"),
-        (true, "trial", "trial_before"),
-        (model.rotation == Rotation::Sphere, "trial_spin", "trial_spin_before"),
+        (!model.colored, "spring", "impulse_before"),
+        (model.colored, "colored_impulse", "colored_impulse_before"),
+        (true, "pass_velocity", "pass_velocity_before"),
+        (model.rotation == Rotation::Sphere, "pass_spin", "pass_spin_before"),
     ])
 }
 
@@ -222,20 +231,20 @@ impl Plan {
             ("sort", &self.sort),
             ("list", &self.list),
             ("kick", &self.kick),
-            ("meet", &self.meet),
-            ("seed", &self.seed),
-            ("probe", &self.probe),
+            ("setup_contacts", &self.meet),
+            ("power_iteration_start", &self.seed),
+            ("power_iteration_pass", &self.probe),
             ("bleach", &self.bleach),
-            ("colour", &self.colour),
-            ("arrange", &self.arrange),
-            ("sweep", &self.sweep),
-            ("relax", &self.relax),
-            ("judge", &self.judge),
+            ("colour", &self.color),
+            ("order_by_color", &self.arrange),
+            ("gauss_seidel_pass", &self.sweep),
+            ("jacobi_pass", &self.relax),
+            ("residual", &self.judge),
             ("step", &self.step),
-            ("survey", &self.survey),
+            ("displacement_check", &self.survey),
             ("sample", &self.sample),
             ("synchronise", &self.synchronise),
-            ("forces", &self.forces),
+            ("contact_forces", &self.forces),
         ]
     }
 

@@ -9,15 +9,16 @@ mod setup;
 pub use setup::Setup;
 
 use crate::{
+    body::grains,
     engine::{Cpu, Engine, Gpu, gpu},
     error::{Error, Result},
     gpu::{Arrays, Device},
-    laws::{grains, precision::residue_of},
     measure::{Sample, masses},
     model::{Grains, Model, Precision, Rotation},
     plan::{Op, Plan},
     scene::{Assembly, Clump, Grain, Method, Surface},
-    state::{ARRAYS, Array, Counters, Length, Params, Rounds, Sizes, State},
+    space::precision::position_low_of,
+    state::{ARRAYS, Array, Counters, Length, Params, RotationIterations, Sizes, State},
 };
 use glam::{DQuat, DVec3};
 use rigid::{Look, Solved};
@@ -38,7 +39,7 @@ pub struct Options {
     pub engine: EngineChoice,
     pub precision: Precision,
     /// Neighbour slots there are at least; more are made when needed. None: as many as are needed.
-    pub slots: Option<usize>,
+    pub entries: Option<usize>,
     /// Most steps that neighbour lists may serve.
     pub longest_chunk: u32,
     /// What arrays are on a device.
@@ -50,7 +51,7 @@ impl Default for Options {
         Options {
             engine: EngineChoice::Auto,
             precision: Precision::Single,
-            slots: None,
+            entries: None,
             longest_chunk: 200,
             arrays: Arrays::Auto,
         }
@@ -151,7 +152,7 @@ fn with_room(needed: u32) -> usize {
 }
 
 fn resize_lists(engine: &mut dyn Engine, state: &State, len: usize) -> Result<usize> {
-    for array in ARRAYS.iter().filter(|a| a.length == Length::Slots && (a.needed)(&state.model)) {
+    for array in ARRAYS.iter().filter(|a| a.length == Length::Entries && (a.needed)(&state.model)) {
         engine.resize(array.name, len)?;
     }
     Ok(len)
@@ -182,7 +183,7 @@ impl Simulation {
     /// [`Error::Scene`] for a time step above the bound, [`Error::Device`] if there is no adapter or not enough memory.
     pub fn new(assembly: Assembly, options: Options) -> Result<Simulation> {
         let (Setup { state, plan, dt_bound }, engine, notice) = build(&assembly, &options)?;
-        let slots = state.sizes.slots;
+        let slots = state.sizes.entries;
         let most_passes = match assembly.solver.method {
             Method::DiscreteElements => 0,
             Method::ContactDynamics(relaxation) => relaxation.max_iterations,
@@ -201,7 +202,7 @@ impl Simulation {
             step: 0,
             list_len: slots,
             next_len: slots,
-            least_slots: options.slots.unwrap_or(0),
+            least_slots: options.entries.unwrap_or(0),
             history_len: LEAST_LENGTH,
             springs: 0,
             planned: 1,
@@ -224,24 +225,24 @@ impl Simulation {
     /// As [`Simulation::new`].
     pub fn rewind(&mut self) -> Result<()> {
         setup::fill(&mut self.state, &self.assembly);
-        let bodies = ["place", "residue", "motion", "spin", "number", "wall"];
+        let bodies = ["position", "position_low", "velocity", "spin", "id", "wall"];
         let clumps = [
             "center",
-            "center_residue",
-            "attitude",
-            "attitude_residue",
-            "clump_motion",
+            "center_low",
+            "orientation",
+            "orientation_low",
+            "clump_velocity",
             "clump_spin",
-            "spin_gain",
-            "rounds",
+            "spin_increment",
+            "rotation_iterations",
         ];
         let present: Vec<_> =
             bodies.into_iter().chain(clumps).filter(|a| (Array::named(a).needed)(&self.state.model)).collect();
         self.engine.write(&present, &self.state)?;
         // Lists without entries leave no history.
-        self.engine.execute(&self.state.params, &[(&[Op::Clear("slot_start")], 1)])?;
+        self.engine.execute(&self.state.params, &[(&[Op::Clear("list_start")], 1)])?;
         let p = &mut self.state.params;
-        (p.margin, p.drift_limit) = (self.widest_margin, 0.5 * self.widest_margin);
+        (p.margin, p.displacement_limit) = (self.widest_margin, 0.5 * self.widest_margin);
         (self.step, self.springs, self.planned, self.life, self.spent) = (0, 0, 1, 0, false);
         (self.solved, self.replayed, self.lost) = (Solved::default(), 0, 0);
         self.start()
@@ -253,8 +254,8 @@ impl Simulation {
         // Nothing is known yet of what forces will do to the speeds.
         self.pace = (speed * self.state.params.dt).max(self.widest_margin / LIFE);
         let counters = self.run(0)?;
-        if counters.bad_body > 0 {
-            return Err(self.gone(counters.bad_body, self.step)?);
+        if counters.lost_body > 0 {
+            return Err(self.gone(counters.lost_body, self.step)?);
         }
         self.engine.execute(&self.params(), &[(&self.plan.kick, 1)])
     }
@@ -262,7 +263,7 @@ impl Simulation {
     /// The parameters of the next step: at time 0 springs have not been stretched yet.
     fn params(&self) -> Params {
         let p = &self.state.params;
-        Params { since: if self.step == 0 { 0.0 } else { p.dt }, ..*p }
+        Params { history_dt: if self.step == 0 { 0.0 } else { p.dt }, ..*p }
     }
 
     /// Let lists reach as far as they must to live a while at the present pace, and say how many steps that is.
@@ -271,9 +272,9 @@ impl Simulation {
         let p = &mut self.state.params;
         let least = LEAST_MARGIN * self.widest_margin / self.assembly.solver.margin;
         p.margin = (2.0 * pace * LIFE / BOLDNESS).clamp(least.min(self.widest_margin), self.widest_margin);
-        p.drift_limit = 0.5 * p.margin;
-        let walls = p.drift_limit / self.wall_pace;
-        let steps = (BOLDNESS * p.drift_limit / pace).min(walls).min(f64::from(self.longest_chunk));
+        p.displacement_limit = 0.5 * p.margin;
+        let walls = p.displacement_limit / self.wall_pace;
+        let steps = (BOLDNESS * p.displacement_limit / pace).min(walls).min(f64::from(self.longest_chunk));
         self.planned = (steps as u32).max(1);
     }
 
@@ -300,36 +301,37 @@ impl Simulation {
             self.engine.execute(&params, &[begin, list, step, survey])?;
         }
         let mut counters = self.engine.counters()?;
-        if counters.slots_needed as usize > self.list_len {
+        if counters.entries_needed as usize > self.list_len {
             self.replayed += 1;
             // Lists that do not fit are not walked: nothing has happened but the exchanges of buffers.
-            self.engine.execute(&params, &[(&plan.turn, steps)])?;
-            self.list_len = resize_lists(self.engine.as_mut(), &self.state, with_room(counters.slots_needed))?;
+            self.engine.execute(&params, &[(&plan.swaps, steps)])?;
+            self.list_len = resize_lists(self.engine.as_mut(), &self.state, with_room(counters.entries_needed))?;
             self.engine.execute(&params, &[begin, list, step, survey])?;
             counters = self.engine.counters()?;
         }
-        self.engine.execute(&params, &[(&plan.turn, steps.saturating_sub(counters.done))])?;
+        self.engine.execute(&params, &[(&plan.swaps, steps.saturating_sub(counters.steps_done))])?;
         if anew {
-            let needed = counters.slots_needed as usize;
-            let shorter = with_room(counters.slots_needed).max(self.least_slots);
-            self.next_len = if 8 * needed < 7 * self.list_len { shorter } else { self.list_len };
-            self.lost += u64::from(self.springs.saturating_sub(counters.inherited)) + u64::from(counters.missed);
+            let needed = counters.entries_needed as usize;
+            let step_divisor = with_room(counters.entries_needed).max(self.least_slots);
+            self.next_len = if 8 * needed < 7 * self.list_len { step_divisor } else { self.list_len };
+            self.lost +=
+                u64::from(self.springs.saturating_sub(counters.restored_contacts)) + u64::from(counters.unlisted);
             (self.life, self.age) = (self.planned, 0);
         }
         self.note_drift(&counters);
-        self.life = if self.spent { 0 } else { self.life - counters.done };
-        self.replayed += u64::from(counters.done < steps);
+        self.life = if self.spent { 0 } else { self.life - counters.steps_done };
+        self.replayed += u64::from(counters.steps_done < steps);
         Ok(counters)
     }
 
     /// What the survey has found.
     fn note_drift(&mut self, counters: &Counters) {
-        self.springs = counters.springs;
-        self.age += counters.done;
-        let drift = f64::from(f32::from_bits(counters.drift));
+        self.springs = counters.active_contacts;
+        self.age += counters.steps_done;
+        let drift = f64::from(f32::from_bits(counters.max_displacement));
         self.spent = !(drift <= 1.0);
         if self.age > 0 {
-            self.pace = drift * self.state.params.drift_limit / f64::from(self.age);
+            self.pace = drift * self.state.params.displacement_limit / f64::from(self.age);
         }
     }
 
@@ -360,22 +362,22 @@ impl Simulation {
         let chunk = if self.life == 0 { self.planned } else { self.life };
         let steps = if self.step == 0 { 1 } else { steps.clamp(1, u64::from(chunk)) as u32 };
         let counters = self.run(steps)?;
-        if counters.bad_body > 0 {
-            let reason = self.gone(counters.bad_body, self.step + u64::from(counters.done))?;
-            if counters.done > 0 {
+        if counters.lost_body > 0 {
+            let reason = self.gone(counters.lost_body, self.step + u64::from(counters.steps_done))?;
+            if counters.steps_done > 0 {
                 // The state before the step that lost the grain is where the step after it would have been written.
-                self.engine.execute(&self.state.params, &[(&self.plan.turn, 1)])?;
-                self.step += u64::from(counters.done - 1);
+                self.engine.execute(&self.state.params, &[(&self.plan.swaps, 1)])?;
+                self.step += u64::from(counters.steps_done - 1);
                 (self.spent, self.life) = (true, 0);
             }
             return Err(reason);
         }
-        if counters.done == 0 {
+        if counters.steps_done == 0 {
             // A defect, which must not turn into a loop without end.
             return Err(Error::Device(format!("{} did none of {steps} steps and gave no reason", self.engine.name())));
         }
-        self.step += u64::from(counters.done);
-        Ok(u64::from(counters.done))
+        self.step += u64::from(counters.steps_done);
+        Ok(u64::from(counters.steps_done))
     }
 
     /// Lists that reach, for a look at the contacts between two chunks.
@@ -393,25 +395,25 @@ impl Simulation {
 
     /// Why the run cannot go on, from the device's mark of the grain.
     fn gone(&mut self, mark: u32, step: u64) -> Result<Error> {
-        self.engine.read(&["place", "motion", "number"], &mut self.state)?;
+        self.engine.read(&["position", "velocity", "id"], &mut self.state)?;
         let p = &self.state.params;
-        let id = p.bodies - mark;
-        let at = self.state.number.iter().position(|number| *number == id).unwrap_or(0);
-        let x = self.state.place[at].x;
-        let stride = self.state.motion[at].v.length() * p.dt;
+        let lost = p.bodies - mark;
+        let at = self.state.id.iter().position(|id| *id == lost).unwrap_or(0);
+        let x = self.state.position[at].x;
+        let stride = self.state.velocity[at].v.length() * p.dt;
         let reason = if !x.is_finite() {
-            format!("grain {id} has no position any more (not a number)")
+            format!("grain {lost} has no position any more (not a number)")
         } else if stride > p.step_limit {
             format!(
-                "grain {id} moves {stride:e} m in one step, {:.2} of its radius; at most {:e} m can be followed safely (half of \
+                "grain {lost} moves {stride:e} m in one step, {:.2} of its radius; at most {:e} m can be followed safely (half of \
                  solver.margin, or of the smallest radius)",
-                stride / self.state.place[at].radius,
+                stride / self.state.position[at].radius,
                 p.step_limit
             )
-        } else if crate::laws::dimension::outside(x, p.lower, p.upper) {
-            format!("grain {id} has left the domain at {x} m")
+        } else if crate::space::dimension::outside(x, p.lower, p.upper) {
+            format!("grain {lost} has left the domain at {x} m")
         } else {
-            format!("the centre of grain {id} is beyond a wall at {x} m")
+            format!("the centre of grain {lost} is beyond a wall at {x} m")
         };
         Ok(self.stopped(step, format!("{reason}; is the time step ({:e} s) too large?", p.dt)))
     }
@@ -420,12 +422,12 @@ impl Simulation {
     pub fn sample(&mut self) -> Result<Sample> {
         self.refresh()?;
         self.engine.execute(&self.params(), &[(&self.plan.sample, 1)])?;
-        self.engine.read(&["part"], &mut self.state)?;
+        self.engine.read(&["partial_sums"], &mut self.state)?;
         let free = match &self.assembly.clumps[..] {
             [] => self.assembly.grains.iter().filter(|g| !g.fixed).count(),
             clumps => clumps.iter().filter(|c| !c.fixed).count(),
         };
-        let sample = Sample::new(self.step, self.time(), free, &self.state.part);
+        let sample = Sample::new(self.step, self.time(), free, &self.state.partial_sums);
         let Some(solved) = self.solved().copied() else { return Ok(sample) };
         let p = &self.state.params;
         let masses = masses(&self.assembly).into_iter().zip(&self.assembly.grains).filter(|(_, g)| !g.fixed);
@@ -444,15 +446,15 @@ impl Simulation {
     pub fn grains(&mut self) -> Result<Vec<Grain>> {
         self.refresh()?;
         self.engine.execute(&self.params(), &[(&self.plan.synchronise, 1)])?;
-        let arrays = ["place", "residue", "motion_next", "spin_next", "number"];
+        let arrays = ["position", "position_low", "velocity_next", "spin_next", "id"];
         let present = arrays.into_iter().filter(|a| (Array::named(a).needed)(&self.state.model));
         self.engine.read(&present.collect::<Vec<_>>(), &mut self.state)?;
         let s = &self.state;
         let mut grains = self.assembly.grains.clone();
         for i in 0..s.sizes.bodies {
-            let grain = &mut grains[s.number[i] as usize];
-            grain.position = s.place[i].x + residue_of(s, i).x;
-            grain.velocity = s.motion_next[i].v;
+            let grain = &mut grains[s.id[i] as usize];
+            grain.position = s.position[i].x + position_low_of(s, i).x;
+            grain.velocity = s.velocity_next[i].v;
             grain.spin = s.spin_next.get(i).map_or(grain.spin, |spin| spin.0);
         }
         Ok(grains)
@@ -466,16 +468,16 @@ impl Simulation {
         self.refresh()?;
         self.engine.execute(&self.params(), &[(&self.plan.synchronise, 1)])?;
         let arrays =
-            ["center", "center_residue", "attitude", "attitude_residue", "clump_motion_next", "clump_spin_next"];
+            ["center", "center_low", "orientation", "orientation_low", "clump_velocity_next", "clump_spin_next"];
         let present = arrays.into_iter().filter(|a| (Array::named(a).needed)(&self.state.model));
         self.engine.read(&present.collect::<Vec<_>>(), &mut self.state)?;
         let mut clumps = self.assembly.clumps.clone();
         for (c, clump) in clumps.iter_mut().enumerate() {
             let (s, here) = (&self.state, grains::clump(&self.state, c));
-            let principal = DQuat::from_vec4(here.attitude).normalize();
-            clump.position = here.center.x + here.center.residue;
-            clump.velocity = s.clump_motion_next[c].v;
-            clump.spin = grains::global_spin(s, here.inverse_moments, here.attitude, s.clump_spin_next[c].0);
+            let principal = DQuat::from_vec4(here.orientation).normalize();
+            clump.position = here.center.x + here.center.low;
+            clump.velocity = s.clump_velocity_next[c].v;
+            clump.spin = grains::global_spin(s, here.inverse_moments, here.orientation, s.clump_spin_next[c].0);
             clump.orientation = principal * self.assembly.shapes[clump.shape as usize].frame.inverse();
         }
         Ok(clumps)
@@ -487,8 +489,8 @@ impl Simulation {
         if self.state.model.grains == Grains::Spheres {
             return Ok(None);
         }
-        self.engine.read(&["rounds"], &mut self.state)?;
-        let Rounds { most, capped } = self.state.rounds[0];
+        self.engine.read(&["rotation_iterations"], &mut self.state)?;
+        let RotationIterations { most, capped } = self.state.rotation_iterations[0];
         Ok(Some((most, capped)))
     }
 
@@ -501,12 +503,12 @@ impl Simulation {
         let arrays: &[&'static str] = if rotating { &["force", "torque"] } else { &["force"] };
         arrays.iter().try_for_each(|array| self.engine.resize(array, bodies))?;
         self.engine.execute(&self.params(), &[(&self.plan.forces, 1)])?;
-        self.engine.read(&[arrays, &["number"]].concat(), &mut self.state)?;
+        self.engine.read(&[arrays, &["id"]].concat(), &mut self.state)?;
         arrays.iter().try_for_each(|array| self.engine.resize(array, 1))?;
         let s = &self.state;
         let mut forces = vec![(DVec3::ZERO, DVec3::ZERO); bodies];
         for i in 0..bodies {
-            forces[s.number[i] as usize] = (s.force[i], s.torque.get(i).map_or(DVec3::ZERO, |t| t.0));
+            forces[s.id[i] as usize] = (s.force[i], s.torque.get(i).map_or(DVec3::ZERO, |t| t.0));
         }
         Ok(forces)
     }
@@ -518,8 +520,8 @@ impl Simulation {
             self.engine.read(&["wall"], &mut self.state)?;
             for (wall, now) in walls.iter_mut().zip(&self.state.wall) {
                 match &mut wall.surface {
-                    Surface::Plane { point, .. } => *point = now.point + now.residue,
-                    Surface::Cylinder { center, .. } => *center = now.point + now.residue,
+                    Surface::Plane { point, .. } => *point = now.point + now.low,
+                    Surface::Cylinder { center, .. } => *center = now.point + now.low,
                 }
             }
         }
@@ -536,7 +538,7 @@ impl Simulation {
     pub fn bytes_per_particle(&self) -> Result<f64> {
         let s = &self.state;
         let layouts = gpu::layouts(&s.model, &self.plan)?;
-        let sizes = Sizes { slots: self.list_len, history: self.history_len, ..s.sizes };
+        let sizes = Sizes { entries: self.list_len, history: self.history_len, ..s.sizes };
         let total: u64 = gpu::bytes(&s.model, &layouts, &sizes).map(|(_, b)| b).sum();
         Ok(total as f64 / s.sizes.bodies as f64)
     }

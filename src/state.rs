@@ -3,20 +3,20 @@
 //! The CPU engine works on this struct; the GPU engine keeps buffers of the same names, whose layout it reads from the
 //! WGSL text, so that no struct is described twice. On the CPU a plane is space with z = 0.
 
-use crate::model::{Friction, Grains, Materials, Method, Model, Precision, Rotation, Walls};
+use crate::model::{Grains, Materials, Method, Model, Precision, Rotation, Tangential, Walls};
 use glam::{DVec3, DVec4, UVec3};
 use std::any::Any;
 
-/// Content of a list slot: `NONE`, `INDEX` and `SPRUNG` of `lists.wgsl`.
+/// Content of a list slot: `NONE`, `INDEX` and `ACTIVE` of `lists.wgsl`.
 pub const NONE: u32 = u32::MAX;
 pub const INDEX: u32 = u32::MAX >> 1;
-pub const SPRUNG: u32 = !INDEX;
+pub const ACTIVE: u32 = !INDEX;
 /// Values per tile of the prefix sum: `TILE` of `scan_*.wgsl`.
 pub const TILE: usize = 256;
 /// Bodies of a workgroup: `GROUP` of `method/cd.wgsl`.
 pub const GROUP: usize = 64;
 /// Rows of the measurement.
-pub const PARTS: usize = 4096;
+pub const PARTIAL_SUMS: usize = 4096;
 
 /// A value made of scalars ("lanes") in the order in which WGSL declares them.
 pub trait Element: Clone + Default + Send + Sync + 'static {
@@ -102,16 +102,16 @@ impl Element for Packed {
 
 /// The turn from the axes of a body to those of the scene: a unit quaternion (x, y, z, w), in the plane (z, w) of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Attitude(pub DVec4);
+pub struct Orientation(pub DVec4);
 
-impl Element for Attitude {
+impl Element for Orientation {
     fn put(&self, dims: usize, sink: &mut impl FnMut(f64)) {
         self.0.to_array()[if dims == 2 { 2 } else { 0 }..].iter().for_each(|c| sink(*c));
     }
-    fn take(dims: usize, source: &mut impl FnMut() -> f64) -> Attitude {
+    fn take(dims: usize, source: &mut impl FnMut() -> f64) -> Orientation {
         let mut q = [0.0; 4];
         q[if dims == 2 { 2 } else { 0 }..].iter_mut().for_each(|c| *c = source());
-        Attitude(q.into())
+        Orientation(q.into())
     }
 }
 
@@ -138,40 +138,40 @@ macro_rules! record {
 }
 
 record!(
-    /// Where a grain is. Units and meaning of all records: `shaders/params.wgsl`.
-    Place { x: DVec3, radius: f64 }
+    /// Where a grain is. Units and meaning of all records: `shaders/state.wgsl`.
+    Position { x: DVec3, radius: f64 }
 );
 record!(
     /// What single precision leaves out of a place.
-    Residue { x: DVec3, radius: f64 }
+    PositionLow { x: DVec3, radius: f64 }
 );
 record!(
     /// How a grain moves.
-    Motion { v: DVec3, inverse_mass: f64 }
+    Velocity { v: DVec3, inverse_mass: f64 }
 );
 record!(
     /// Contact parameters of a pair of materials.
     Pair { stiffness: f64, tangential_stiffness: f64, friction: f64, dashpot: f64 }
 );
 record!(
-    /// A wall (`shaders/walls/some.wgsl`).
-    Wall { point: DVec3, residue: DVec3, normal: DVec3, velocity: DVec3, radius: f64, spin: f64 }
+    /// A wall (`shaders/space/walls/some.wgsl`).
+    Wall { point: DVec3, low: DVec3, normal: DVec3, velocity: DVec3, radius: f64, spin: f64 }
 );
 record!(
     /// What the device tells the host once per chunk.
     Counters {
-        slots_needed: u32,
-        done: u32,
-        drift: u32,
-        bad_body: u32,
-        springs: u32,
-        inherited: u32,
-        missed: u32,
+        entries_needed: u32,
+        steps_done: u32,
+        max_displacement: u32,
+        lost_body: u32,
+        active_contacts: u32,
+        restored_contacts: u32,
+        unlisted: u32,
     }
 );
 record!(
-    /// A row of the measurement (`shaders/measure.wgsl`).
-    Part {
+    /// A row of the measurement (`shaders/measure/measure.wgsl`).
+    PartialSums {
         kinetic: f64,
         potential: f64,
         elastic: f64,
@@ -184,67 +184,67 @@ record!(
     }
 );
 record!(
-    /// A contact of a step of contact dynamics (this and the next three: `shaders/method/cd.wgsl`).
-    Meeting { n: DVec3, closing: f64 }
+    /// A contact of a step of contact dynamics (this and the next three: `shaders/nscd/contact.wgsl`).
+    ContactGeometry { n: DVec3, bias_velocity: f64 }
 );
 record!(
     /// What an impulse does to the two.
-    Lever { own: f64, other: f64, normal: f64, tangential: f64 }
+    EffectiveMass { arm: f64, arm_to: f64, normal: f64, tangential: f64 }
 );
 record!(
     /// The state of a step's relaxation.
-    Relaxation {
+    SolverState {
         scale: f64,
-        crowd: f64,
-        stretch: f64,
+        lipschitz_bound: f64,
+        lipschitz: f64,
         theta: f64,
         beta: f64,
-        estimate: f64,
+        residual_estimate: f64,
         best: f64,
-        lowest: f64,
-        lowest_at: u32,
-        shorter: f64,
+        lowest_residual: f64,
+        lowest_pass: u32,
+        step_divisor: f64,
         residual: f64,
-        excess: f64,
+        coulomb_excess: f64,
         passes: u32,
-        late: u32,
+        late_contacts: u32,
     }
 );
 record!(
     /// Sums of a group of grains.
-    Effort {
+    ResidualSums {
         reference: f64,
-        least: f64,
-        imposed: f64,
-        crowd: f64,
+        gravity_speed_squared: f64,
+        imposed_speed: f64,
+        lipschitz_bound: f64,
         residual: f64,
-        turn: f64,
-        work: f64,
-        way: f64,
+        restart_criterion: f64,
+        curvature: f64,
+        step_squared: f64,
         pressing: f64,
-        excess: f64,
-        late: u32,
+        coulomb_excess: f64,
+        late_contacts: u32,
     }
 );
 record!(
-    /// The colour of a contact (this and the next three: `shaders/colours.wgsl`).
-    Hue { colour: u32, rank: u32 }
+    /// The colour of a contact (this and the next three: `shaders/nscd/coloring/priority.wgsl`).
+    ContactColor { color: u32, rank: u32 }
 );
 record!(
     /// A contact in the order of the colours.
-    Turn { first: u32, second: u32, slot: u32, back: u32 }
+    ColoredContact { first: u32, second: u32, entry: u32, back: u32 }
 );
 record!(
     /// How far a pass is.
-    Brush { colours: u32, contacts: u32 }
+    ColorCursor { colors: u32, contacts: u32 }
 );
 record!(
     /// How far the colouring is.
-    Palette { uncoloured: u32, colours: u32, contacts: u32 }
+    ColoringState { uncolored: u32, colors: u32, contacts: u32 }
 );
 record!(
-    /// How hard the iterations for the rotation of clumps had to work (`shaders/grains/clumps.wgsl`).
-    Rounds { most: u32, capped: u32 }
+    /// How hard the iterations for the rotation of clumps had to work (`shaders/body/grains/clumps.wgsl`).
+    RotationIterations { most: u32, capped: u32 }
 );
 record!(
     /// What every kernel may know.
@@ -253,26 +253,26 @@ record!(
         lower: DVec3,
         upper: DVec3,
         period: DVec3,
-        period_rest: DVec3,
+        period_low: DVec3,
         inverse_period: DVec3,
         cell_origin: DVec3,
         inverse_cell: DVec3,
         dt: f64,
-        since: f64,
+        history_dt: f64,
         damping: f64,
         margin: f64,
         quantum: f64,
         inverse_quantum: f64,
-        blur: f64,
-        split: f64,
-        inverse_split: f64,
+        position_slack: f64,
+        length_unit: f64,
+        inverse_length_unit: f64,
         arm_unit: f64,
         inverse_arm_unit: f64,
         step_limit: f64,
-        drift_limit: f64,
+        displacement_limit: f64,
         tolerance: f64,
-        momentum: f64,
-        correction: f64,
+        max_momentum: f64,
+        max_correction_velocity: f64,
         gap_band: f64,
         pair: Pair,
         axes: UVec3,
@@ -283,10 +283,10 @@ record!(
         arm_shift_fine: u32,
         walls: u32,
         materials: u32,
-        parts: u32,
-        slots: u32,
+        partial_sums_len: u32,
+        entries: u32,
         history: u32,
-        colours: u32,
+        colors: u32,
     }
 );
 
@@ -370,11 +370,11 @@ pub enum Length {
     MaterialsSquared,
     CellsPlusOne,
     Tiles,
-    Slots,
+    Entries,
     History,
     Contacts,
-    Colours,
-    Parts,
+    Colors,
+    PartialSums,
     /// Groups of [`GROUP`] bodies, then of clumps.
     Groups,
     /// Nothing, until somebody asks for what it holds.
@@ -389,20 +389,20 @@ pub struct Sizes {
     pub walls: usize,
     pub materials: usize,
     pub cells: usize,
-    pub slots: usize,
+    pub entries: usize,
     pub history: usize,
     /// Contact dynamics by colours: contacts and colours that there is room for.
     pub contacts: usize,
-    pub colours: usize,
+    pub colors: usize,
 }
 
 impl Sizes {
     /// Make room for all colours and contacts, with some to spare: whether there was too little.
-    pub fn make_room(&mut self, palette: &Palette) -> bool {
-        let (colours, contacts) = (palette.colours as usize, palette.contacts as usize);
-        let short = colours > self.colours || contacts > self.contacts;
+    pub fn make_room(&mut self, coloring_state: &ColoringState) -> bool {
+        let (colors, contacts) = (coloring_state.colors as usize, coloring_state.contacts as usize);
+        let short = colors > self.colors || contacts > self.contacts;
         if short {
-            self.colours = self.colours.max(2 * colours);
+            self.colors = self.colors.max(2 * colors);
             self.contacts = self.contacts.max(contacts + contacts / 4);
         }
         short
@@ -421,11 +421,11 @@ impl Sizes {
             Length::MaterialsSquared => self.materials * self.materials,
             Length::CellsPlusOne => self.cells + 1,
             Length::Tiles => self.cells.max(self.bodies) / TILE + 1,
-            Length::Slots => self.slots,
+            Length::Entries => self.entries,
             Length::History => self.history,
             Length::Contacts => self.contacts,
-            Length::Colours => self.colours,
-            Length::Parts => PARTS,
+            Length::Colors => self.colors,
+            Length::PartialSums => PARTIAL_SUMS,
             Length::Groups => self.bodies.div_ceil(GROUP) + self.clumps.div_ceil(GROUP),
             Length::OnDemand => 0,
         };
@@ -505,7 +505,7 @@ fn single(m: &Model) -> bool {
     m.precision == Precision::Single
 }
 fn frictional(m: &Model) -> bool {
-    m.friction == Friction::Coulomb
+    m.tangential == Tangential::Coulomb
 }
 fn rotating(m: &Model) -> bool {
     m.rotation == Rotation::Sphere
@@ -531,87 +531,87 @@ fn rigid_clumped(m: &Model) -> bool {
 fn single_clumped(m: &Model) -> bool {
     clumped(m) && single(m)
 }
-fn coloured(m: &Model) -> bool {
-    m.coloured
+fn colored(m: &Model) -> bool {
+    m.colored
 }
 fn walled(m: &Model) -> bool {
     m.walls == Walls::Some
 }
 
 state! {
-    place: Place, Bodies, "m", always;
-    place_next: Place, Bodies, "m", always;
-    residue: Residue, Bodies, "m, beyond f32", single;
-    residue_next: Residue, Bodies, "m, beyond f32", single;
-    motion: Motion, Bodies, "m/s, 1/kg", always;
-    motion_next: Motion, Bodies, "m/s, 1/kg", always;
+    position: Position, Bodies, "m", always;
+    position_next: Position, Bodies, "m", always;
+    position_low: PositionLow, Bodies, "m, beyond f32", single;
+    position_low_next: PositionLow, Bodies, "m, beyond f32", single;
+    velocity: Velocity, Bodies, "m/s, 1/kg", always;
+    velocity_next: Velocity, Bodies, "m/s, 1/kg", always;
     spin: Spin, Bodies, "rad/s", rotating;
     spin_next: Spin, Bodies, "rad/s", rotating;
-    number: u32, Bodies, "number in the scene", always;
-    number_next: u32, Bodies, "number in the scene", always;
-    owner: u32, Bodies, "clump, by number", clumped;
-    offset: Packed, Bodies, "m, by number", clumped;
-    whereabouts: u32, Bodies, "index, by number", clumped;
+    id: u32, Bodies, "number in the scene", always;
+    id_next: u32, Bodies, "number in the scene", always;
+    clump_of_id: u32, Bodies, "clump, by number", clumped;
+    member_offset: Packed, Bodies, "m, by number", clumped;
+    index_of_id: u32, Bodies, "index, by number", clumped;
     first_member: u32, ClumpsPlusOne, "number in the scene", clumped;
     inverse_moments: Spin, Clumps, "1/(kg m²)", clumped;
     center: DVec3, Clumps, "m", clumped;
     center_next: DVec3, Clumps, "m", clumped;
-    center_residue: DVec3, Clumps, "m, beyond f32", single_clumped;
-    center_residue_next: DVec3, Clumps, "m, beyond f32", single_clumped;
-    attitude: Attitude, Clumps, "unit quaternion", clumped;
-    attitude_next: Attitude, Clumps, "unit quaternion", clumped;
-    attitude_residue: Attitude, Clumps, "beyond f32", single_clumped;
-    attitude_residue_next: Attitude, Clumps, "beyond f32", single_clumped;
-    clump_motion: Motion, Clumps, "m/s, 1/kg", clumped;
-    clump_motion_next: Motion, Clumps, "m/s, 1/kg", clumped;
+    center_low: DVec3, Clumps, "m, beyond f32", single_clumped;
+    center_low_next: DVec3, Clumps, "m, beyond f32", single_clumped;
+    orientation: Orientation, Clumps, "unit quaternion", clumped;
+    orientation_next: Orientation, Clumps, "unit quaternion", clumped;
+    orientation_low: Orientation, Clumps, "beyond f32", single_clumped;
+    orientation_low_next: Orientation, Clumps, "beyond f32", single_clumped;
+    clump_velocity: Velocity, Clumps, "m/s, 1/kg", clumped;
+    clump_velocity_next: Velocity, Clumps, "m/s, 1/kg", clumped;
     clump_spin: Spin, Clumps, "rad/s", clumped;
     clump_spin_next: Spin, Clumps, "rad/s", clumped;
-    spin_gain: Spin, Clumps, "rad/s, of the last step", sprung_clumped;
-    pull: DVec3, Bodies, "N, contact dynamics N s", clumped;
-    twist: Spin, Bodies, "N m, contact dynamics N m s", clumped;
-    rounds: Rounds, One, "of iterations for the rotation", clumped;
-    travel: f64, Bodies, "m, since the lists were made", always;
+    spin_increment: Spin, Clumps, "rad/s, of the last step", sprung_clumped;
+    member_force: DVec3, Bodies, "N, contact dynamics N s", clumped;
+    member_torque: Spin, Bodies, "N m, contact dynamics N m s", clumped;
+    rotation_iterations: RotationIterations, One, "of iterations for the rotation", clumped;
+    displacement: f64, Bodies, "m, since the lists were made", always;
     material: u32, BodiesAndWalls, "index, by number", mixed;
     pair: Pair, MaterialsSquared, "N/m, N/m, 1, 1 or 1/s", mixed;
     wall: Wall, Walls, "m, 1, m/s, m, rad/s", walled;
-    rank: u32, Bodies, "order inside the cell", always;
+    cell_rank: u32, Bodies, "order inside the cell", always;
     sorted: u32, Bodies, "index before the sort", always;
     cell_start: u32, CellsPlusOne, "index of the first grain", always;
-    tile: u32, Tiles, "sums of the prefix sum", always;
-    slot_start: u32, BodiesPlusOne, "index into neighbour", always;
-    neighbour: u32, Slots, "index and flag; wall w is bodies + w", always;
-    spring: Packed, Slots, "N, contact dynamics N s", frictional;
+    tile_sum: u32, Tiles, "sums of the prefix sum", always;
+    list_start: u32, BodiesPlusOne, "index into neighbour", always;
+    neighbour: u32, Entries, "index and flag; wall w is bodies + w", always;
+    spring: Packed, Entries, "N, contact dynamics N s", frictional;
     history_start: u32, BodiesPlusOne, "index into history_other", frictional;
     history_other: u32, History, "index before the sort", frictional;
     history_spring: Packed, History, "as spring", frictional;
-    meeting: Meeting, Slots, "1, m/s", rigid;
-    lever: Lever, Slots, "m, m, 1/kg, 1/kg", rigid;
-    mobility: f64, Slots, "1/kg", rigid_clumped;
-    spring_before: Packed, Slots, "N s", rigid;
-    trial: Motion, Bodies, "m/s, 1/kg, after the last pass", rigid;
-    trial_before: Motion, Bodies, "m/s, 1/kg, after the pass before", rigid;
-    ahead: Motion, Bodies, "m/s, 1/kg, carried ahead by momentum", rigid;
-    trial_spin: Spin, Bodies, "rad/s", rigid_rotating;
-    trial_spin_before: Spin, Bodies, "rad/s", rigid_rotating;
-    ahead_spin: Spin, Bodies, "rad/s", rigid_rotating;
-    hue: Hue, Slots, "from 1, index", coloured;
-    proposal: u32, Bodies, "neighbour, as in the lists", coloured;
-    palette: Palette, One, "see colours.wgsl", coloured;
-    painted: u32, Colours, "contacts of each colour", coloured;
-    turn: Turn, Contacts, "see colours.wgsl", coloured;
-    turn_meeting: Meeting, Contacts, "1, m/s", coloured;
-    turn_lever: Lever, Contacts, "m, m, 1/kg, 1/kg", coloured;
-    thrust: Packed, Contacts, "N s", coloured;
-    thrust_before: Packed, Contacts, "N s", coloured;
-    brush: Brush, One, "see colours.wgsl", coloured;
-    brush_next: Brush, One, "see colours.wgsl", coloured;
-    miss: f64, Bodies, "(m/s)²", coloured;
-    effort: Effort, Groups, "(m/s)², J, N s", rigid;
-    relaxation: Relaxation, One, "see method/cd.wgsl", rigid;
+    contact_geometry: ContactGeometry, Entries, "1, m/s", rigid;
+    effective_mass: EffectiveMass, Entries, "m, m, 1/kg, 1/kg", rigid;
+    delassus_eigenvalue: f64, Entries, "1/kg", rigid_clumped;
+    impulse_before: Packed, Entries, "N s", rigid;
+    pass_velocity: Velocity, Bodies, "m/s, 1/kg, after the last pass", rigid;
+    pass_velocity_before: Velocity, Bodies, "m/s, 1/kg, after the pass before", rigid;
+    extrapolated_velocity: Velocity, Bodies, "m/s, 1/kg, carried ahead by momentum", rigid;
+    pass_spin: Spin, Bodies, "rad/s", rigid_rotating;
+    pass_spin_before: Spin, Bodies, "rad/s", rigid_rotating;
+    extrapolated_spin: Spin, Bodies, "rad/s", rigid_rotating;
+    contact_color: ContactColor, Entries, "from 1, index", colored;
+    proposal: u32, Bodies, "neighbour, as in the lists", colored;
+    coloring_state: ColoringState, One, "see colours.wgsl", colored;
+    color_count: u32, Colors, "contacts of each colour", colored;
+    colored_contact: ColoredContact, Contacts, "see colours.wgsl", colored;
+    colored_geometry: ContactGeometry, Contacts, "1, m/s", colored;
+    colored_effective_mass: EffectiveMass, Contacts, "m, m, 1/kg, 1/kg", colored;
+    colored_impulse: Packed, Contacts, "N s", colored;
+    colored_impulse_before: Packed, Contacts, "N s", colored;
+    color_cursor: ColorCursor, One, "see colours.wgsl", colored;
+    color_cursor_next: ColorCursor, One, "see colours.wgsl", colored;
+    pass_residual: f64, Bodies, "(m/s)²", colored;
+    residual_sums: ResidualSums, Groups, "(m/s)², J, N s", rigid;
+    solver_state: SolverState, One, "see method/cd.wgsl", rigid;
     halt: u32, One, "1: no more steps", always;
     halt_next: u32, One, "1: no more steps", always;
     counters: Counters, One, "see params.wgsl", always;
-    part: Part, Parts, "J, N, W, 1", always;
+    partial_sums: PartialSums, PartialSums, "J, N, W, 1", always;
     force: DVec3, OnDemand, "N", always;
     torque: Spin, OnDemand, "N m", rotating;
 }
@@ -619,7 +619,7 @@ state! {
 impl State {
     /// The slots of grain i.
     pub fn row(&self, i: usize) -> std::ops::Range<usize> {
-        self.slot_start[i] as usize..self.slot_start[i + 1] as usize
+        self.list_start[i] as usize..self.list_start[i + 1] as usize
     }
 }
 

@@ -1,10 +1,11 @@
 //! Bound of the time step: Δt < 2/ω_max of the explicit leapfrog, from contact stiffness, mass and inertia.
 
 use crate::{
+    contact::damping::damping_ratio,
     error::{Error, Result},
-    laws::{dashpot::damping_ratio, dimension::inverse_gyration},
     model::Dimension,
     scene::{Assembly, Clump, Dashpot, Grain, Member, Method, Pair, Surface, TimeStep, Wall},
+    space::dimension::inverse_gyration,
 };
 use glam::{DMat3, DVec3};
 use std::{f64::consts::PI, ops::Deref, slice};

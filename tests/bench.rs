@@ -79,7 +79,7 @@ fn every_speed_has_its_bytes_and_stages(bench: &Bench) {
         let stages: Vec<&StageRow> = bench.stages.iter().filter(own).collect();
         // Of clumps, the stage of a step that walks the lists.
         let clumps = p.case.starts_with("rods");
-        let name = if clumps { "load" } else { "advance" };
+        let name = if clumps { "member_forces" } else { "advance" };
         let advance = stages.iter().find(|s| s.stage == name).expect("a step advances");
         assert_eq!(advance.calls, p.steps, "{advance:?}");
         for stage in stages.iter().filter(|s| s.stage != "rest") {

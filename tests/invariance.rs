@@ -131,7 +131,7 @@ fn scenes() -> Vec<(&'static str, Assembly, u64)> {
 
 /// How far two runs of the same physics may differ. Each rounds its coordinates at every step by up to half an ulp, which
 /// in free flight goes the same way every time, and collisions make it grow: 2 steps times what the worst of four shakes
-/// of the start by up to one rounding error, at a coordinate `offset`, does to the end.
+/// of the start by up to one rounding error, at a coordinate `member_offset`, does to the end.
 fn rounding(bench: Bench, scene: &Assembly, steps: u64, offset: f64) -> f64 {
     let eps = bench.pick(f64::EPSILON, f64::from(f32::EPSILON));
     let expected = CPU.after(scene, steps); // in f64, so that only the shaking differs
@@ -314,13 +314,13 @@ fn bookkeeping_leaves_no_trace() {
                 (bits(&simulation.grains().unwrap()), simulation.replayed_chunks())
             };
             let usual = bench.options();
-            let (reference, replayed) = run(Options { slots: Some(100_000), ..usual });
-            let overflows = run(Options { slots: Some(1), ..usual });
-            let growing = run(Options { slots: Some(scene.grains.len() * 2), ..usual });
+            let (reference, replayed) = run(Options { entries: Some(100_000), ..usual });
+            let overflows = run(Options { entries: Some(1), ..usual });
+            let growing = run(Options { entries: Some(scene.grains.len() * 2), ..usual });
             println!("{dimension}D {}: {replayed}, {}, {} replays", bench.name, overflows.1, growing.1);
             assert!(overflows.1 > replayed, "nothing was done again for want of slots");
             for (what, found) in [
-                ("again", run(Options { slots: Some(100_000), ..usual }).0),
+                ("again", run(Options { entries: Some(100_000), ..usual }).0),
                 ("one slot", overflows.0),
                 ("a slot or two per grain", growing.0),
                 ("lists every step", run(Options { longest_chunk: 1, ..usual }).0),
@@ -384,14 +384,14 @@ fn lists_that_grow_keep_the_springs() {
         scene.solver.margin = 0.03;
         for bench in engines() {
             let run = |slots: usize| {
-                let mut simulation = bench.start_with(&scene, Options { slots: Some(slots), ..bench.options() });
+                let mut simulation = bench.start_with(&scene, Options { entries: Some(slots), ..bench.options() });
                 simulation.advance(200).unwrap();
                 (bits(&simulation.grains().unwrap()), simulation.lost_contacts())
             };
             let mut simulation = bench.start(&scene);
             let mut needed = |steps: u64| {
                 simulation.advance(steps).unwrap();
-                simulation.read(&["slot_start"]).unwrap().slot_start[scene.grains.len()] as usize
+                simulation.read(&["list_start"]).unwrap().list_start[scene.grains.len()] as usize
             };
             let (few, many) = (needed(0), needed(100));
             assert!(many > few + 8, "the lists do not grow: {few} to {many}");
@@ -531,7 +531,7 @@ fn hopeless_grains() {
         fast.grains[1].velocity.x = 500.0; // half a radius per step, with a margin of a fifth
         let mut no_number = base();
         no_number.grains[3].velocity.y = f64::NAN;
-        for (scene, id, words) in [(through, 2, "beyond a wall"), (fast, 1, "moves"), (no_number, 3, "number")] {
+        for (scene, id, words) in [(through, 2, "beyond a wall"), (fast, 1, "moves"), (no_number, 3, "id")] {
             let mut simulation = bench.start(&scene);
             let error = simulation.advance(400).expect_err(words);
             let text = error.to_string();

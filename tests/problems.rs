@@ -3,14 +3,14 @@
 
 use glam::DVec3;
 use packstone::{
-    cd::{
+    io::problem::read,
+    solve::{
         Matrix, Operator, Options, Order, Problem, Solution, Solver,
         device::Jacobi,
         gauss_seidel::colours,
         residual::{associated, contacts, relative, residual},
         solve, velocities,
     },
-    io::problem::read,
 };
 use std::{
     fs,

@@ -176,7 +176,7 @@ fn collisions_conserve_momentum() {
 /// sideways without end: the same velocities, whatever the forces, in steps that begin with the impulses of the last one.
 #[test]
 fn solvers_agree() {
-    use packstone::cd::{Order, Solver};
+    use packstone::solve::{Order, Solver};
     const STEPS: u64 = 8;
     for dimension in [2, 3] {
         let mut scene = falling(rigid(dimension, DT, 0.4, 1e-9));
@@ -228,7 +228,7 @@ fn solvers_agree() {
 /// velocities as without.
 #[test]
 fn many_contacts_of_one_grain() {
-    use packstone::cd::Solver;
+    use packstone::solve::Solver;
     const SMALL: usize = 200;
     let mut scene = rigid(3, 1e-4, 0.3, 1e-9);
     let large = grain(0.0, 0.0, 0.0);
@@ -292,8 +292,8 @@ fn rewound() {
 #[test]
 fn contacts_of_a_colour_share_no_grain() {
     use packstone::{
-        cd::Solver,
-        state::{INDEX, NONE, SPRUNG},
+        solve::Solver,
+        state::{ACTIVE, INDEX, NONE},
     };
     for bench in engines() {
         let mut scene = falling(rigid(3, DT, 0.5, 1e-4));
@@ -306,12 +306,14 @@ fn contacts_of_a_colour_share_no_grain() {
             simulation
         };
         let mut simulation = run();
-        let s = simulation.read(&["hue", "turn", "painted", "palette", "neighbour", "slot_start"]).unwrap();
+        let s = simulation
+            .read(&["contact_color", "colored_contact", "color_count", "coloring_state", "neighbour", "list_start"])
+            .unwrap();
         let bodies = s.sizes.bodies;
-        let turns = &s.turn[..s.palette[0].contacts as usize];
+        let turns = &s.colored_contact[..s.coloring_state[0].contacts as usize];
         assert!(turns.len() > bodies, "{}: only {} contacts", bench.name, turns.len());
         let mut at = 0;
-        for contacts in s.painted.iter().filter(|n| **n > 0) {
+        for contacts in s.color_count.iter().filter(|n| **n > 0) {
             let mut seen = vec![false; bodies];
             for turn in turns[at..at + *contacts as usize].iter().filter(|turn| turn.first != NONE) {
                 for grain in [turn.first, turn.second].map(|i| i as usize).into_iter().filter(|i| *i < bodies) {
@@ -323,18 +325,18 @@ fn contacts_of_a_colour_share_no_grain() {
         assert_eq!(at, turns.len());
         let mut listed = 0;
         for i in 0..bodies {
-            for slot in s.row(i).filter(|&slot| s.neighbour[slot] != NONE && s.hue[slot].colour > 0) {
+            for slot in s.row(i).filter(|&slot| s.neighbour[slot] != NONE && s.contact_color[slot].color > 0) {
                 let j = (s.neighbour[slot] & INDEX) as usize;
                 if j < i {
                     continue;
                 }
-                let mine = |turn: &&packstone::state::Turn| turn.slot as usize == slot;
+                let mine = |turn: &&packstone::state::ColoredContact| turn.entry as usize == slot;
                 let turn = turns.iter().find(mine).expect("a coloured contact has a place");
                 assert!(turn.second as usize == j && (turn.first == NONE || turn.first as usize == i));
                 if j < bodies {
                     let back = turn.back as usize;
                     assert!(s.row(j).contains(&back) && (s.neighbour[back] & INDEX) as usize == i);
-                    assert_eq!(s.neighbour[back] & SPRUNG, s.neighbour[slot] & SPRUNG, "both know of it");
+                    assert_eq!(s.neighbour[back] & ACTIVE, s.neighbour[slot] & ACTIVE, "both know of it");
                 }
                 listed += 1;
             }

@@ -6,9 +6,9 @@ mod common;
 use common::*;
 use glam::{DMat3, DQuat, DVec3, EulerRot};
 use packstone::{
-    cd::{Solver, contact::largest_eigenvalue},
     scene::{Assembly, Clump, Grain, Method, Relaxation, Shape, TimeStep},
-    state::{Lever, NONE, SPRUNG},
+    solve::{Solver, contact::largest_eigenvalue},
+    state::{ACTIVE, EffectiveMass, NONE},
 };
 use std::collections::HashSet;
 
@@ -96,13 +96,19 @@ fn an_impact_sees_the_full_inertia() {
                 solver.label()
             );
             // What passes take for W is nowhere less, and its largest eigenvalue is that of the natural map.
-            let s = simulation.read(&["lever", "mobility", "neighbour"]).unwrap();
-            let slot = s.neighbour.iter().position(|entry| *entry != NONE && entry & SPRUNG != 0).expect("a contact");
-            let Lever { normal, tangential, .. } = s.lever[slot];
+            let s = simulation.read(&["effective_mass", "delassus_eigenvalue", "neighbour"]).unwrap();
+            let slot = s.neighbour.iter().position(|entry| *entry != NONE && entry & ACTIVE != 0).expect("a contact");
+            let EffectiveMass { normal, tangential, .. } = s.effective_mass[slot];
             let scale_of = DMat3::from_diagonal(DVec3::new(tangential, tangential, normal).map(|x| (held / x).sqrt()));
             let largest = largest_eigenvalue(&(scale_of * w * scale_of));
             assert!((0.5..=1.0 + rounding).contains(&largest), "W is {largest} of what stands for it");
-            close("mobility", s.mobility[slot], held * largest_eigenvalue(&w), s.mobility[slot], rounding);
+            close(
+                "delassus_eigenvalue",
+                s.delassus_eigenvalue[slot],
+                held * largest_eigenvalue(&w),
+                s.delassus_eigenvalue[slot],
+                rounding,
+            );
             if sticking.z > 0.0 && friction(sticking) <= mu * sticking.z {
                 stuck += 1;
                 close("impulse", (impulse - sticking).length(), 0.0, scale, rounding);
@@ -145,7 +151,7 @@ fn dragged_rods_are_solved() {
         let mut halved = 0;
         for _ in 0..200 {
             simulation.advance(1).unwrap();
-            halved += u32::from(simulation.read(&["relaxation"]).unwrap().relaxation[0].shorter > 1.0);
+            halved += u32::from(simulation.read(&["solver_state"]).unwrap().solver_state[0].step_divisor > 1.0);
         }
         let solved = simulation.solved().unwrap();
         println!("{} {}: {halved} steps with shorter passes, {solved:?}", bench.name, solver.label());
@@ -400,26 +406,28 @@ fn contacts_of_a_colour_share_no_clump() {
             simulation
         };
         let mut simulation = run();
-        let names = ["hue", "turn", "painted", "palette", "neighbour", "slot_start", "number"];
+        let names =
+            ["contact_color", "colored_contact", "color_count", "coloring_state", "neighbour", "list_start", "id"];
         let s = simulation.read(&names).unwrap();
-        let turns = &s.turn[..s.palette[0].contacts as usize];
+        let turns = &s.colored_contact[..s.coloring_state[0].contacts as usize];
         let active = turns.iter().filter(|turn| turn.first != NONE).count();
         assert!(active > 12, "{}: only {active} contacts", bench.name);
         let mut rest = turns;
-        for &contacts in s.painted.iter().filter(|n| **n > 0) {
+        for &contacts in s.color_count.iter().filter(|n| **n > 0) {
             let (colour, others) = rest.split_at(contacts as usize);
             rest = others;
-            let mut hues = colour.iter().filter(|turn| turn.first != NONE).map(|turn| s.hue[turn.slot as usize].colour);
+            let mut hues =
+                colour.iter().filter(|turn| turn.first != NONE).map(|turn| s.contact_color[turn.entry as usize].color);
             let first = hues.next();
             assert!(hues.all(|hue| Some(hue) == first), "{}: colours are mixed", bench.name);
         }
         assert!(rest.is_empty(), "{}: contacts behind the last colour", bench.name);
         let mut seen = HashSet::new();
         for i in 0..s.sizes.bodies {
-            let clump = s.owner[s.number[i] as usize];
+            let clump = s.clump_of_id[s.id[i] as usize];
             for slot in s.row(i).filter(|&slot| s.neighbour[slot] != NONE) {
-                let colour = s.hue[slot].colour;
-                assert!(colour > 0 || s.neighbour[slot] & SPRUNG == 0, "{}: a contact without colour", bench.name);
+                let colour = s.contact_color[slot].color;
+                assert!(colour > 0 || s.neighbour[slot] & ACTIVE == 0, "{}: a contact without colour", bench.name);
                 assert!(colour == 0 || seen.insert((clump, colour)), "{}: clump {clump} twice in {colour}", bench.name);
             }
         }
@@ -539,6 +547,6 @@ fn the_gyroscopic_term_keeps_angular_momentum() {
             errors.push(off(&kept));
         }
         let order = (errors[0] / errors[2]).log2() / 2.0;
-        close("order", order, 1.0, 1.0, 0.1);
+        close("order_cells", order, 1.0, 1.0, 0.1);
     }
 }

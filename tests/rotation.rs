@@ -323,12 +323,15 @@ fn members_move_at_their_velocities() {
     for bench in engines() {
         let mut simulation = bench.start(&scene);
         simulation.advance(10).unwrap();
-        let arrays: &[&'static str] =
-            if bench.is_single() { &["place", "residue", "motion", "spin"] } else { &["place", "motion", "spin"] };
+        let arrays: &[&'static str] = if bench.is_single() {
+            &["position", "position_low", "velocity", "spin"]
+        } else {
+            &["position", "velocity", "spin"]
+        };
         let read = |simulation: &mut packstone::simulation::Simulation| {
             let s = simulation.read(arrays).unwrap();
-            let x = |i: usize| s.place[i].x + s.residue.get(i).map_or(DVec3::ZERO, |r| r.x);
-            (0..3).map(|i| (x(i), s.motion[i].v)).collect::<Vec<_>>()
+            let x = |i: usize| s.position[i].x + s.position_low.get(i).map_or(DVec3::ZERO, |r| r.x);
+            (0..3).map(|i| (x(i), s.velocity[i].v)).collect::<Vec<_>>()
         };
         let before = read(&mut simulation);
         simulation.advance(1).unwrap();

@@ -6,22 +6,21 @@ mod common;
 use common::{clump, members, set_clumps};
 use glam::{DQuat, DVec3, EulerRot};
 use packstone::{
-    Result, cd,
+    Result,
+    body::{bodies::body, rotation::integrate_sphere_spin},
     check::{Report, check},
+    dem::leapfrog::integrate_velocity,
     engine::{cpu::apply, gpu::layouts},
     gpu::Arrays,
-    laws::{
-        contact::{body, contacts_of},
-        leapfrog::advanced,
-        rotation::advanced_spin,
-    },
+    contact::{contacts::contacts_of, law::contact_of},
     model::{
-        Boundary, Dashpot as DashpotSlot, Dimension, Friction, Grains, Gyration, Materials, Method as MethodSlot,
-        Model, Precision, Rotation, Walls,
+        Boundary, Damping as DampingSlot, Dimension, Grains, Gyroscopic, Materials, Method as MethodSlot, Model,
+        Precision, Rotation, Tangential, Walls,
     },
     plan::plan,
     scene::*,
     simulation::{EngineChoice, Options, Setup},
+    solve,
 };
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use std::collections::HashSet;
@@ -59,15 +58,15 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
     let axis = |a: usize| periodic && a < dims && a != 1;
     let bounds = |value: f64, open: f64| DVec3::from_array(std::array::from_fn(|a| if axis(a) { value } else { open }));
     let rigid = model.method == MethodSlot::ContactDynamics;
-    let rough = model.friction == Friction::Coulomb && model.rotation == Rotation::Sphere;
+    let rough = model.tangential == Tangential::Coulomb && model.rotation == Rotation::Sphere;
     let pair = |k: usize| Pair {
         normal_stiffness: if rigid { 0.0 } else { 1e4 * (1.0 + k as f64) },
         tangential_stiffness: if rigid { 0.0 } else { 3e3 },
         friction: if rough { 0.4 + 0.1 * k as f64 } else { 0.0 },
-        dashpot: match model.dashpot {
-            DashpotSlot::None => Dashpot::None,
-            DashpotSlot::Restitution => Dashpot::Restitution(0.6),
-            DashpotSlot::MassScaled => Dashpot::MassScaled(3000.0),
+        dashpot: match model.damping {
+            DampingSlot::None => Dashpot::None,
+            DampingSlot::Restitution => Dashpot::Restitution(0.6),
+            DampingSlot::MassScaled => Dashpot::MassScaled(3000.0),
         },
     };
     let mut scene = Assembly {
@@ -89,16 +88,12 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
         solver: Solver {
             method: if rigid {
                 Method::ContactDynamics(Relaxation {
-                    solver: if model.coloured {
-                        cd::Solver::ColouredAccelerated
-                    } else {
-                        cd::Solver::JacobiAccelerated
-                    },
-                    order: cd::Order::default(),
+                    solver: if model.colored { solve::Solver::ColouredAccelerated } else { solve::Solver::JacobiAccelerated },
+                    order: solve::Order::default(),
                     tolerance: 1e-4,
                     max_iterations: 30,
                     max_correction_velocity: Some(0.01),
-                    gyroscopic: model.gyration == Gyration::Kept,
+                    gyroscopic: model.gyroscopic == Gyroscopic::Kept,
                 })
             } else {
                 Method::DiscreteElements
@@ -173,7 +168,7 @@ fn walls(model: &Model, edge: f64, materials: usize) -> Vec<Wall> {
 /// The alternatives of a model, with moving walls as one more.
 fn choices(model: &Model) -> Vec<String> {
     let slots = model.slots().into_iter().map(|(slot, choice)| format!("{slot}={choice}"));
-    slots.chain([format!("moving_walls={}", model.moving_walls), format!("coloured={}", model.coloured)]).collect()
+    slots.chain([format!("moving_walls={}", model.moving_walls), format!("coloured={}", model.colored)]).collect()
 }
 
 /// Few models in which every two alternatives that can meet do meet.
@@ -247,18 +242,18 @@ fn double_precision_kernels_agree_with_their_twins() {
 fn many_contacts_at_a_time_are_as_one_by_one() {
     let advancing = |m: &Model| m.method == MethodSlot::DiscreteElements && m.grains == Grains::Spheres;
     for (k, model) in covering(Precision::Double).into_iter().filter(advancing).enumerate() {
-        let options = Options { engine: EngineChoice::Cpu, slots: Some(100_000), ..Options::default() };
+        let options = Options { engine: EngineChoice::Cpu, entries: Some(100_000), ..Options::default() };
         let Setup { mut state, plan, .. } = Setup::new(&random_scene(&model, k as u64), &options).unwrap();
         let ops = [&plan.begin, &plan.sort, &plan.list, &plan.step, &plan.step];
         ops.into_iter().flatten().for_each(|op| apply(op, &mut state));
         let before = state.clone();
         plan.step.iter().for_each(|op| apply(op, &mut state));
-        assert_eq!(state.counters[0].done, 3, "{model:?}");
+        assert_eq!(state.counters[0].steps_done, 3, "{model:?}");
         for i in 0..before.sizes.bodies {
             let here = body(&before, i);
-            let sum = contacts_of(&before, i, &here);
-            assert_eq!(state.motion[i].v, advanced(&before, &here.motion, sum.force), "{model:?}, grain {i}");
-            let spin = advanced_spin(&before, &here, sum.torque);
+            let sum = contacts_of(&before, i, &here, contact_of);
+            assert_eq!(state.velocity[i].v, integrate_velocity(&before, &here.velocity, sum.force), "{model:?}, grain {i}");
+            let spin = integrate_sphere_spin(&before, &here, sum.torque);
             assert!(state.spin.get(i).is_none_or(|s| s.0 == spin), "{model:?}, spin of grain {i}");
         }
     }

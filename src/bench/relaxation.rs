@@ -5,7 +5,7 @@ use super::{
     trial::{Backend, Cost, Setting, automatic_step, scene},
 };
 use crate::{
-    cd::{Order, Solver},
+    solve::{Order, Solver},
     error::{Error, Result},
     scene::{Assembly, Method, Relaxation, TimeStep},
     simulation::{Simulation, rigid::Look},

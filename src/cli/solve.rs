@@ -3,15 +3,14 @@
 use super::{UNCONVERGED, engines, precisions, say};
 use glam::DVec3;
 use packstone::{
-    Error,
-    cd::{
+    Error, io,
+    model::Precision,
+    simulation::EngineChoice,
+    solve::{
         self, Operator, Options, Order, Problem, Solution, Solver,
         device::Jacobi,
         residual::{self, Report, contacts},
     },
-    io,
-    model::Precision,
-    simulation::EngineChoice,
 };
 use serde_json::json;
 use std::{
@@ -109,7 +108,7 @@ pub fn solve(args: &SolveArgs) -> anyhow::Result<ExitCode> {
         None if args.on_gpu() => {
             Jacobi::open(args.solver(), args.precision == Precision::Double)?.solve(&problem, &options)?
         }
-        None => cd::solve(&problem, args.solver(), &options)?,
+        None => solve::solve(&problem, args.solver(), &options)?,
     };
     let seconds = started.elapsed().as_secs_f64();
     if let Some(path) = &args.history {
@@ -138,7 +137,7 @@ fn judge(problem: &Problem, path: &Path, tolerance: f64) -> anyhow::Result<Solut
     let third = |r: &[f64]| r.get(2).copied().unwrap_or(0.0);
     let r: Vec<DVec3> = numbers.chunks(dims).map(|r| DVec3::new(r[0], r[1], third(r))).collect();
     let mut u = vec![DVec3::ZERO; n];
-    cd::velocities(problem, &mut problem.free(), &r, &mut u);
+    solve::velocities(problem, &mut problem.free(), &r, &mut u);
     let residual = residual::residual(problem, &r);
     let converged = residual <= tolerance;
     Ok(Solution { r, u, passes: 0, other_passes: 2, residual, converged, local_failures: 0, history: Vec::new() })

@@ -4,11 +4,11 @@ use super::{Engine, Times};
 use crate::{
     error::{Error, Result},
     gpu::{Arrays, Device, Layout, Program, Stopwatch, compose, images, workgroups},
-    kernels::{Dispatch, Stage},
     memory,
     model::Model,
     plan::{Op, Plan},
     shaders,
+    stage::{Dispatch, Stage},
     state::{ARRAYS, Array, Column, Counters, Element, Params, Sizes, State, original},
 };
 use std::{
@@ -65,7 +65,7 @@ pub fn program(model: &Model, stage: &Stage) -> Result<Program> {
 
 /// The same with images in place of these arrays.
 fn program_with_images(model: &Model, stage: &Stage, images: &HashSet<&'static str>) -> Result<Program> {
-    let own = format!("{}.wgsl", stage.kernel);
+    let own = stage.file();
     let files: Vec<_> = model.files().into_iter().chain([own.as_str()]).map(shaders::file).collect();
     compose(&files, stage.kernel, |binding| images.contains(stage.array(&binding.name)))
 }
@@ -101,7 +101,7 @@ fn collect_layouts(dims: usize, programs: &[(&'static Stage, Program)]) -> Resul
             let same = binding.layout.names.iter().eq(names);
             if !same || layouts.get(name).is_some_and(|l| *l != binding.layout) {
                 return Err(Error::Shader {
-                    file: format!("{}.wgsl", stage.kernel),
+                    file: stage.file(),
                     line: 1,
                     message: format!("`{name}` has members {:?}, its Rust twin {names:?}", binding.layout.names),
                 });
@@ -123,7 +123,7 @@ fn known(name: &str, stage: &Stage) -> Result<&'static str> {
         return Ok("params");
     }
     ARRAYS.iter().find(|a| a.name == name).map(|a| a.name).ok_or_else(|| Error::Shader {
-        file: format!("{}.wgsl", stage.kernel),
+        file: stage.file(),
         line: 1,
         message: format!("`{name}` is not in the dictionary of arrays (src/state.rs)"),
     })
@@ -385,7 +385,7 @@ impl Engine for Gpu {
         self.dirty = true;
         let len = |array: &str| self.buffers.get(array).map_or(0, |b| b.len as u32);
         let params =
-            Params { slots: len("neighbour"), history: len("history_other"), colours: len("painted"), ..*params };
+            Params { entries: len("neighbour"), history: len("history_other"), colors: len("color_count"), ..*params };
         let bytes = self.params_layout.encode(1, |sink| params.put(self.dims, &mut |x| sink(x)));
         self.device.queue.write_buffer(&self.params, 0, &bytes);
         if self.times.is_some() {

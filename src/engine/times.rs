@@ -1,6 +1,6 @@
 //! How often stages ran, and how long it took.
 
-use crate::kernels::Stage;
+use crate::stage::Stage;
 
 /// What an engine gathers while it times stages.
 #[derive(Clone, Debug, Default)]

@@ -3,8 +3,8 @@
 use super::gpu::program;
 use crate::{
     error::Result,
-    kernels::Stage,
     model::Model,
+    stage::Stage,
     state::{Array, Sizes},
 };
 
@@ -25,7 +25,7 @@ mod tests {
     use super::*;
     use crate::{
         engine::gpu::layouts,
-        kernels::ADVANCE,
+        dem::ADVANCE,
         model::Precision,
         plan::plan,
         scene::Scene,
@@ -43,7 +43,7 @@ mod tests {
         Model::of(&Scene::parse(&text, "two", Path::new("."), &[]).unwrap().assemble().unwrap(), precision)
     }
 
-    /// Ten grains with 60 slots and the numbers that all share: slot_start has one more, `halt` is read and `halt_next`
+    /// Ten grains with 60 slots and the numbers that all share: list_start has one more, `halt` is read and `halt_next`
     /// written, the seven counters are read and written.
     fn advance(per_grain: u64, per_slot: u64) -> u64 {
         10 * per_grain + 60 * per_slot + 4 + (4 + 4) + 2 * 7 * 4
@@ -51,12 +51,12 @@ mod tests {
 
     #[test]
     fn advance_moves_what_is_counted_by_hand() {
-        let sizes = Sizes { bodies: 10, slots: 60, ..Sizes::default() };
+        let sizes = Sizes { bodies: 10, entries: 60, ..Sizes::default() };
         let on_device = |model: &Model| {
             let layouts = layouts(model, &plan(model)).unwrap();
             bytes(model, &ADVANCE, &sizes, |array| layouts[array].stride).unwrap()
         };
-        // Smooth disks, f32: place, residue and motion of 16 bytes read and written, travel too, number and slot_start
+        // Smooth disks, f32: place, residue and motion of 16 bytes read and written, travel too, number and list_start
         // read; neighbour read.
         assert_eq!(on_device(&model(0.0, 2, Precision::Single)), advance(2 * (3 * 16 + 4) + 4 + 4, 4));
         // Rough spheres, f32: a spin besides; neighbour and a spring of 12 bytes read and written.

@@ -7,8 +7,8 @@ mod text;
 
 use super::at;
 use crate::{
-    cd::Problem,
     error::{Error, Result},
+    solve::Problem,
 };
 use std::{fs, path::Path};
 

@@ -2,7 +2,7 @@
 //! Everything below `scene` in the crate reads this and nothing else of the scene file.
 
 use super::shape::Shape;
-use crate::cd;
+use crate::solve;
 use glam::{DQuat, DVec3};
 use std::ops::Range;
 
@@ -204,9 +204,9 @@ pub enum Method {
 /// How contact dynamics finds the impulses of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relaxation {
-    pub solver: cd::Solver,
+    pub solver: solve::Solver,
     /// Of `gauss-seidel`.
-    pub order: cd::Order,
+    pub order: solve::Order,
     /// Relative residual of the natural map at which a step is solved.
     pub tolerance: f64,
     /// Passes after which a step goes on unsolved, which is counted.

@@ -14,7 +14,7 @@ use super::{
     Assembly, Clump, Domain, Grain, Material, Method, Origin, Output, Relaxation, Solver, Stop, TimeStep, Wall,
     materials,
 };
-use crate::{Error, Result, cd};
+use crate::{Error, Result, solve};
 use std::str::FromStr;
 
 /// Overlap that a start may have, in radii of the smaller grain.
@@ -142,8 +142,8 @@ fn method(solver: &schema::Solver, check: &Check) -> Result<Method> {
     }
     let correction = solver.max_correction_velocity;
     Ok(Method::ContactDynamics(Relaxation {
-        solver: word("relaxation", solver.relaxation.as_deref(), cd::Solver::JacobiAccelerated, check)?,
-        order: word("order", solver.order.as_deref(), cd::Order::default(), check)?,
+        solver: word("relaxation", solver.relaxation.as_deref(), solve::Solver::JacobiAccelerated, check)?,
+        order: word("order", solver.order.as_deref(), solve::Order::default(), check)?,
         tolerance: check.positive("solver.tolerance", solver.tolerance.unwrap_or(1e-3), "")?,
         max_iterations: solver.max_iterations.unwrap_or(1000),
         max_correction_velocity: correction

@@ -1,32 +1,34 @@
-//! A step of contact dynamics by the solvers of [`crate::cd`], in f64 on the host: grains in place of a matrix.
+//! A step of contact dynamics by the solvers of [`crate::solve`], in f64 on the host: grains in place of a matrix.
 
 use super::{Simulation, rigid::Look};
 use crate::{
-    cd::{Operator, Options, Problem, Record, Solution, Solver, gauss_seidel, solve},
-    error::Result,
-    laws::{
-        answer::{free_motion, free_spin, grain_of, inverse_inertia_of},
+    body::{
         grains::{arm_of, clump},
-        materials::pair_of,
-        rigid::{filled, taking_part},
         rotation::{inverse_inertia, surface_velocity},
-        walls::wall_velocity,
     },
+    contact::materials::pair_of,
+    error::Result,
     model::Grains as Kind,
+    nscd::{
+        contact::{active_entries, list_entries},
+        response::{free_spin_of, free_velocity_of, grain_of, inverse_inertia_of},
+    },
     scene::Relaxation,
-    state::{INDEX, Motion, Packed, Spin, State},
+    solve::{Operator, Options, Problem, Record, Solution, Solver, gauss_seidel, solve},
+    space::walls::wall_velocity,
+    state::{INDEX, Packed, Spin, State, Velocity},
 };
 use glam::{DMat3, DVec3};
 use std::{ops::Mul, time::Instant};
 
 /// A contact of the body with the smaller index, which belongs to grain `first`.
-struct Meeting {
+struct Contact {
     first: usize,
     /// The other grain. None: a wall, with the velocity of its surface, m/s.
     second: Option<usize>,
     wall: DVec3,
     /// Slots of the two in their lists.
-    slot: usize,
+    entry: usize,
     slot_to: Option<usize>,
     /// From first to second, and two tangents; in the plane the second one leads out of it.
     axes: [DVec3; 3],
@@ -34,11 +36,11 @@ struct Meeting {
     arm: DVec3,
     arm_to: DVec3,
     /// m/s
-    closing: f64,
+    bias_velocity: f64,
     friction: f64,
 }
 
-impl Meeting {
+impl Contact {
     /// Impulse on the first grain, N s, from one in the contact's frame.
     fn impulse(&self, r: DVec3) -> DVec3 {
         let [n, s, t] = self.axes;
@@ -65,13 +67,13 @@ struct Grain<I> {
     inverse_mass: f64,
     inverse_inertia: I,
     /// Its contacts.
-    contacts: Vec<usize>,
+    contact_ids: Vec<usize>,
 }
 
 /// The contacts of a step, and what impulses do to the grains.
 struct Grains<I> {
     dims: usize,
-    meetings: Vec<Meeting>,
+    contact_ids: Vec<Contact>,
     grains: Vec<Grain<I>>,
     reference: f64,
 }
@@ -80,43 +82,43 @@ impl<I: Inertia> Grains<I> {
     /// The contacts of a state. Body i belongs to the grain `of_body(i).0`, from whose centre it lies `of_body(i).1` away.
     fn new(s: &State, grains: Vec<Grain<I>>, of_body: impl Fn(usize) -> (usize, DVec3)) -> Grains<I> {
         let mut grains =
-            Grains { dims: s.model.dims(), meetings: Vec::new(), grains, reference: s.relaxation[0].scale };
+            Grains { dims: s.model.dims(), contact_ids: Vec::new(), grains, reference: s.solver_state[0].scale };
         for i in 0..s.sizes.bodies {
-            for slot in taking_part(s, i) {
-                let j = (s.neighbour[slot] & INDEX) as usize;
+            for entry in active_entries(s, i) {
+                let j = (s.neighbour[entry] & INDEX) as usize;
                 if j >= i {
-                    grains.add_meeting(s, i, j, slot, &of_body);
+                    grains.add_contact(s, i, j, entry, &of_body);
                 }
             }
         }
         grains
     }
 
-    fn add_meeting(&mut self, s: &State, i: usize, j: usize, slot: usize, of_body: impl Fn(usize) -> (usize, DVec3)) {
-        let (met, lever) = (s.meeting[slot], s.lever[slot]);
+    fn add_contact(&mut self, s: &State, i: usize, j: usize, entry: usize, of_body: impl Fn(usize) -> (usize, DVec3)) {
+        let (met, effective_mass) = (s.contact_geometry[entry], s.effective_mass[entry]);
         let tangents = match self.dims {
             2 => (DVec3::new(-met.n.y, met.n.x, 0.0), DVec3::Z),
             _ => met.n.any_orthonormal_pair(),
         };
         let wall = j.checked_sub(s.sizes.bodies);
-        let back = |j: usize| filled(s, j).find(|&back| (s.neighbour[back] & INDEX) as usize == i);
+        let back = |j: usize| list_entries(s, j).find(|&back| (s.neighbour[back] & INDEX) as usize == i);
         let (first, to_first) = of_body(i);
         let second = wall.is_none().then(|| of_body(j));
-        let k = self.meetings.len();
-        self.grains[first].contacts.push(k);
+        let k = self.contact_ids.len();
+        self.grains[first].contact_ids.push(k);
         if let Some((second, _)) = second {
-            self.grains[second].contacts.push(k);
+            self.grains[second].contact_ids.push(k);
         }
-        self.meetings.push(Meeting {
+        self.contact_ids.push(Contact {
             first,
             second: second.map(|(second, _)| second),
-            wall: wall.map_or(DVec3::ZERO, |w| wall_velocity(&s.wall[w], s.place[i].x + lever.own * met.n)),
-            slot,
+            wall: wall.map_or(DVec3::ZERO, |w| wall_velocity(&s.wall[w], s.position[i].x + effective_mass.arm * met.n)),
+            entry,
             slot_to: if wall.is_none() { back(j) } else { None },
             axes: [met.n, tangents.0, tangents.1],
-            arm: to_first + lever.own * met.n,
-            arm_to: second.map_or(DVec3::ZERO, |(_, to_second)| to_second - lever.other * met.n),
-            closing: met.closing,
+            arm: to_first + effective_mass.arm * met.n,
+            arm_to: second.map_or(DVec3::ZERO, |(_, to_second)| to_second - effective_mass.arm_to * met.n),
+            bias_velocity: met.bias_velocity,
             friction: pair_of(s, i, j).friction,
         });
     }
@@ -127,7 +129,7 @@ impl<I: Inertia> Operator for Grains<I> {
     type State = Vec<(DVec3, DVec3)>;
 
     fn len(&self) -> usize {
-        self.meetings.len()
+        self.contact_ids.len()
     }
 
     fn dims(&self) -> usize {
@@ -135,7 +137,7 @@ impl<I: Inertia> Operator for Grains<I> {
     }
 
     fn block(&self, k: usize) -> DMat3 {
-        let m = &self.meetings[k];
+        let m = &self.contact_ids[k];
         let velocity = |grain: usize, arm: DVec3, impulse: DVec3| {
             let Grain { inverse_mass, inverse_inertia, .. } = self.grains[grain];
             inverse_mass * impulse + (inverse_inertia * arm.cross(impulse)).cross(arm)
@@ -150,7 +152,7 @@ impl<I: Inertia> Operator for Grains<I> {
     }
 
     fn mu(&self, k: usize) -> f64 {
-        self.meetings[k].friction
+        self.contact_ids[k].friction
     }
 
     fn reference(&self) -> f64 {
@@ -167,15 +169,15 @@ impl<I: Inertia> Operator for Grains<I> {
     }
 
     fn velocity(&self, state: &Self::State, k: usize) -> DVec3 {
-        let m = &self.meetings[k];
+        let m = &self.contact_ids[k];
         let (v, spin) = state[m.first];
         let (v_to, spin_to) = m.second.map_or((m.wall, DVec3::ZERO), |j| state[j]);
         let surface = surface_velocity(spin, m.arm) - surface_velocity(spin_to, m.arm_to);
-        m.in_frame((v - v_to) + surface) + m.closing * DVec3::X
+        m.in_frame((v - v_to) + surface) + m.bias_velocity * DVec3::X
     }
 
     fn add(&self, state: &mut Self::State, k: usize, change: DVec3) {
-        let m = &self.meetings[k];
+        let m = &self.contact_ids[k];
         let impulse = m.impulse(change);
         let mut push = |i: usize, arm: DVec3, impulse: DVec3| {
             let Grain { inverse_mass, inverse_inertia, .. } = self.grains[i];
@@ -195,9 +197,9 @@ impl<I: Inertia> Operator for Grains<I> {
     }
 
     fn neighbours(&self, k: usize) -> impl Iterator<Item = usize> {
-        let m = &self.meetings[k];
-        let second = m.second.into_iter().flat_map(|j| &self.grains[j].contacts);
-        self.grains[m.first].contacts.iter().chain(second).copied()
+        let m = &self.contact_ids[k];
+        let second = m.second.into_iter().flat_map(|j| &self.grains[j].contact_ids);
+        self.grains[m.first].contact_ids.iter().chain(second).copied()
     }
 }
 
@@ -211,10 +213,10 @@ fn solve_state(s: &mut State, relaxation: &Relaxation, step: u64, began: Instant
     match s.model.grains {
         Kind::Spheres => {
             let of_body = |i| {
-                let inverse_mass = free_motion(s, i).inverse_mass;
-                let inverse_inertia = inverse_inertia(s, &s.place[i], inverse_mass);
-                let free = (free_motion(s, i).v, free_spin(s, i));
-                Grain { free, inverse_mass, inverse_inertia, contacts: Vec::new() }
+                let inverse_mass = free_velocity_of(s, i).inverse_mass;
+                let inverse_inertia = inverse_inertia(s, &s.position[i], inverse_mass);
+                let free = (free_velocity_of(s, i).v, free_spin_of(s, i));
+                Grain { free, inverse_mass, inverse_inertia, contact_ids: Vec::new() }
             };
             let grains = (0..s.sizes.bodies).map(of_body).collect();
             solve_grains(
@@ -228,15 +230,15 @@ fn solve_state(s: &mut State, relaxation: &Relaxation, step: u64, began: Instant
         }
         Kind::Clumps => {
             let of_clump = |c: usize| Grain {
-                free: (s.clump_motion_next[c].v, s.clump_spin_next[c].0),
-                inverse_mass: s.clump_motion_next[c].inverse_mass,
+                free: (s.clump_velocity_next[c].v, s.clump_spin_next[c].0),
+                inverse_mass: s.clump_velocity_next[c].inverse_mass,
                 inverse_inertia: inverse_inertia_of(s, &clump(s, c)),
-                contacts: Vec::new(),
+                contact_ids: Vec::new(),
             };
             let grains = (0..s.sizes.clumps).map(of_clump).collect();
             let of_body = |s: &State, i: usize| {
                 let c = grain_of(s, i) as usize;
-                (c, arm_of(s, clump(s, c).attitude, s.number[i] as usize))
+                (c, arm_of(s, clump(s, c).orientation, s.id[i] as usize))
             };
             solve_grains(&Grains::new(s, grains, |i| of_body(s, i)), s, of_body, relaxation, step, began)
         }
@@ -254,7 +256,7 @@ fn solve_grains<I: Inertia>(
     if grains.is_empty() {
         return Ok(Solution::default());
     }
-    let start: Vec<DVec3> = grains.meetings.iter().map(|m| m.in_frame(s.spring[m.slot].0)).collect();
+    let start: Vec<DVec3> = grains.contact_ids.iter().map(|m| m.in_frame(s.spring[m.entry].0)).collect();
     let options = Options {
         tolerance: relaxation.tolerance,
         max_iterations: relaxation.max_iterations as usize,
@@ -275,16 +277,17 @@ fn solve_grains<I: Inertia>(
     for i in 0..s.sizes.bodies {
         let (grain, arm) = of_body(s, i);
         let (v, spin) = state[grain];
-        s.trial[i] = Motion { v: v + surface_velocity(spin, arm), inverse_mass: grains.grains[grain].inverse_mass };
-        if let Some(kept) = s.trial_spin.get_mut(i) {
+        s.pass_velocity[i] =
+            Velocity { v: v + surface_velocity(spin, arm), inverse_mass: grains.grains[grain].inverse_mass };
+        if let Some(kept) = s.pass_spin.get_mut(i) {
             *kept = Spin(spin);
         }
     }
-    for (m, r) in grains.meetings.iter().zip(&solution.r) {
+    for (m, r) in grains.contact_ids.iter().zip(&solution.r) {
         let impulse = m.impulse(*r);
-        s.spring[m.slot] = Packed(impulse);
-        if let Some(slot) = m.slot_to {
-            s.spring[slot] = Packed(-impulse);
+        s.spring[m.entry] = Packed(impulse);
+        if let Some(entry) = m.slot_to {
+            s.spring[entry] = Packed(-impulse);
         }
     }
     Ok(solution)
@@ -294,29 +297,29 @@ impl Simulation {
     /// All passes of a step, after those that it took before: how many there are now.
     pub(super) fn relax_on_host(&mut self, relaxation: &Relaxation, passes: u32, began: Instant) -> Result<u32> {
         const READ: [&str; 23] = [
-            "place",
-            "motion",
+            "position",
+            "velocity",
             "spin",
-            "owner",
-            "offset",
+            "clump_of_id",
+            "member_offset",
             "center",
-            "center_residue",
-            "attitude",
-            "attitude_residue",
+            "center_low",
+            "orientation",
+            "orientation_low",
             "inverse_moments",
-            "clump_motion",
-            "clump_motion_next",
+            "clump_velocity",
+            "clump_velocity_next",
             "clump_spin",
             "clump_spin_next",
             "wall",
-            "number",
+            "id",
             "material",
-            "slot_start",
+            "list_start",
             "neighbour",
-            "meeting",
-            "lever",
+            "contact_geometry",
+            "effective_mass",
             "spring",
-            "relaxation",
+            "solver_state",
         ];
         let present = |names: &[&'static str], s: &State| -> Vec<&'static str> {
             names.iter().copied().filter(|name| !s.column(name).is_empty()).collect()
@@ -328,7 +331,7 @@ impl Simulation {
         self.solved.local_failures += solution.local_failures as u64;
         let look = |r: &Record| Look { passes: passes + r.pass as u32, residual: r.residual, seconds: r.seconds };
         self.looks.extend(solution.history.iter().map(look));
-        let names = present(&["spring", "trial", "trial_spin"], &self.state);
+        let names = present(&["spring", "pass_velocity", "pass_spin"], &self.state);
         self.engine.write(&names, &self.state)?;
         Ok(passes + solution.passes as u32)
     }

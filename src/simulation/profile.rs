@@ -60,9 +60,9 @@ impl Simulation {
 
     /// Sizes with only as many slots and entries of the history as there is something in.
     fn sizes_in_use(&mut self) -> Result<Sizes> {
-        self.engine.read(&["slot_start"], &mut self.state)?;
-        let slots = self.state.slot_start[self.state.sizes.bodies] as usize;
-        Ok(Sizes { slots, history: self.springs as usize, ..self.state.sizes })
+        self.engine.read(&["list_start"], &mut self.state)?;
+        let entries = self.state.list_start[self.state.sizes.bodies] as usize;
+        Ok(Sizes { entries, history: self.springs as usize, ..self.state.sizes })
     }
 
     fn stage_cost(&self, time: &Time, steps: u64, sizes: &Sizes) -> Result<StageCost> {
@@ -71,7 +71,8 @@ impl Simulation {
         let of_step = self.plan.step.iter().filter_map(|op| op.stage()).any(|s| s.name == stage.name);
         let bytes = traffic::bytes(&self.state.model, stage, sizes, |array| self.engine.stride(array))?;
         // A call is over one of the colours.
-        let parts = if stage.name == "sweep" { u64::from(self.state.palette[0].colours.max(1)) } else { 1 };
+        let parts =
+            if stage.name == "gauss_seidel_pass" { u64::from(self.state.coloring_state[0].colors.max(1)) } else { 1 };
         let bytes = bytes / parts;
         Ok(StageCost { name: stage.name, calls: if of_step { steps } else { calls }, seconds, bytes })
     }

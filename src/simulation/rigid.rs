@@ -4,7 +4,7 @@ use super::{Simulation, host};
 use crate::{
     error::{Error, Result},
     scene::Method,
-    state::{ARRAYS, Length, Relaxation},
+    state::{ARRAYS, Length, SolverState},
 };
 use std::time::Instant;
 
@@ -67,30 +67,30 @@ impl Simulation {
             if self.life == 0 {
                 self.set_margin();
                 let counters = self.run(0)?;
-                if counters.bad_body > 0 {
-                    return Err(self.gone(counters.bad_body, self.step)?);
+                if counters.lost_body > 0 {
+                    return Err(self.gone(counters.lost_body, self.step)?);
                 }
             }
-            let (passes, residual, excess) = self.relax()?;
+            let (passes, residual, coulomb_excess) = self.relax()?;
             let params = self.params();
             let step = (&self.plan.step[..], 1);
             self.engine.execute(&params, &[step, (&self.plan.survey, 1)])?;
             let counters = self.engine.counters()?;
             // Lists have to reach to where the step ends, because grains meet on their way there.
             self.note_drift(&counters);
-            if counters.bad_body > 0 {
-                let reason = self.gone(counters.bad_body, self.step)?;
-                self.engine.execute(&params, &[(&self.plan.turn, 1)])?;
+            if counters.lost_body > 0 {
+                let reason = self.gone(counters.lost_body, self.step)?;
+                self.engine.execute(&params, &[(&self.plan.swaps, 1)])?;
                 (self.spent, self.life) = (true, 0);
                 return Err(reason);
             }
             if !self.spent {
-                self.solved.add(passes, residual, excess, self.state.params.tolerance);
+                self.solved.add(passes, residual, coulomb_excess, self.state.params.tolerance);
                 self.life = self.life.saturating_sub(1);
                 self.step += 1;
                 return Ok(());
             }
-            self.engine.execute(&params, &[(&self.plan.turn, 1)])?;
+            self.engine.execute(&params, &[(&self.plan.swaps, 1)])?;
             self.life = 0;
             self.replayed += 1;
         }
@@ -123,31 +123,31 @@ impl Simulation {
                 let judged = self.look(began, |_| passes)?;
                 // Pairs that were left out may have met; then once more, with them.
                 let out = passes >= self.most_passes || round == ROUNDS;
-                if judged.residual <= tolerance || judged.late == 0 || out {
-                    return Ok((passes, judged.residual, judged.excess));
+                if judged.residual <= tolerance || judged.late_contacts == 0 || out {
+                    return Ok((passes, judged.residual, judged.coulomb_excess));
                 }
             }
         }
         let mut passes = 0;
-        let mut colours = self.colour()?;
+        let mut colors = self.color()?;
         // Most steps take about as many passes as the one before; to learn of fewer, begin with fewer.
         let mut batch = (self.solved.last_iterations * 3 / 4).clamp(LEAST_AT_ONCE, MOST_AT_ONCE);
         let mut seen = (0, f64::INFINITY);
         loop {
             batch = batch.min(self.most_passes - passes);
-            if let Some(most) = MOST_SWEEPS.checked_div(colours) {
+            if let Some(most) = MOST_SWEEPS.checked_div(colors) {
                 batch = batch.min(MOST_BY_COLOURS).min(most.max(1));
             }
-            let pass = [(&self.plan.sweep[..], colours), (&self.plan.relax, 1)];
+            let pass = [(&self.plan.sweep[..], colors), (&self.plan.relax, 1)];
             let batched = (0..batch).flat_map(|_| pass).chain([(&self.plan.judge[..], 1)]);
             self.engine.execute(&params, &batched.collect::<Vec<_>>())?;
             let relaxation = self.look(began, |relaxation| relaxation.passes)?;
             passes = relaxation.passes;
             if relaxation.residual <= tolerance || passes >= self.most_passes || relaxation.residual.is_nan() {
-                return Ok((passes, relaxation.residual, relaxation.excess));
+                return Ok((passes, relaxation.residual, relaxation.coulomb_excess));
             }
-            if relaxation.late > 0 {
-                colours = self.colour()?;
+            if relaxation.late_contacts > 0 {
+                colors = self.color()?;
             }
             // As many as it takes if the residual goes on falling as it has since the last look, but no more than a quarter of
             // what there were.
@@ -161,9 +161,9 @@ impl Simulation {
     }
 
     /// Read what the last judgement has found, and keep it with the passes so far and the time.
-    fn look(&mut self, began: Instant, passes: impl Fn(&Relaxation) -> u32) -> Result<Relaxation> {
-        self.engine.read(&["relaxation"], &mut self.state)?;
-        let judged = self.state.relaxation[0];
+    fn look(&mut self, began: Instant, passes: impl Fn(&SolverState) -> u32) -> Result<SolverState> {
+        self.engine.read(&["solver_state"], &mut self.state)?;
+        let judged = self.state.solver_state[0];
         let seconds = began.elapsed().as_secs_f64();
         self.looks.push(Look { passes: passes(&judged), residual: judged.residual, seconds });
         Ok(judged)
@@ -171,30 +171,30 @@ impl Simulation {
 
     /// Give colours to all contacts that have none, and put them in order: how many colours there are. 0 if contacts are not
     /// updated by colours.
-    fn colour(&mut self) -> Result<u32> {
-        if !self.state.model.coloured {
+    fn color(&mut self) -> Result<u32> {
+        if !self.state.model.colored {
             return Ok(0);
         }
         let params = self.params();
-        let mut coloured = 0;
+        let mut colored = 0;
         loop {
-            self.engine.execute(&params, &[(&self.plan.colour, ROUNDS_OF_COLOURS), (&self.plan.colour[..1], 1)])?;
-            self.engine.read(&["palette"], &mut self.state)?;
-            let palette = self.state.palette[0];
-            if self.state.sizes.make_room(&palette) {
-                for array in ARRAYS.iter().filter(|a| matches!(a.length, Length::Contacts | Length::Colours)) {
+            self.engine.execute(&params, &[(&self.plan.color, ROUNDS_OF_COLOURS), (&self.plan.color[..1], 1)])?;
+            self.engine.read(&["coloring_state"], &mut self.state)?;
+            let coloring_state = self.state.coloring_state[0];
+            if self.state.sizes.make_room(&coloring_state) {
+                for array in ARRAYS.iter().filter(|a| matches!(a.length, Length::Contacts | Length::Colors)) {
                     self.engine.resize(array.name, self.state.sizes.of(array.length))?;
                 }
                 self.engine.execute(&params, &[(&self.plan.bleach, 1)])?;
-                coloured = 0;
-            } else if palette.uncoloured == 0 {
+                colored = 0;
+            } else if coloring_state.uncolored == 0 {
                 self.engine.execute(&params, &[(&self.plan.arrange, 1)])?;
-                return Ok(palette.colours);
-            } else if palette.contacts == coloured {
+                return Ok(coloring_state.colors);
+            } else if coloring_state.contacts == colored {
                 // A defect, which must not turn into a loop without end: a contact that only one of its grains knows of.
                 return Err(Error::Device(format!("{} cannot colour the contacts", self.engine.name())));
             } else {
-                coloured = palette.contacts;
+                colored = coloring_state.contacts;
             }
         }
     }
@@ -218,12 +218,12 @@ impl Simulation {
 }
 
 impl Solved {
-    fn add(&mut self, passes: u32, residual: f64, excess: f64, tolerance: f64) {
+    fn add(&mut self, passes: u32, residual: f64, coulomb_excess: f64, tolerance: f64) {
         self.steps += 1;
         self.unconverged += u64::from(!(residual <= tolerance));
         self.iterations += u64::from(passes);
         self.residual_sum += residual;
         self.residual_max = if residual.is_nan() { f64::INFINITY } else { self.residual_max.max(residual) };
-        (self.last_iterations, self.last_residual, self.last_excess) = (passes, residual, excess);
+        (self.last_iterations, self.last_residual, self.last_excess) = (passes, residual, coulomb_excess);
     }
 }

@@ -2,20 +2,22 @@
 
 use super::{EngineChoice, LEAST_LENGTH, Options};
 use crate::{
-    cd,
+    body::{grains::spins_in_scene, rotation::inverse_inertia},
+    contact::damping::damping_ratio,
     error::{Error, Result},
-    laws::{
-        boundary::wrapped,
-        dashpot::damping_ratio,
-        grains::spins_in_scene,
-        precision::{Point, carried, quantised, quantum, split, turned_on},
-        rotation::inverse_inertia,
-    },
     memory,
     model::{Grains, Model, Precision, Rotation},
     plan::{Plan, plan},
     scene::{Assembly, Clump, Dashpot, Grain, Method, Surface},
-    state::{Attitude, Motion, PARTS, Packed, Pair, Params, Place, Residue, Rounds, Sizes, Spin, State, Wall},
+    solve,
+    space::{
+        boundary::wrap,
+        precision::{Point, add_rotation, arm_end, quantised, quantum, split},
+    },
+    state::{
+        Orientation, PARTIAL_SUMS, Packed, Pair, Params, Position, PositionLow, RotationIterations, Sizes, Spin, State,
+        Velocity, Wall,
+    },
     time_step,
 };
 use glam::{DVec3, DVec4, UVec3};
@@ -47,10 +49,10 @@ impl Setup {
             walls: assembly.walls.len(),
             materials: assembly.materials.len(),
             cells: (cells.x * cells.y * cells.z) as usize,
-            slots: options.slots.unwrap_or(guess).max(LEAST_LENGTH),
+            entries: options.entries.unwrap_or(guess).max(LEAST_LENGTH),
             history: LEAST_LENGTH,
             contacts: (guess / 2).max(LEAST_LENGTH),
-            colours: LEAST_LENGTH,
+            colors: LEAST_LENGTH,
         };
         memory::check_host(bodies as u64 * memory::BYTES_PER_GRAIN)?;
         let mut state = State::new(model, sizes, params);
@@ -95,12 +97,12 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
         lower: DVec3::splat(-UNBOUNDED),
         upper: DVec3::splat(UNBOUNDED),
         dt,
-        since: dt,
-        split: unit,
-        inverse_split: 1.0 / unit,
+        history_dt: dt,
+        length_unit: unit,
+        inverse_length_unit: 1.0 / unit,
         damping: assembly.solver.damping,
         margin,
-        drift_limit: 0.5 * margin,
+        displacement_limit: 0.5 * margin,
         step_limit: 0.5 * margin.min(smallest),
         gap_band: GAP_BAND * smallest,
         pair: pair(&assembly.pairs[0]),
@@ -109,16 +111,16 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
         clumps: assembly.clumps.len() as u32,
         walls: assembly.walls.len() as u32,
         materials: assembly.materials.len() as u32,
-        parts: PARTS as u32,
+        partial_sums_len: PARTIAL_SUMS as u32,
         ..Params::default()
     };
     if let Method::ContactDynamics(relaxation) = assembly.solver.method {
         p.tolerance = relaxation.tolerance;
-        p.momentum = if relaxation.solver == cd::Solver::Jacobi { 0.0 } else { 1.0 };
+        p.max_momentum = if relaxation.solver == solve::Solver::Jacobi { 0.0 } else { 1.0 };
         // Slower than what gravity takes away in a step, so that nothing flies up; without gravity something small.
         let pull = assembly.gravity.length() * dt;
         let gentle = if pull > 0.0 { 0.1 * pull } else { 1e-3 * mean_radius / dt };
-        p.correction = relaxation.max_correction_velocity.unwrap_or(gentle);
+        p.max_correction_velocity = relaxation.max_correction_velocity.unwrap_or(gentle);
     }
     let arm = |c: &Clump| c.radius * assembly.shapes[c.shape as usize].reach();
     p.arm_unit = quantum(assembly.clumps.iter().map(arm).fold(0.0, f64::max));
@@ -130,9 +132,9 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
     (p.arm_shift, p.arm_shift_fine) = (shift(p.arm_unit), shift(p.arm_unit / 2048.0));
     let single = model.precision == Precision::Single;
     // Residues are at most half a quantum and half a quantum of the period; the rest is for rounding.
-    p.blur = 1e-5 * largest + if single { 4.0 * p.quantum } else { 0.0 };
+    p.position_slack = 1e-5 * largest + if single { 4.0 * p.quantum } else { 0.0 };
     // A hair wider than the reach of the lists, so that rounding cannot hide a neighbour two cells away.
-    let edge = 1.001 * (2.0 * largest + margin + p.blur);
+    let edge = 1.001 * (2.0 * largest + margin + p.position_slack);
     let domain = &assembly.domain;
     for axis in 0..model.dims() {
         let positions = || grains.iter().map(|g| g.position[axis]);
@@ -142,7 +144,7 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
             p.inverse_period[axis] = 1.0 / p.period[axis];
             if single {
                 let whole = quantised(&p, p.period)[axis];
-                (p.period_rest[axis], p.period[axis]) = (p.period[axis] - whole, whole);
+                (p.period_low[axis], p.period[axis]) = (p.period[axis] - whole, whole);
             }
             p.cell_origin[axis] = lower;
             p.cells[axis] = (p.period[axis] / edge).floor().clamp(1.0, 1e6) as u32;
@@ -217,14 +219,15 @@ pub(super) fn fill(state: &mut State, assembly: &Assembly) {
     for (i, grain) in assembly.grains.iter().enumerate() {
         let density = assembly.materials[grain.material as usize].density;
         let mass = time_step::mass(dimension, density, grain.radius);
-        state.place[i] = Place { x: grain.position, radius: grain.radius };
-        if let Some(residue) = state.residue.get_mut(i) {
-            let whole = Place { x: quantised(&state.params, grain.position), radius: f64::from(grain.radius as f32) };
-            *residue = Residue { x: grain.position - whole.x, radius: grain.radius - whole.radius };
-            state.place[i] = whole;
+        state.position[i] = Position { x: grain.position, radius: grain.radius };
+        if let Some(low) = state.position_low.get_mut(i) {
+            let whole =
+                Position { x: quantised(&state.params, grain.position), radius: f64::from(grain.radius as f32) };
+            *low = PositionLow { x: grain.position - whole.x, radius: grain.radius - whole.radius };
+            state.position[i] = whole;
         }
-        state.number[i] = i as u32;
-        state.motion[i] = Motion { v: grain.velocity, inverse_mass: if grain.fixed { 0.0 } else { 1.0 / mass } };
+        state.id[i] = i as u32;
+        state.velocity[i] = Velocity { v: grain.velocity, inverse_mass: if grain.fixed { 0.0 } else { 1.0 / mass } };
     }
     if state.model.grains == Grains::Clumps {
         fill_clumps(state, assembly);
@@ -241,8 +244,8 @@ pub(super) fn fill(state: &mut State, assembly: &Assembly) {
             Surface::Cylinder { radius, .. } => (DVec3::ZERO, radius),
         };
         let whole = if single { quantised(&state.params, point) } else { point };
-        let residue = point - whole;
-        *wall = Wall { point: whole, residue, normal, velocity: given.velocity, radius, spin: given.spin };
+        let low = point - whole;
+        *wall = Wall { point: whole, low, normal, velocity: given.velocity, radius, spin: given.spin };
     }
     if !state.material.is_empty() {
         let materials = assembly.grains.iter().map(|g| g.material).chain(assembly.walls.iter().map(|w| w.material));
@@ -254,7 +257,7 @@ pub(super) fn fill(state: &mut State, assembly: &Assembly) {
 /// The clumps of a scene, and what their members know of them.
 fn fill_clumps(state: &mut State, assembly: &Assembly) {
     let (dimension, precision) = (state.model.dimension, state.model.precision);
-    state.owner = assembly.owners();
+    state.clump_of_id = assembly.owners();
     for (c, clump) in assembly.clumps.iter().enumerate() {
         let shape = &assembly.shapes[clump.shape as usize];
         let density = assembly.materials[clump.material as usize].density;
@@ -268,36 +271,36 @@ fn fill_clumps(state: &mut State, assembly: &Assembly) {
         };
         let principal = (clump.orientation * shape.frame).normalize();
         state.inverse_moments[c] = Spin(inverse_moments);
-        state.clump_motion[c] = Motion { v: clump.velocity, inverse_mass };
+        state.clump_velocity[c] = Velocity { v: clump.velocity, inverse_mass };
         let in_scene = spins_in_scene(&state.model, inverse_moments);
         state.clump_spin[c] = Spin(if in_scene { clump.spin } else { principal.inverse() * clump.spin });
-        if let Some(gain) = state.spin_gain.get_mut(c) {
+        if let Some(gain) = state.spin_increment.get_mut(c) {
             *gain = Spin::default();
         }
-        state.rounds[0] = Rounds::default();
-        let turning = turned_on(state, DVec4::ZERO, DVec4::ZERO, DVec4::from(principal));
-        state.attitude[c] = Attitude(turning.q);
+        state.rotation_iterations[0] = RotationIterations::default();
+        let turning = add_rotation(state, DVec4::ZERO, DVec4::ZERO, DVec4::from(principal));
+        state.orientation[c] = Orientation(turning.q);
         state.center[c] = clump.position;
         if precision == Precision::Single {
-            state.attitude_residue[c] = Attitude(turning.residue);
+            state.orientation_low[c] = Orientation(turning.low);
             state.center[c] = quantised(&state.params, clump.position);
-            state.center_residue[c] = clump.position - state.center[c];
+            state.center_low[c] = clump.position - state.center[c];
         }
         let members = assembly.members(c);
         state.first_member[c] = members.start as u32;
         state.first_member[c + 1] = members.end as u32;
-        for (label, member) in members.zip(&shape.members) {
-            state.motion[label].inverse_mass = inverse_mass;
+        for (member_id, member) in members.zip(&shape.members) {
+            state.velocity[member_id].inverse_mass = inverse_mass;
             let arm = clump.radius * member.arm;
-            state.offset[label] = Packed(arm);
+            state.member_offset[member_id] = Packed(arm);
             if precision == Precision::Single {
                 // As the device will have them, so that no member jumps in the first step.
-                state.offset[label] = Packed(arm.as_vec3().as_dvec3());
-                let center = Point { x: state.center[c], residue: state.center_residue[c] };
-                let arm = state.offset[label].0;
-                let point = carried(state, center, state.attitude[c].0, state.attitude_residue[c].0, arm);
-                let point = wrapped(state, point);
-                (state.place[label].x, state.residue[label].x) = (point.x, point.residue);
+                state.member_offset[member_id] = Packed(arm.as_vec3().as_dvec3());
+                let center = Point { x: state.center[c], low: state.center_low[c] };
+                let arm = state.member_offset[member_id].0;
+                let point = arm_end(state, center, state.orientation[c].0, state.orientation_low[c].0, arm);
+                let point = wrap(state, point);
+                (state.position[member_id].x, state.position_low[member_id].x) = (point.x, point.low);
             }
         }
     }
@@ -318,14 +321,14 @@ fn check_range(state: &State) -> Result<()> {
             )));
         }
     }
-    for (i, (place, motion)) in state.place.iter().zip(&state.motion).enumerate() {
+    for (i, (position, velocity)) in state.position.iter().zip(&state.velocity).enumerate() {
         // A member turns with its clump, whose moments have been looked at.
         let clumped = state.model.grains == Grains::Clumps;
-        let inertia = if clumped { 0.0 } else { inverse_inertia(state, place, motion.inverse_mass) };
-        let numbers = [("inverse mass", motion.inverse_mass), ("inverse moment of inertia", inertia)];
-        if let Some((what, number)) = numbers.into_iter().find(|(_, x)| !fits(*x)) {
+        let inertia = if clumped { 0.0 } else { inverse_inertia(state, position, velocity.inverse_mass) };
+        let numbers = [("inverse mass", velocity.inverse_mass), ("inverse moment of inertia", inertia)];
+        if let Some((what, value)) = numbers.into_iter().find(|(_, x)| !fits(*x)) {
             return Err(Error::Scene(format!(
-                "grain {i}: its {what}, {number:e} in SI units, is beyond single precision; use --precision double or \
+                "grain {i}: its {what}, {value:e} in SI units, is beyond single precision; use --precision double or \
                  --engine cpu"
             )));
         }

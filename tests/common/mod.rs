@@ -6,7 +6,6 @@ pub mod stiffness;
 
 use glam::{DQuat, DVec3};
 use packstone::{
-    cd,
     gpu::adapters,
     model::Precision,
     scene::{
@@ -14,6 +13,7 @@ use packstone::{
         Stop, Surface, TimeStep, Wall,
     },
     simulation::{EngineChoice, Options, Simulation},
+    solve,
 };
 
 /// Radius of the default grain, m.
@@ -124,8 +124,8 @@ pub fn rigid(dimension: usize, dt: f64, friction: f64, tolerance: f64) -> Assemb
     let mut assembly = blank_dt(dimension, dt);
     assembly.solver.margin = 1.0;
     assembly.solver.method = Method::ContactDynamics(Relaxation {
-        solver: cd::Solver::JacobiAccelerated,
-        order: cd::Order::default(),
+        solver: solve::Solver::JacobiAccelerated,
+        order: solve::Order::default(),
         tolerance,
         max_iterations: 2_000,
         max_correction_velocity: None,

@@ -2,8 +2,8 @@
 //! `/fclib_global/{M, H, vectors/{f, w, mu}, spacedim}`. A matrix is `m`, `n`, `nz`, `p`, `i`, `x`.
 
 use crate::{
-    cd::{Matrix, Problem},
     error::{Error, Result},
+    solve::{Matrix, Problem},
 };
 use hdf5_reader::{H5Type, Hdf5File};
 

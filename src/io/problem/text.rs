@@ -2,8 +2,8 @@
 //! (2, by columns or as triplets).
 
 use crate::{
-    cd::{Matrix, Problem},
     error::{Error, Result},
+    solve::{Matrix, Problem},
 };
 use std::str::FromStr;
 

@@ -2,9 +2,10 @@
 
 use super::{Figure, Length, changed_scene, sprung};
 use crate::common::*;
+use packstone::contact::contacts::closed_contacts;
 use packstone::{
-    laws::contact::{body, closed_contacts},
-    measure::backbone,
+    body::bodies::body,
+    measure::{backbone, contacts::contact_of},
     scene::{Assembly, Dashpot},
     simulation::Simulation,
     state::Array,
@@ -16,12 +17,12 @@ fn pairs(simulation: &mut Simulation) -> Vec<(u32, u32)> {
     simulation.sample().unwrap(); // lists that reach
     let model = *simulation.model();
     let arrays =
-        ["place", "residue", "motion", "spin", "number", "slot_start", "neighbour", "spring", "wall", "material"];
+        ["position", "position_low", "velocity", "spin", "id", "list_start", "neighbour", "spring", "wall", "material"];
     let present: Vec<&'static str> = arrays.into_iter().filter(|a| (Array::named(a).needed)(&model)).collect();
     let s = simulation.read(&present).unwrap();
-    let of = |i: usize| closed_contacts(s, i, &body(s, i)).map(move |(j, _)| (i, j)).collect::<Vec<_>>();
+    let of = |i: usize| closed_contacts(s, i, &body(s, i), contact_of).map(move |(j, _)| (i, j)).collect::<Vec<_>>();
     let inner = (0..s.sizes.bodies).flat_map(of).filter(|(i, j)| i < j);
-    inner.map(|(i, j)| (s.number[i], s.number.get(j).copied().unwrap_or(j as u32))).collect()
+    inner.map(|(i, j)| (s.id[i], s.id.get(j).copied().unwrap_or(j as u32))).collect()
 }
 
 /// Volume of a sphere below a height, m³.

@@ -4,7 +4,7 @@ use super::{Figure, Length, changed_scene, worse};
 use crate::common::*;
 use glam::DVec3;
 use packstone::{
-    laws::grains,
+    body::grains,
     measure::packing_fraction,
     scene::{Clump, Shape},
 };
@@ -28,9 +28,10 @@ pub fn free_body(bench: Bench, length: Length) -> Vec<Figure> {
     for _ in 0..10 {
         simulation.advance(steps / 10).unwrap();
         let (e, l) = state(&simulation.clumps().unwrap()[0]);
-        let s =
-            simulation.read(if bench.is_single() { &["attitude", "attitude_residue"] } else { &["attitude"] }).unwrap();
-        norm = worse(norm, grains::clump(s, 0).attitude.length() - 1.0);
+        let s = simulation
+            .read(if bench.is_single() { &["orientation", "orientation_low"] } else { &["orientation"] })
+            .unwrap();
+        norm = worse(norm, grains::clump(s, 0).orientation.length() - 1.0);
         energies = worse(energies, e / energy - 1.0);
         lengths = worse(lengths, l.length() / momentum.length() - 1.0);
         directions = worse(directions, l.angle_between(momentum));

@@ -4,9 +4,9 @@ use super::{Figure, Length, loads, relaxation, scene, solved_to, sprung, worse};
 use crate::common::*;
 use glam::DVec3;
 use packstone::{
-    cd::Solver,
     measure::masses,
     scene::{Assembly, Grain},
+    solve::Solver,
 };
 use std::f64::consts::PI;
 

@@ -4,10 +4,10 @@ use super::{Figure, Length, relaxation, scene, solved_to, sprung, worse};
 use crate::common::*;
 use glam::DVec3;
 use packstone::{
-    cd::Solver,
     measure::masses,
     scene::{Assembly, Grain, Surface},
     simulation::Simulation,
+    solve::Solver,
     state::{INDEX, NONE},
 };
 
@@ -29,7 +29,7 @@ fn short_step(part: f64) -> f64 {
 /// Forces of walls on the only grain, N.
 fn wall_forces(simulation: &mut Simulation) -> Vec<DVec3> {
     let dt = simulation.dt();
-    let state = simulation.read(&["slot_start", "neighbour", "spring"]).unwrap();
+    let state = simulation.read(&["list_start", "neighbour", "spring"]).unwrap();
     let slots = state.row(0).filter(|slot| state.neighbour[*slot] != NONE);
     let mut forces: Vec<(u32, DVec3)> =
         slots.map(|slot| (state.neighbour[slot] & INDEX, state.spring[slot].0 / dt)).collect();

@@ -1,0 +1,19 @@
+// twin: src/body/grains.rs
+// Grains slot: every body is a grain, a sphere or disk.
+
+/// Whether bodies i and j belong to one grain.
+fn same_grain(i: u32, j: u32) -> bool {
+    return i == j;
+}
+
+fn store_index(member_id: u32, i: u32) {}
+
+/// How many bodies the grain of body i has.
+fn member_count(i: u32) -> u32 {
+    return 1;
+}
+
+/// One of them.
+fn member_of(i: u32, m: u32) -> u32 {
+    return i;
+}

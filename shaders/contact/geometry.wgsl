@@ -1,0 +1,35 @@
+// twin: src/contact/geometry.rs
+// Geometry of two grains.
+
+/// What two surfaces know of each other; n points from the grain of interest to the other.
+struct Separation {
+    gap: Real, // m, < 0 is overlap (erratum E1)
+    n: Vec,
+}
+
+/// Gap and normal of grains i and j, between which lies `way`. Coincident centres get an arbitrary axis, opposite for the
+/// two grains.
+fn sphere_separation(i: u32, j: u32, branch: Point, a: Real, b: Real, radii_rest: Real) -> Separation {
+    let d = branch.x + branch.low;
+    let distance = sqrt(dot(d, d));
+    if (distance == 0) {
+        return Separation(-(a + b), select(-first_axis(), first_axis(), id[i] < id[j]));
+    }
+    return Separation(gap_between(branch.x, branch.low, distance, a, b, radii_rest), d * (1 / distance));
+}
+
+/// Unit vector along d; the other one where d has no length.
+fn unit_or(d: Vec, other: Vec) -> Vec {
+    let length_squared = dot(d, d);
+    if (length_squared == 0) {
+        return other;
+    }
+    return d * (1 / sqrt(length_squared));
+}
+
+/// Whether the surfaces are closer than this, m, judged without residues: true where these could decide.
+fn closer_than(a: Position, b: Position, gap: Real) -> bool {
+    let d = nearest_image(a.x, b.x, Vec()).x;
+    let reach = a.radius + b.radius + gap + params.position_slack;
+    return dot(d, d) < reach * reach;
+}

@@ -1,0 +1,5 @@
+// twin: src/contact/materials.rs
+// Materials slot: one material; its parameters are a number of Params.
+fn pair_of(i: u32, j: u32) -> Pair {
+    return params.pair;
+}

@@ -1,0 +1,32 @@
+// twin: src/dem/advance.rs
+// One step: contact forces at step n, gathered in ascending order of the other's id, then leapfrog with global damping,
+// implicit at the half step: n - 1/2 to n + 1/2 (2.19), n to n + 1 (2.20). A step after which the lists may miss a
+// neighbour, or after which a grain is lost, is the last: it halts the steps that follow in the chunk.
+var<storage, read> halt: u32;
+var<storage, read_write> halt_next: atomic<u32>;
+
+@compute @workgroup_size(WG)
+fn advance(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let i = linear(gid, groups);
+    if (i >= params.bodies) {
+        return;
+    }
+    if (halt != 0u) {
+        if (i == 0u) {
+            atomicStore(&halt_next, 1u);
+        }
+        return;
+    }
+    if (i == 0u) {
+        atomicAdd(&counters.steps_done, 1u);
+    }
+    let here = body(i);
+    let pushed = body_forces(i, here);
+    let v = integrate_velocity(here.velocity, pushed.sum.force);
+    let point = wrap(displaced(here.position.x, here.low.x, params.dt * v));
+    velocity_next[i] = Velocity(v, here.velocity.inverse_mass);
+    store_spin(i, integrate_sphere_spin(here, pushed.sum.torque));
+    if (commit_position(i, here.position, here.low, point, params.dt * sqrt(dot(v, v)), pushed.crossed)) {
+        atomicStore(&halt_next, 1u);
+    }
+}

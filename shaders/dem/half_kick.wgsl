@@ -1,0 +1,13 @@
+// twin: src/dem/half_kick.rs
+// Velocities from time 0 to -1/2.
+@compute @workgroup_size(WG)
+fn half_kick(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let i = linear(gid, groups);
+    if (i >= params.bodies) {
+        return;
+    }
+    let here = body(i);
+    let sum = contacts_of(i, here);
+    velocity_next[i] = Velocity(half_kick_velocity(here.velocity, sum.force), here.velocity.inverse_mass);
+    store_spin(i, half_kick_sphere_spin(here, sum.torque));
+}

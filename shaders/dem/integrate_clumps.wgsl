@@ -1,0 +1,25 @@
+// twin: src/dem/integrate_clumps.rs
+// A step of clumps 2: what acts on the members of a clump, gathered in the order of their numbers, moves and turns it, from
+// n - 1/2 to n + 1/2 and from n to n + 1.
+var<storage, read> halt: u32;
+
+@compute @workgroup_size(WG)
+fn integrate_clumps(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let c = linear(gid, groups);
+    if (c >= params.clumps || halt != 0u) {
+        return;
+    }
+    let here = clump(c);
+    let sum = clump_load(c, here.orientation);
+    let v = integrate_velocity(here.velocity, sum.force);
+    var w = here.spin;
+    if (!spins_in_scene(here.inverse_moments)) {
+        let gain = predictor_corrector(here, own_torque(here, sum.torque), spin_increment[c]);
+        w += gain.spin;
+        spin_increment[c] = gain.spin;
+        count_iterations(gain.rounds, gain.settled);
+    } else if (here.velocity.inverse_mass != 0) {
+        w = integrate_spin(w, here.inverse_moments * sum.torque);
+    }
+    move_clump(c, here, v, w);
+}

@@ -1,0 +1,46 @@
+// twin: src/dem/predictor_corrector.rs
+// Rotation of clumps in the discrete element method, (2.21)-(2.32).
+
+/// Angular acceleration (2.21)-(2.23) without damping, rad/s².
+fn spin_acceleration(here: Clump, w: Spin, torque: Spin) -> Spin {
+    return here.inverse_moments * (torque + gyroscopic(w, here.inverse_moments));
+}
+
+/// Δω of a step, rad/s, and the rounds that it took.
+struct SpinIncrement {
+    spin: Spin,
+    rounds: u32,
+    settled: bool,
+}
+
+/// Rounds of predictor and corrector (2.24)-(2.31), until none changes Δω by more than this part of ω. The torque is along the
+/// principal axes. Damping is solved for, as in (2.19), so that the iteration has to find the products of ω alone.
+fn predictor_corrector(here: Clump, torque: Spin, before: Spin) -> SpinIncrement {
+    var gain = before;
+    var count = 0u;
+    var settled = false;
+    while (!settled && count < MAX_ITERATIONS) {
+        let predicted = spin_change(here.spin, spin_acceleration(here, here.spin + 0.5 * gain, torque));
+        gain = spin_change(here.spin, spin_acceleration(here, here.spin + 0.5 * predicted, torque));
+        count++;
+        let scale = max(largest(here.spin), largest(gain));
+        settled = !(largest(gain - predicted) > SPIN_TOLERANCE * scale);
+    }
+    return SpinIncrement(gain, count, settled);
+}
+
+/// The moment along the axes in which the clump spins.
+fn own_torque(here: Clump, torque: Spin) -> Spin {
+    return rotate_spin(conjugate(here.orientation), torque);
+}
+
+/// Spin at step n, rad/s, in the axes in which the clump spins; the torque is along those of the scene.
+fn spin_of_clump_now(c: u32, here: Clump, torque: Spin) -> Spin {
+    if (!spins_in_scene(here.inverse_moments)) {
+        return here.spin + 0.5 * predictor_corrector(here, own_torque(here, torque), spin_increment[c]).spin;
+    }
+    if (here.velocity.inverse_mass == 0) {
+        return here.spin;
+    }
+    return spin_half_step(here.spin, here.inverse_moments * torque);
+}

@@ -1,5 +1,0 @@
-// twin: src/laws/materials.rs
-// Materials slot: one material; its parameters are a number of Params.
-fn pair_of(i: u32, j: u32) -> Pair {
-    return params.pair;
-}

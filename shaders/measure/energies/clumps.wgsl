@@ -1,0 +1,53 @@
+// twin: src/measure/energies.rs
+// Energies of clumps: a member has none by itself.
+
+/// Nothing: a member has no energy by itself, see `measure_clumps`.
+fn energies(here: Body, sum: ForceTorque, drag: Vec) -> Energies {
+    return Energies();
+}
+
+/// J, of a free clump that spins so along its principal axes.
+fn clump_spin_energy(here: Clump, w: Spin) -> Real {
+    return 0.5 * spin_dot(w, w / here.inverse_moments);
+}
+
+/// By how much more power the dashpots of a clump would take, W, if the velocities of half a step ago, with which they were
+/// computed, were those of now: v and, along the axes of the scene, w.
+fn damping_correction(c: u32, q: Orientation, v: Vec, w: Spin) -> Real {
+    var sum = Real(0);
+    for (var member_id = first_member[c]; member_id < first_member[c + 1u]; member_id++) {
+        let i = index_of_id[member_id];
+        let here = body(i);
+        let change = v + surface_velocity(w, arm_of(q, member_id)) - here.velocity.v;
+        for (var entry = list_start[i]; entry < list_start[i + 1u]; entry++) {
+            let tagged = neighbour[entry];
+            if (tagged == NONE) {
+                break;
+            }
+            let contact = contact_of(i, here, entry, tagged);
+            if (contact.closed) {
+                sum -= dot(contact.damping, change + surface_velocity(w - here.spin, contact.arm));
+            }
+        }
+    }
+    return sum;
+}
+
+/// What a free clump has by itself, as `energies`.
+fn energies_of_clump(c: u32) -> Energies {
+    let here = clump(c);
+    let inverse_mass = here.velocity.inverse_mass;
+    if (inverse_mass == 0) {
+        return Energies();
+    }
+    let all = contacts_of_clump(c, here.orientation);
+    let v = velocity_now(here.velocity, all.force);
+    let w = spin_of_clump_now(c, here, all.torque);
+    let kinetic = 0.5 * dot(v, v) / inverse_mass + clump_spin_energy(here, own_spin(here, w));
+    let potential = -dot(params.gravity, here.center.x + here.center.low) / inverse_mass;
+    let total = all.force + params.gravity / inverse_mass;
+    let spin = global_spin(here.inverse_moments, here.orientation, w);
+    // Dashpots know the velocities of half a step ago, but it is those of now that they work against.
+    let dissipation = 2 * params.damping * kinetic + damping_correction(c, here.orientation, v, spin);
+    return Energies(kinetic, potential, sqrt(dot(total, total)), dissipation);
+}

@@ -1,0 +1,24 @@
+// twin: src/measure/measure.rs
+// Sums over grains.
+
+var<storage, read_write> partial_sums: array<PartialSums>;      // parts: rows of the measurement
+
+struct PartialSums {
+    kinetic: Real,       // J, velocities brought to step n
+    potential: Real,     // J
+    elastic: Real,       // J, normal and tangential springs
+    net_force: Real,     // N, sum of |total force| over free grains
+    contact_force: Real, // N, sum of |spring force| over contacts
+    dissipation: Real,   // W, of dashpots, sliding, contacts that open and global damping
+    overlap: Real,       // largest overlap over the smaller radius
+    sides: u32,          // contacts of free grains; one between two free grains is seen twice
+    single_sides: u32,   // those of them with a wall or a fixed grain
+}
+
+/// What a grain has by itself at step n.
+struct Energies {
+    kinetic: Real,     // J
+    potential: Real,   // J
+    net_force: Real,   // N
+    dissipation: Real, // W, of global damping, and what dashpots take less because velocities have changed since the half step
+}

@@ -1,0 +1,44 @@
+// twin: src/neighbours/count_neighbours.rs
+// Neighbour lists 1: how many slots each grain needs at most (pairs of fixed grains are left out when the list is sorted), and whether it is still on the right side of every wall.
+var<storage, read> cell_start: array<u32>;           // cells + 1
+var<storage, read_write> halt: atomic<u32>;
+
+@compute @workgroup_size(WG)
+fn count_neighbours(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let i = linear(gid, groups);
+    if (i > params.bodies) {
+        return;
+    }
+    if (i == params.bodies) {
+        list_start[i] = 0u;
+        return;
+    }
+    let here = position[i];
+    let fixed = velocity[i].inverse_mass == 0;
+    let home = cell_of(here.x);
+    let all = spans();
+    // A little further than they will be filled, so that rounding can never make that find more than was counted.
+    let reach = params.margin + 1e-5 * here.radius;
+    var entries = 0u;
+    for (var k = 0u; k < all; k++) {
+        let cells = span(home, k);
+        let last = cell_start[cells.y];
+        for (var j = cell_start[cells.x]; j < last; j++) {
+            if (closer_than(here, position[j], reach) && !same_grain(i, j)) {
+                entries++;
+            }
+        }
+    }
+    for (var w = 0u; w < params.walls && !fixed; w++) {
+        let gap = wall_separation(w, here, position_low_of(i)).gap;
+        // Rounding grows with the distance from the wall's point; twice the margin leaves room for it.
+        if (gap < 2 * params.margin) {
+            entries++;
+        }
+        if (gap < -here.radius) {
+            atomicMax(&counters.lost_body, params.bodies - id[i]);
+            atomicStore(&halt, 1u);
+        }
+    }
+    list_start[i] = entries;
+}

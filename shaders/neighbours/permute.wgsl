@@ -1,0 +1,20 @@
+// twin: src/neighbours/permute.rs
+// Grains into the order of the cells, so that neighbours are close in memory.
+var<storage, read_write> id_next: array<u32>;    // N
+
+@compute @workgroup_size(WG)
+fn permute(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let i = linear(gid, groups);
+    if (i >= params.bodies) {
+        return;
+    }
+    let old = sorted[i];
+    let here = body(old);
+    position_next[i] = here.position;
+    store_position_low(i, here.low);
+    velocity_next[i] = here.velocity;
+    store_spin(i, here.spin);
+    id_next[i] = id[old];
+    displacement[i] = 0;
+    store_index(id[old], i);
+}

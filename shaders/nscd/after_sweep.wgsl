@@ -1,0 +1,26 @@
+// twin: src/nscd/after_sweep.rs
+// Contact dynamics 3, coloured: velocities after all colours, and what the momentum of the next pass depends on; of
+// clumps the residual alone, and `sync_members` does the rest.
+var<storage, read_write> pass_residual: array<Real>;           // N, (m/s)²
+
+fn placed(i: u32) -> ResidualSums {
+    var sums = ResidualSums();
+    sums.residual = pass_residual[i];
+    pass_residual[i] = 0;
+    sums.restart_criterion = respond_to_sweep(i);
+    return sums;
+}
+
+@compute @workgroup_size(GROUP)
+fn after_sweep(
+    @builtin(global_invocation_id) gid: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let i = linear(gid, groups);
+    of_lane[lane] = ResidualSums();
+    if (i < params.bodies) {
+        of_lane[lane] = placed(i);
+    }
+    add_group(lane, i / GROUP);
+}

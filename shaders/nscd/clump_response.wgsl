@@ -1,0 +1,33 @@
+// twin: src/nscd/clump_response.rs
+// Contact dynamics of clumps, after `setup_contacts` and after a pass: clumps answer to the impulses that their members hold.
+fn responded(c: u32) -> ResidualSums {
+    let here = clump(c);
+    let course = clump_response_of(c, here);
+    set_member_velocities(c, here, course);
+    var entries = 0u;
+    for (var member_id = first_member[c]; member_id < first_member[c + 1u]; member_id++) {
+        let i = index_of_id[member_id];
+        entries += list_start[i + 1u] - list_start[i];
+    }
+    let free = clump_velocity_next[c];
+    let unpushed = RigidVelocity(free.v, clump_spin_next[c]);
+    let squared = kinetic_metric(here, unpushed, unpushed) * free.inverse_mass;
+    var sums = residual_scale_of(entries, squared, free.inverse_mass);
+    let change = velocity_change(extrapolated_clump(c, here.orientation), course);
+    sums.curvature = kinetic_metric(here, change, change);
+    return sums;
+}
+
+@compute @workgroup_size(GROUP)
+fn clump_response(
+    @builtin(global_invocation_id) gid: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let c = linear(gid, groups);
+    of_lane[lane] = ResidualSums();
+    if (c < params.clumps) {
+        of_lane[lane] = responded(c);
+    }
+    add_group_of_clumps(lane, c / GROUP);
+}

@@ -1,0 +1,319 @@
+// twin: src/nscd/contact.rs
+// Method slot: contact dynamics, section 2.2. Grains are rigid; a step is one implicit Euler step with restitution 0. Here is
+// what its kernels share. Impulses and velocities are those of the whole step; the friction slot keeps the impulse of a contact
+// where the discrete element method keeps its spring, and hands it on in the same way.
+
+/// Grains whose sums are added up before they leave the processor.
+const GROUP = 64u;
+
+/// A contact of the step, seen from the grain of interest.
+struct ContactGeometry {
+    n: Vec,       // from the grain of interest to the other
+    bias_velocity: Real, // m/s: the grains may approach each other at most at this speed, which closes the gap
+}
+
+/// What an impulse does to the two.
+struct EffectiveMass {
+    own: Real,        // m, from the centre of the grain of interest to the contact point
+    other: Real,      // m, from the centre of the other
+    normal: Real,     // 1/kg, W in the direction of n; of clumps what takes its place, see `effective_mass_of`
+    tangential: Real, // 1/kg, W across; of clumps what takes the place of its largest eigenvalue there
+}
+
+/// The state of a step's relaxation.
+struct SolverState {
+    scale: Real,     // m/s: what residuals are relative to, max(|v_free|, g dt sqrt(N)), or the largest velocity imposed
+    lipschitz_bound: Real,     // what no eigenvalue of W exceeds, for the number of contacts that a grain has
+    lipschitz: Real,   // the largest eigenvalue of W known so far, with contacts scaled by both numbers of their `EffectiveMass`
+    theta: Real,     // Nesterov's sequence
+    beta: Real,      // momentum of the next pass
+    residual_estimate: Real,  // relative residual of the natural map that the last pass has met
+    best: Real,      // the smallest one since the residual rose last
+    lowest_residual: Real,    // the smallest one since steps were made shorter
+    lowest_pass: u32,  // after so many passes
+    step_divisor: Real,   // by this factor steps are shorter than W asks for
+    residual: Real,  // relative residual of the natural map, as last judged
+    coulomb_excess: Real,    // largest friction beyond the Coulomb limit, over the largest normal impulse, as last judged
+    passes: u32,
+    late_contacts: u32,       // pairs found by the last judgement to meet after all, counted from both sides
+}
+
+var<storage, read_write> contact_geometry: array<ContactGeometry>; // slots
+var<storage, read_write> effective_mass: array<EffectiveMass>;     // slots
+var<storage, read_write> extrapolated_velocity: array<Velocity>;    // N, m/s, 1/kg: what a pass starts from
+var<storage, read_write> pass_velocity: array<Velocity>;    // N, m/s, 1/kg: after the last pass
+var<storage, read_write> pass_velocity_before: array<Velocity>; // N: after the pass before; a pass writes them anew
+var<storage, read_write> impulse_before: array<Packed>; // slots, N s: the impulses of the pass before; a pass writes them anew
+
+/// Sums of a workgroup, or of the body or clump of an invocation.
+struct ResidualSums {
+    reference: Real, // m²/s², free velocities, of clumps with their spins
+    gravity_speed_squared: Real,     // m²/s², what gravity gives them in a step
+    imposed_speed: Real,   // m/s, largest velocity that a wall, a fixed grain, a spin or an overlap asks for
+    lipschitz_bound: Real,     // what no eigenvalue of W exceeds
+    residual: Real,  // m²/s²
+    turn: Real,      // J, > 0: momentum carries the wrong way
+    curvature: Real,      // J, of the pass: its velocities in the metric of the masses
+    step_squared: Real,       // J, its impulses in the metric of W_kk
+    pressing: Real,  // N s, largest
+    coulomb_excess: Real,    // N s, largest
+    late_contacts: u32,       // pairs left out that meet after all
+}
+
+fn combined(a: ResidualSums, b: ResidualSums) -> ResidualSums {
+    return ResidualSums(
+        a.reference + b.reference,
+        a.gravity_speed_squared + b.gravity_speed_squared,
+        max(a.imposed_speed, b.imposed_speed),
+        max(a.lipschitz_bound, b.lipschitz_bound),
+        a.residual + b.residual,
+        a.restart_criterion + b.restart_criterion,
+        a.curvature + b.curvature,
+        a.step_squared + b.step_squared,
+        max(a.pressing, b.pressing),
+        max(a.coulomb_excess, b.coulomb_excess),
+        a.late_contacts + b.late_contacts,
+    );
+}
+
+const SUM_LANES = 256u;
+var<workgroup> of_lane: array<ResidualSums, SUM_LANES>;
+var<storage, read_write> residual_sums: array<ResidualSums>; // groups of bodies, then of clumps
+var<storage, read_write> solver_state: SolverState;
+
+fn groups_of(items: u32) -> u32 {
+    return (items + GROUP - 1u) / GROUP;
+}
+
+/// Add up what the lanes of a group of bodies have left in `of_lane`.
+fn add_group(lane: u32, group: u32) {
+    workgroupBarrier();
+    if (lane == 0u && group * GROUP < params.bodies) {
+        residual_sums[group] = sum_of_lanes();
+    }
+}
+
+/// The same for a group of clumps.
+fn add_group_of_clumps(lane: u32, group: u32) {
+    workgroupBarrier();
+    if (lane == 0u && group * GROUP < params.clumps) {
+        residual_sums[groups_of(params.bodies) + group] = sum_of_lanes();
+    }
+}
+
+fn sum_of_lanes() -> ResidualSums {
+    var sum = of_lane[0];
+    for (var l = 1u; l < GROUP; l++) {
+        sum = combined(sum, of_lane[l]);
+    }
+    return sum;
+}
+
+/// The sum over all groups, in a single workgroup; in lane 0 only.
+fn total_sums(lane: u32) -> ResidualSums {
+    let groups = groups_of(params.bodies) + groups_of(params.clumps);
+    var sum = ResidualSums();
+    for (var g = lane; g < groups; g += SUM_LANES) {
+        sum = combined(sum, residual_sums[g]);
+    }
+    of_lane[lane] = sum;
+    workgroupBarrier();
+    if (lane == 0u) {
+        for (var l = 1u; l < SUM_LANES; l++) {
+            sum = combined(sum, of_lane[l]);
+        }
+    }
+    return sum;
+}
+
+/// What global damping, implicit like all else, leaves of velocities and to impulses.
+fn damping_factor() -> Real {
+    return 1 / (1 + params.dt * params.damping);
+}
+
+/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that impulses meet.
+fn free_velocity(velocity: Velocity) -> Velocity {
+    if (velocity.inverse_mass == 0) {
+        return velocity;
+    }
+    return Velocity(damping_factor() * (velocity.v + params.dt * params.gravity), damping_factor() * velocity.inverse_mass);
+}
+
+/// The same for the spin.
+fn free_spin_of(velocity: Velocity, spin: Spin) -> Spin {
+    if (velocity.inverse_mass == 0) {
+        return spin;
+    }
+    return damping_factor() * spin;
+}
+
+/// What residuals are relative to: the square of a grain's free velocity, m²/s²; and `crowd`.
+fn residual_scale_of(lipschitz_bound: u32, squared: Real, inverse_mass: Real) -> ResidualSums {
+    var sums = ResidualSums();
+    sums.lipschitz_bound = Real(lipschitz_bound);
+    if (inverse_mass != 0) {
+        sums.reference = squared;
+        sums.gravity_speed_squared = params.dt * params.dt * dot(params.gravity, params.gravity);
+    }
+    return sums;
+}
+
+/// Velocities of body i, after a pass and as carried ahead from it, by what its impulses make of them: freed of the rounding that
+/// updates in place have left.
+fn remove_rounding(i: u32, velocity: Velocity, spin: Spin) {
+    let off = velocity.v - pass_velocity[i].v;
+    let spin_off = spin - pass_spin_of(i);
+    pass_velocity[i] = Velocity(pass_velocity[i].v + off, velocity.inverse_mass);
+    pass_velocity_before[i] = Velocity(pass_velocity_before[i].v + off, velocity.inverse_mass);
+    extrapolated_velocity[i] = Velocity(extrapolated_velocity[i].v + off, velocity.inverse_mass);
+    store_pass_spin(i, pass_spin_of(i) + spin_off);
+    store_pass_spin_before(i, pass_spin_before_of(i) + spin_off);
+    store_extrapolated_spin(i, extrapolated_spin_of(i) + spin_off);
+}
+
+/// A contact as its first side sees it, the grain with the smaller index: both grains compute it from there, so that they get
+/// the same bits, and turn what comes of it to their own side.
+struct OrientedContact {
+    turn: Real,       // 1: the grain of interest is that side; -1: the other
+    share: Real,      // 1/2 of a contact that two grains add to a sum
+    n: Vec,           // away from that side
+    bias_velocity: Real,     // m/s
+    normal: Real,     // 1/kg, as in `EffectiveMass`
+    tangential: Real, // 1/kg
+    friction: Real,
+    velocity: Vec,    // m/s, of that side past the other in the contact point
+}
+
+/// The contact in a slot of grain i at the velocities that a pass starts from.
+fn oriented_contact(i: u32, entry: u32, j: u32, here: Velocity, spin: Spin) -> OrientedContact {
+    let m = contact_geometry[entry];
+    let l = effective_mass[entry];
+    var side = OrientedContact();
+    side.friction = pair_of(i, j).friction;
+    side.bias_velocity = m.bias_velocity;
+    side.normal = l.normal;
+    side.tangential = l.tangential;
+    if (j >= params.bodies) {
+        side.sign = 1;
+        side.share = 1;
+        side.n = m.n;
+        let arm = l.arm * m.n;
+        side.velocity = (here.v - wall_velocity(j - params.bodies, position[i].x + arm)) + surface_velocity(spin, arm);
+        return side;
+    }
+    let first = i < j;
+    let there = extrapolated_velocity[j];
+    let spin_to = extrapolated_spin_of(j);
+    side.sign = select(Real(-1), Real(1), first);
+    side.share = 0.5;
+    side.n = side.sign * m.n;
+    let surface = surface_velocity(select(spin_to, spin, first), select(l.arm_to, l.arm, first) * side.n);
+    let surface_to = surface_velocity(select(spin, spin_to, first), -select(l.arm, l.arm_to, first) * side.n);
+    side.velocity = select(there.v - here.v, here.v - there.v, first) + (surface - surface_to);
+    return side;
+}
+
+/// The speed that closes a gap within the step; an overlap opens at a bounded one. Gaps within rounding are none.
+fn bias_velocity_of(gap: Real) -> Real {
+    if (max(gap, -gap) < params.gap_band) {
+        return 0;
+    }
+    if (gap > 0) {
+        return gap / params.dt;
+    }
+    return max((gap + params.gap_band) / params.dt, -params.max_correction_velocity);
+}
+
+/// Vector shortened to a length.
+fn project_on_disc(v: Vec, length: Real) -> Vec {
+    let squared = dot(v, v);
+    if (squared > length * length) {
+        return v * (length / sqrt(squared));
+    }
+    return v;
+}
+
+/// Impulse on the first side after a pass from `impulse`: the disc update. Its fixed points are contacts that are open, stick
+/// or slip as Algorithm 1 has them; with step = 1 it is that algorithm for spheres.
+fn disc_update(side: OrientedContact, impulse: Vec, step: Real) -> Vec {
+    let pressing = -dot(impulse, side.n);
+    let approach = dot(side.velocity, side.n);
+    let friction = impulse + pressing * side.n;
+    let slip = side.velocity - approach * side.n;
+    let pressing_next = max(pressing + step / side.normal * (approach - side.bias_velocity), Real(0));
+    // In m/s, because squares of a small grain's impulses are beyond single precision.
+    let weight = side.tangential;
+    let friction_next = project_on_disc(weight * friction - step * slip, side.friction * (weight * pressing_next));
+    return (1 / weight) * friction_next - pressing_next * side.n;
+}
+
+/// The natural map of a contact, m/s: r - P(r - rho (u + mu |u_T| n)), rho = 1/weight, over rho. The weight is λmax(W_kk).
+fn natural_map(side: OrientedContact, impulse: Vec, weight: Real) -> Vec {
+    let pressing = -dot(impulse, side.n);
+    let approach = dot(side.velocity, side.n);
+    let friction = impulse + pressing * side.n;
+    let slip = side.velocity - approach * side.n;
+    let mu = side.friction;
+    let normal = weight * pressing + (approach - side.bias_velocity) - mu * sqrt(dot(slip, slip));
+    let across = weight * friction - slip;
+    let length = sqrt(dot(across, across));
+    if (normal > 0 && length <= mu * normal) {
+        // What is left of the differences below, without the rounding of impulses beside which velocities are small.
+        return slip + (approach - side.bias_velocity - mu * sqrt(dot(slip, slip))) * side.n;
+    }
+    var kept = Vec();
+    var pressed = Real(0);
+    if (mu * length > -normal) {
+        pressed = (normal + mu * length) / (1 + mu * mu);
+        kept = across * (mu * pressed / length);
+    }
+    return (weight * friction - kept) - (weight * pressing - pressed) * side.n;
+}
+
+/// The contact of grain i in a slot, as samples and forces see it: what carries an impulse is closed.
+fn contact_of(i: u32, here: Body, entry: u32, tagged: u32) -> Contact {
+    let j = tagged & INDEX;
+    var contact = Contact();
+    contact.closed = (tagged & ACTIVE) != 0u;
+    if (!contact.closed) {
+        return contact;
+    }
+    var touch = Separation();
+    if (j < params.bodies) {
+        touch = sphere_separation_of(i, here, j);
+    } else {
+        touch = wall_separation(j - params.bodies, here.position, here.low);
+    }
+    contact.gap = touch.gap;
+    contact.force = spring_of(entry, tagged) * (1 / params.dt);
+    contact.arm = (here.position.radius + 0.5 * touch.gap) * touch.n;
+    contact.spring = contact.force - dot(contact.force, touch.n) * touch.n;
+    return contact;
+}
+
+/// Gap and normal of grains i and j, opposite to the last bit for the two.
+fn sphere_separation_of(i: u32, here: Body, j: u32) -> Separation {
+    let there = position[j];
+    let low = position_low_of(j);
+    let d = nearest_image(here.position.x, there.x, low.x - here.low.x);
+    let back = backward(d.x);
+    let branch = Point(select(d.x, -d.x, back), select(d.low, -d.low, back));
+    let radius = select(here.position.radius, there.radius, back);
+    let radius_to = select(there.radius, here.position.radius, back);
+    let touch = sphere_separation(i, j, branch, radius, radius_to, here.low.radius + low.radius);
+    return Separation(touch.gap, select(touch.n, -touch.n, back));
+}
+
+/// Velocities are those of the positions.
+fn velocity_now(velocity: Velocity, force: Vec) -> Vec {
+    return velocity.v;
+}
+
+fn spin_now(here: Body, torque: Spin) -> Spin {
+    return here.spin;
+}
+
+/// Whether a clump's spin is kept along the axes of the scene: of all, because impulses change it there.
+fn spins_in_scene(inverse_moments: Spin) -> bool {
+    return true;
+}

@@ -1,0 +1,26 @@
+// twin: src/nscd/gather_impulses.rs
+// Colors 5: velocities freed of the rounding that the updates in place have left in them; members of clumps hold what `refresh_members`
+// needs for that.
+
+@compute @workgroup_size(WG)
+fn gather_impulses(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let i = linear(gid, groups);
+    if (i >= params.bodies) {
+        return;
+    }
+    var impulse = Vec();
+    var twist = Spin();
+    let end = list_start[i + 1u];
+    for (var entry = list_start[i]; entry < end; entry++) {
+        let tagged = neighbour[entry];
+        if (tagged == NONE) {
+            break;
+        }
+        if ((tagged & ACTIVE) != 0u) {
+            let mine = kept_spring(entry);
+            impulse += mine;
+            twist += moment(effective_mass[entry].arm * contact_geometry[entry].n, mine);
+        }
+    }
+    respond_to_gather(i, ForceTorque(impulse, twist));
+}

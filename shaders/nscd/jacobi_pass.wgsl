@@ -1,0 +1,56 @@
+// twin: src/nscd/jacobi_pass.rs
+// Contact dynamics 3: a pass. Every contact takes a step of Jacobi's kind from the impulses and velocities that momentum has
+// carried ahead, and every grain gathers what its contacts do to it.
+
+fn pass_of(i: u32) -> ResidualSums {
+    let here = extrapolated_velocity[i];
+    let spin = extrapolated_spin_of(i);
+    let step = 1 / (solver_state.step_divisor * solver_state.lipschitz);
+    var sums = ResidualSums();
+    var sum = ForceTorque();
+    let end = list_start[i + 1u];
+    for (var entry = list_start[i]; entry < end; entry++) {
+        let tagged = neighbour[entry];
+        if (tagged == NONE) {
+            break;
+        }
+        if ((tagged & ACTIVE) == 0u) {
+            continue;
+        }
+        let side = oriented_contact(i, entry, tagged & INDEX, here, spin);
+        let old = side.sign * kept_spring(entry);
+        let start = old + solver_state.beta * (old - side.sign * unpacked(impulse_before[entry]));
+        let next = disc_update(side, start, step);
+        let mine = side.sign * next;
+        impulse_before[entry] = packed(mine);
+        sum.force += mine;
+        sum.torque += moment(effective_mass[entry].arm * contact_geometry[entry].n, mine);
+        let back = start - next;
+        let on = next - old;
+        let back_normal = dot(back, side.n);
+        let on_normal = dot(on, side.n);
+        let back_across = back - back_normal * side.n;
+        let normal = side.normal * back_normal;
+        let across = side.tangential * back_across;
+        let far = natural_map(side, start, natural_map_scale(entry, side.tangential));
+        sums.residual += side.share * dot(far, far);
+        sums.restart_criterion += side.share * (normal * on_normal + dot(across, on - on_normal * side.n));
+        sums.step_squared += side.share * (normal * back_normal + dot(across, back_across));
+    }
+    sums.curvature = respond_to_pass(i, sum, here, spin);
+    return sums;
+}
+
+@compute @workgroup_size(GROUP)
+fn jacobi_pass(
+    @builtin(global_invocation_id) gid: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let i = linear(gid, groups);
+    of_lane[lane] = ResidualSums();
+    if (i < params.bodies) {
+        of_lane[lane] = pass_of(i);
+    }
+    add_group(lane, i / GROUP);
+}

@@ -1,0 +1,12 @@
+// twin: src/nscd/move_clumps.rs
+// Contact dynamics of clumps 9: centres and attitudes n to n + 1 with the velocities n + 1.
+@compute @workgroup_size(WG)
+fn move_clumps(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let c = linear(gid, groups);
+    if (c >= params.clumps) {
+        return;
+    }
+    let here = clump(c);
+    let course = clump_response_of(c, here);
+    move_clump(c, here, course.v, course.spin);
+}

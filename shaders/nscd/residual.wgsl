@@ -1,0 +1,45 @@
+// twin: src/nscd/residual.rs
+// Contact dynamics 6: how far the impulses are from a solution, by the natural map, which anyone can compute again. Pairs that
+// were left out and meet after all take part from now on.
+
+fn judged(i: u32) -> ResidualSums {
+    let here = extrapolated_velocity[i];
+    let spin = extrapolated_spin_of(i);
+    var sums = ResidualSums();
+    let end = list_start[i + 1u];
+    for (var entry = list_start[i]; entry < end; entry++) {
+        let tagged = neighbour[entry];
+        if (tagged == NONE) {
+            break;
+        }
+        let side = oriented_contact(i, entry, tagged & INDEX, here, spin);
+        if ((tagged & ACTIVE) == 0u && dot(side.velocity, side.n) > side.bias_velocity) {
+            set_active(entry, tagged, true);
+            sums.late_contacts++;
+        }
+        let impulse = side.sign * kept_spring(entry);
+        let far = natural_map(side, impulse, natural_map_scale(entry, side.tangential));
+        let pressing = -dot(impulse, side.n);
+        let friction = impulse + pressing * side.n;
+        sums.residual += side.share * dot(far, far);
+        sums.pressing = max(sums.pressing, pressing);
+        // In m/s, because squares of a small grain's impulses are beyond single precision.
+        let across = side.tangential * friction;
+        sums.coulomb_excess = max(sums.coulomb_excess, sqrt(dot(across, across)) / side.tangential - side.friction * pressing);
+    }
+    return sums;
+}
+
+@compute @workgroup_size(GROUP)
+fn residual(
+    @builtin(global_invocation_id) gid: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let i = linear(gid, groups);
+    of_lane[lane] = ResidualSums();
+    if (i < params.bodies) {
+        of_lane[lane] = judged(i);
+    }
+    add_group(lane, i / GROUP);
+}

@@ -1,0 +1,190 @@
+// twin: src/nscd/response.rs
+// Contact dynamics of clumps: members hand the impulses of their contacts to their clump, which answers with its full inertia, and
+// get the velocities of its surface. So a contact sees members only, as in the discrete element method, but for sweeps by colours.
+// From `free_velocities` on the `_next` arrays have the velocities at the end of the step if nothing touched.
+
+var<storage, read_write> delassus_eigenvalue: array<Real>;      // slots, 1/kg: largest eigenvalue of W_kk
+var<storage, read_write> response: array<Velocity>;    // N, m/s, 1/kg: what members get from their clumps
+var<storage, read_write> response_spin: array<Spin>; // N, rad/s
+
+/// Velocity of body i at the end of the step if nothing touched its clump, and the inverse mass that impulses meet.
+fn free_velocity_of(i: u32) -> Velocity {
+    return velocity_next[i];
+}
+
+/// The number of the grain that body i belongs to.
+fn grain_of(i: u32) -> u32 {
+    return clump_of_id[id[i]];
+}
+
+/// Velocity, m/s, of the point at the end of an arm from body i for an impulse there of 1 N s along each axis.
+fn delassus_block(i: u32, arm: Vec) -> Columns {
+    let member_id = id[i];
+    let c = clump_of_id[member_id];
+    let q = orientation[c] + orientation_low_of(c);
+    let turning = rotational_block(q, damping_factor() * inverse_moments[c], arm_of(q, member_id) + arm);
+    return plus(turning, velocity_next[i].inverse_mass, identity());
+}
+
+/// What an impulse does to bodies i and j, which have met in a slot; j may be a wall. Keeps the slot's mobility. Both get the same
+/// bits, because the body with the smaller index comes first.
+fn effective_mass_of(entry: u32, i: u32, j: u32, free: Velocity, there: Velocity, touch: Separation) -> EffectiveMass {
+    var l = EffectiveMass();
+    l.arm = position[i].radius + 0.5 * touch.gap;
+    let n = touch.n;
+    let first = i < j;
+    let arm = l.arm * n;
+    var arm_to = Vec();
+    var w = Columns();
+    if (j < params.bodies) {
+        l.arm_to = position[j].radius + 0.5 * touch.gap;
+        arm_to = -l.arm_to * n;
+        w = delassus_block(select(i, j, first), select(arm, arm_to, first));
+    }
+    w = plus(delassus_block(select(j, i, first), select(arm_to, arm, first)), 1, w);
+    let across = times(w, n);
+    l.normal = dot(n, across);
+    let along = across * (1 / l.normal) - n; // how a push along n moves the point across
+    let tangents = plus(plus(plus(w, -1, outer(n, across)), -1, outer(across, n)), l.normal, outer(n, n));
+    l.tangential = largest_eigenvalue(tangents);
+    // More than W has there: so much that the two are nowhere less than W, which joins them, and that friction at its limit, which
+    // answers to the normal impulse, makes it overshoot by half at most.
+    let turned_aside = sqrt(dot(along, along));
+    let joined = turned_aside * sqrt(l.normal / l.tangential);
+    l.normal *= max(1 + joined, (1 + pair_of(i, j).friction * turned_aside) / 1.5);
+    l.tangential *= 1 + joined;
+    delassus_eigenvalue[entry] = largest_eigenvalue(w);
+    return l;
+}
+
+/// The largest eigenvalue of W_kk, 1/kg.
+fn natural_map_scale(entry: u32, tangential: Real) -> Real {
+    return delassus_eigenvalue[entry];
+}
+
+/// The clump will answer.
+fn store_member_load(i: u32, sum: ForceTorque) {
+    member_force[i] = sum.force;
+    member_torque[i] = sum.torque;
+}
+
+fn respond_to_warm_start(i: u32, sum: ForceTorque, contacts: u32) -> ResidualSums {
+    store_member_load(i, sum);
+    return ResidualSums();
+}
+
+fn respond_to_pass(i: u32, sum: ForceTorque, here: Velocity, spin: Spin) -> Real {
+    store_member_load(i, sum);
+    return 0;
+}
+
+fn respond_to_power_iteration(i: u32, sum: ForceTorque, here: Velocity, spin: Spin) -> Real {
+    store_member_load(i, sum);
+    return 0;
+}
+
+/// A body as a contact of a colour holds it: by its clump, for all of which the first member stands while sweeps go on.
+struct ContactBody {
+    velocity: Velocity, // of the first member
+    spin: Spin,
+    arm: Vec,       // m, from the first member's centre to the contact point
+    lead: Vec,      // m, from the clump's centre to the first member's
+    first: u32,     // index of the first member
+    clump: u32,
+    orientation: Orientation,
+}
+
+/// Body i with the velocities that sweeps have left it, at the end of an arm from its centre.
+fn contact_body(i: u32, arm: Vec) -> ContactBody {
+    let member_id = id[i];
+    let c = clump_of_id[member_id];
+    let q = orientation[c] + orientation_low_of(c);
+    let first = index_of_id[first_member[c]];
+    let lead = arm_of(q, first_member[c]);
+    return ContactBody(extrapolated_velocity[first], extrapolated_spin[first], (arm_of(q, member_id) + arm) - lead, lead, first, c, q);
+}
+
+/// An impulse there.
+fn apply_impulse(i: u32, grip: ContactBody, impulse: Vec) {
+    let spin = spin_from(grip.orientation, inverse_moments[grip.clump], moment(grip.lead + grip.arm, impulse));
+    let v = grip.velocity.inverse_mass * impulse + surface_velocity(spin, grip.lead);
+    extrapolated_velocity[grip.first] = Velocity(grip.velocity.v + v, grip.velocity.inverse_mass);
+    extrapolated_spin[grip.first] = grip.spin + spin;
+}
+
+/// Members will fall in with the first of them.
+fn respond_to_sweep(i: u32) -> Real {
+    return 0;
+}
+
+fn respond_to_gather(i: u32, sum: ForceTorque) {
+    store_member_load(i, sum);
+}
+
+/// Spin that a moment, N m s, gives a clump, rad/s.
+fn spin_from(q: Orientation, inverse_moments: Spin, torque: Spin) -> Spin {
+    return damping_factor() * rotate_spin(q, inverse_moments * rotate_spin(conjugate(q), torque));
+}
+
+/// How a clump moves.
+struct RigidVelocity {
+    v: Vec,
+    spin: Spin, // along the axes of the scene
+}
+
+/// The product of two of them, J, with the inertia that impulses meet: of one with itself, twice its kinetic energy.
+fn kinetic_metric(here: Clump, a: RigidVelocity, b: RigidVelocity) -> Real {
+    if (here.velocity.inverse_mass == 0) {
+        return 0;
+    }
+    let turning = spin_dot(own_spin(here, a.spin), own_spin(here, b.spin) / here.inverse_moments);
+    return (dot(a.v, b.v) / here.velocity.inverse_mass + turning) / damping_factor();
+}
+
+/// From a to b.
+fn velocity_change(a: RigidVelocity, b: RigidVelocity) -> RigidVelocity {
+    return RigidVelocity(b.v - a.v, b.spin - a.spin);
+}
+
+/// What the impulses that its members hold add to how a clump moves.
+fn impulse_response(c: u32, here: Clump) -> RigidVelocity {
+    let sum = clump_load(c, here.orientation);
+    return RigidVelocity(free_velocity(here.velocity).inverse_mass * sum.force, spin_from(here.orientation, here.inverse_moments, sum.torque));
+}
+
+/// How a clump moves with them.
+fn clump_response_of(c: u32, here: Clump) -> RigidVelocity {
+    let push = impulse_response(c, here);
+    return RigidVelocity(clump_velocity_next[c].v + push.v, clump_spin_next[c] + push.spin);
+}
+
+/// How its surface moves where a member is.
+fn member_velocity(here: Clump, course: RigidVelocity, member_id: u32) -> Velocity {
+    let v = course.v + surface_velocity(course.spin, arm_of(here.orientation, member_id));
+    return Velocity(v, free_velocity(here.velocity).inverse_mass);
+}
+
+/// Members get the velocities of their clump's surface.
+fn set_member_velocities(c: u32, here: Clump, course: RigidVelocity) {
+    for (var member_id = first_member[c]; member_id < first_member[c + 1u]; member_id++) {
+        let i = index_of_id[member_id];
+        response[i] = member_velocity(here, course, member_id);
+        response_spin[i] = course.spin;
+    }
+}
+
+/// How a clump moves whose first member has these velocities.
+fn from_first_member(c: u32, q: Orientation, first: Velocity, spin: Spin) -> RigidVelocity {
+    return RigidVelocity(first.v - surface_velocity(spin, arm_of(q, first_member[c])), spin);
+}
+
+/// As a pass starts from it, or sweeps have left it.
+fn extrapolated_clump(c: u32, q: Orientation) -> RigidVelocity {
+    let i = index_of_id[first_member[c]];
+    return from_first_member(c, q, extrapolated_velocity[i], extrapolated_spin[i]);
+}
+
+/// Spin now, rad/s: that of the positions.
+fn spin_of_clump_now(c: u32, here: Clump, torque: Spin) -> Spin {
+    return here.spin;
+}

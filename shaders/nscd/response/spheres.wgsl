@@ -1,0 +1,132 @@
+// twin: src/nscd/response.rs
+// Contact dynamics of spheres and disks: every body answers to the impulses of its own contacts.
+
+/// Velocity of body i at the end of the step if nothing touched it, and the inverse mass that impulses meet.
+fn free_velocity_of(i: u32) -> Velocity {
+    return free_velocity(velocity[i]);
+}
+
+/// The number of the grain that body i is.
+fn grain_of(i: u32) -> u32 {
+    return id[i];
+}
+
+/// What an impulse does to bodies i and j, which have met in a slot; j may be a wall, of which `there` says that it stands.
+fn effective_mass_of(entry: u32, i: u32, j: u32, free: Velocity, there: Velocity, touch: Separation) -> EffectiveMass {
+    var l = EffectiveMass();
+    l.arm = position[i].radius + 0.5 * touch.gap;
+    l.normal = free.inverse_mass + there.inverse_mass;
+    if (j < params.bodies) {
+        l.arm_to = position[j].radius + 0.5 * touch.gap;
+        l.tangential = l.arm_to * l.arm_to * inverse_inertia(position[j], there.inverse_mass);
+    }
+    l.tangential = l.normal + (l.tangential + l.arm * l.arm * inverse_inertia(position[i], free.inverse_mass));
+    return l;
+}
+
+/// The largest eigenvalue of W_kk, 1/kg.
+fn natural_map_scale(entry: u32, tangential: Real) -> Real {
+    return tangential;
+}
+
+/// Velocity and spin that impulses give body i.
+struct Response {
+    velocity: Velocity,
+    spin: Spin,
+    inertia: Real, // its inverse, 1/(kg m²)
+}
+
+fn response(i: u32, sum: ForceTorque) -> Response {
+    let free = free_velocity_of(i);
+    let inertia = inverse_inertia(position[i], free.inverse_mass);
+    let spin = free_spin_of(velocity[i], spin_of(i)) + inertia * sum.torque;
+    return Response(Velocity(free.v + free.inverse_mass * sum.force, free.inverse_mass), spin, inertia);
+}
+
+/// A step begins with the impulses of the last one, `contacts` of them.
+fn respond_to_warm_start(i: u32, sum: ForceTorque, contacts: u32) -> ResidualSums {
+    let start = response(i, sum);
+    pass_velocity[i] = start.velocity;
+    pass_velocity_before[i] = start.velocity;
+    extrapolated_velocity[i] = start.velocity;
+    store_pass_spin(i, start.spin);
+    store_pass_spin_before(i, start.spin);
+    store_extrapolated_spin(i, start.spin);
+    let free = free_velocity_of(i);
+    return residual_scale_of(contacts, dot(free.v, free.v), free.inverse_mass);
+}
+
+/// A pass that started from these velocities has left these impulses. Work of the change, J.
+fn respond_to_pass(i: u32, sum: ForceTorque, here: Velocity, spin: Spin) -> Real {
+    let next = response(i, sum);
+    pass_velocity_before[i] = next.velocity;
+    store_pass_spin_before(i, next.spin);
+    return kinetic_metric(next.velocity.v - here.v, next.velocity.inverse_mass, next.spin - spin, next.inertia);
+}
+
+/// A pass of the power iteration from these velocities has left these impulses: they alone give velocities. Work, J.
+fn respond_to_power_iteration(i: u32, sum: ForceTorque, here: Velocity, spin: Spin) -> Real {
+    let inertia = inverse_inertia(position[i], here.inverse_mass);
+    pass_velocity[i] = Velocity(here.inverse_mass * sum.force, here.inverse_mass);
+    store_pass_spin(i, inertia * sum.torque);
+    return kinetic_metric(here.v, here.inverse_mass, spin, inertia);
+}
+
+/// A body as a contact of a colour holds it.
+struct ContactBody {
+    velocity: Velocity,
+    spin: Spin,
+    arm: Vec, // m, from the body's centre to the contact point
+}
+
+/// Body i with the velocities that sweeps have left it, at the end of an arm from its centre.
+fn contact_body(i: u32, arm: Vec) -> ContactBody {
+    return ContactBody(extrapolated_velocity[i], extrapolated_spin_of(i), arm);
+}
+
+/// An impulse there.
+fn apply_impulse(i: u32, grip: ContactBody, impulse: Vec) {
+    let inverse_mass = grip.velocity.inverse_mass;
+    let inertia = inverse_inertia(position[i], inverse_mass);
+    extrapolated_velocity[i] = Velocity(grip.velocity.v + inverse_mass * impulse, inverse_mass);
+    store_extrapolated_spin(i, grip.spin + inertia * moment(grip.arm, impulse));
+}
+
+/// Sweeps have led body i from where they set out to where it is: how far against the way from the pass before, J.
+fn respond_to_sweep(i: u32) -> Real {
+    var against = Real(0);
+    let now = extrapolated_velocity[i];
+    let last = pass_velocity[i].v;
+    if (now.inverse_mass != 0) {
+        let start = last + solver_state.beta * (last - pass_velocity_before[i].v);
+        against = dot(start - now.v, now.v - last) / now.inverse_mass;
+    }
+    let spin = extrapolated_spin_of(i);
+    let inertia = inverse_inertia(position[i], now.inverse_mass);
+    if (inertia != 0) {
+        let spin_last = pass_spin_of(i);
+        let start = spin_last + solver_state.beta * (spin_last - pass_spin_before_of(i));
+        against += spin_dot(start - spin, spin - spin_last) / inertia;
+    }
+    pass_velocity_before[i] = now;
+    store_pass_spin_before(i, spin);
+    return against;
+}
+
+/// What sweeps have left is freed of its rounding.
+fn respond_to_gather(i: u32, sum: ForceTorque) {
+    let now = response(i, sum);
+    remove_rounding(i, now.velocity, now.spin);
+}
+
+/// Kinetic energy, twice, J.
+fn kinetic_metric(v: Vec, inverse_mass: Real, w: Spin, inertia: Real) -> Real {
+    var twice = Real(0);
+    if (inverse_mass != 0) {
+        twice = dot(v, v) / inverse_mass;
+    }
+    if (inertia != 0) {
+        twice += spin_squared(w) / inertia;
+    }
+    return twice;
+}

@@ -1,0 +1,68 @@
+// twin: src/nscd/setup_contacts.rs
+// Contact dynamics 1: the contacts of a step, and the velocities that the impulses of the last step would give it.
+
+/// Contacts of body i.
+fn met(i: u32) -> ResidualSums {
+    let here = body(i);
+    let free = free_velocity_of(i);
+    var sum = ForceTorque();
+    var contacts = 0u;
+    var sums = ResidualSums();
+    let slack = params.dt * sqrt(dot(params.gravity, params.gravity));
+    let rim = here.position.radius * sqrt(spin_squared(here.spin));
+    let end = list_start[i + 1u];
+    for (var entry = list_start[i]; entry < end; entry++) {
+        let tagged = neighbour[entry];
+        if (tagged == NONE) {
+            break;
+        }
+        let j = tagged & INDEX;
+        var touch = Separation();
+        var there = Velocity();
+        if (j < params.bodies) {
+            touch = sphere_separation_of(i, here, j);
+            there = free_velocity_of(j);
+        } else {
+            touch = wall_separation(j - params.bodies, here.position, here.low);
+            there.v = wall_velocity(j - params.bodies, here.position.x);
+            if (touch.gap < -here.position.radius) {
+                atomicMax(&counters.lost_body, params.bodies - id[i]);
+            }
+        }
+        let l = effective_mass_of(entry, i, j, free, there, touch);
+        effective_mass[entry] = l;
+        let bias_velocity = bias_velocity_of(touch.gap);
+        // Pairs that are not about to touch take no part in passes, unless the judgement finds that they should. Both grains
+        // compute that from the first side, so that they agree.
+        let first = i < j;
+        let v = select(there.v, free.v, first) - select(free.v, there.v, first);
+        let part = (tagged & ACTIVE) != 0u || bias_velocity <= dot(v, select(-touch.n, touch.n, first)) + slack;
+        set_active(entry, tagged, part);
+        contacts++;
+        if (part) {
+            let imposed_speed = select(Vec(), there.v, there.inverse_mass == 0);
+            sums.imposed_speed = max(sums.imposed_speed, max(max(sqrt(dot(imposed_speed, imposed_speed)), rim), -bias_velocity));
+        }
+        contact_geometry[entry] = ContactGeometry(touch.n, bias_velocity);
+        let old = spring_of(entry, tagged);
+        keep_spring(entry, old);
+        impulse_before[entry] = packed(old);
+        sum.force += old;
+        sum.torque += moment(l.arm * touch.n, old);
+    }
+    return combined(sums, respond_to_warm_start(i, sum, contacts));
+}
+
+@compute @workgroup_size(GROUP)
+fn setup_contacts(
+    @builtin(global_invocation_id) gid: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let i = linear(gid, groups);
+    of_lane[lane] = ResidualSums();
+    if (i < params.bodies) {
+        of_lane[lane] = met(i);
+    }
+    add_group(lane, i / GROUP);
+}

@@ -1,0 +1,38 @@
+// twin: src/nscd/sync_members.rs
+// Contact dynamics of clumps 3, coloured: members get the velocities that the sweeps have given the first of them, and what the
+// momentum of the next pass depends on.
+fn fallen_in(c: u32) -> ResidualSums {
+    let here = clump(c);
+    let q = here.orientation;
+    let i = index_of_id[first_member[c]];
+    let now = extrapolated_clump(c, q);
+    let last = from_first_member(c, q, pass_velocity[i], pass_spin[i]);
+    let before = from_first_member(c, q, pass_velocity_before[i], pass_spin_before[i]);
+    // From where the sweeps set out to where they led, along the way from the pass before.
+    let way = velocity_change(before, last);
+    let start = RigidVelocity(last.v + solver_state.beta * way.v, last.spin + solver_state.beta * way.spin);
+    var sums = ResidualSums();
+    sums.restart_criterion = kinetic_metric(here, velocity_change(now, start), velocity_change(last, now));
+    let lead = arm_of(q, first_member[c]);
+    for (var member_id = first_member[c]; member_id < first_member[c + 1u]; member_id++) {
+        let member = index_of_id[member_id];
+        let from_first = arm_of(q, member_id) - lead;
+        pass_velocity_before[member] = Velocity(extrapolated_velocity[i].v + surface_velocity(now.spin, from_first), extrapolated_velocity[i].inverse_mass);
+        pass_spin_before[member] = now.spin;
+    }
+    return sums;
+}
+
+@compute @workgroup_size(GROUP)
+fn sync_members(
+    @builtin(global_invocation_id) gid: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let c = linear(gid, groups);
+    of_lane[lane] = ResidualSums();
+    if (c < params.clumps) {
+        of_lane[lane] = fallen_in(c);
+    }
+    add_group_of_clumps(lane, c / GROUP);
+}

@@ -1,0 +1,16 @@
+// twin: src/space/boundary.rs
+// Boundary slot: at least one axis is periodic; period and inverse_period are 0 along the others, which switches
+// every term below off without a branch.
+
+/// From a to the nearest image of b + residue: the part that is exact, and the rest.
+fn nearest_image(a: Vec, b: Vec, low: Vec) -> Point {
+    let d = b - a;
+    let k = floor(d * params.inverse_period + Vec(0.5));
+    return Point(d - params.period * k, low - params.period_low * k);
+}
+
+/// The image of a point that lies in the domain.
+fn wrap(p: Point) -> Point {
+    let k = floor((p.x - params.cell_origin) * params.inverse_period);
+    return Point(p.x - params.period * k, p.low - params.period_low * k);
+}

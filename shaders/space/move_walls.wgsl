@@ -1,0 +1,14 @@
+// twin: src/space/move_walls.rs
+// Moving walls, n to n + 1. In the plan only if a wall moves.
+var<storage, read> halt: u32;
+
+@compute @workgroup_size(WG)
+fn move_walls(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let w = linear(gid, groups);
+    if (w >= params.walls || halt != 0u) {
+        return;
+    }
+    let point = displaced(wall[w].point, wall[w].low, params.dt * wall[w].velocity);
+    wall[w].point = point.x;
+    wall[w].low = point.low;
+}

@@ -1,0 +1,55 @@
+// twin: src/space/precision.rs
+// Precision slot: with numbers in f64 a position has no residue.
+fn position_low_of(i: u32) -> PositionLow {
+    return PositionLow();
+}
+
+fn store_position_low(i: u32, value: PositionLow) {}
+
+/// x + step.
+fn displaced(x: Vec, low: Vec, step: Vec) -> Point {
+    return Point(x + step, Vec());
+}
+
+/// Distance less the radii.
+fn gap_between(d: Vec, rest: Vec, distance: Real, a: Real, b: Real, radii_rest: Real) -> Real {
+    return distance - (a + b);
+}
+
+fn center_low_of(c: u32) -> Vec {
+    return Vec();
+}
+
+fn store_center_low(c: u32, value: Vec) {}
+
+fn center_low_next_of(c: u32) -> Vec {
+    return Vec();
+}
+
+fn orientation_low_of(c: u32) -> Orientation {
+    return Orientation();
+}
+
+fn store_orientation_low(c: u32, value: Orientation) {}
+
+fn orientation_low_next_of(c: u32) -> Orientation {
+    return Orientation();
+}
+
+/// 1 - |q|².
+fn norm_defect(q: Orientation, low: Orientation) -> Real {
+    return 1 - dot(q, q);
+}
+
+/// The end of an arm that is turned by q.
+fn arm_end(center: Point, q: Orientation, low: Orientation, arm: Vec) -> Point {
+    return Point(center.x + rotate(q, arm), Vec());
+}
+
+/// q + step.
+fn add_rotation(q: Orientation, low: Orientation, step: Orientation) -> SplitOrientation {
+    return SplitOrientation(q + step, Orientation());
+}
+
+/// Rounds of predictor and corrector end when they change Δω by less than this part of ω.
+const SPIN_TOLERANCE: Real = 1e-12;

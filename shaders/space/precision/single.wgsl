@@ -1,0 +1,119 @@
+// twin: src/space/precision.rs
+// Precision slot: with numbers in f32 a position is kept as a multiple of params.quantum (a few units in the last place of
+// the scene's extent, a power of two) and a residue within half of that, so that slow motion far from the origin is not
+// lost to rounding and small overlaps keep their digits. Owns the residues. A compensated sum would not do: drivers may
+// simplify (a + b) - a, but sums of multiples of a power of two are exact in whatever order.
+var<storage, read> position_low: array<PositionLow>;            // N
+var<storage, read_write> position_low_next: array<PositionLow>; // N
+
+fn position_low_of(i: u32) -> PositionLow {
+    return position_low[i];
+}
+
+fn store_position_low(i: u32, value: PositionLow) {
+    position_low_next[i] = value;
+}
+
+/// x + residue + step, split anew.
+fn displaced(x: Vec, low: Vec, step: Vec) -> Point {
+    let y = low + step;
+    let whole = params.quantum * floor(y * params.inverse_quantum + Vec(0.5));
+    return Point(x + whole, y - whole);
+}
+
+/// |d + rest| - (a + b + radii_rest), with the digits that this subtraction would lose: it is (d² - s²) / (d + s), and the leading 15
+/// bits of the lengths are squared and cancelled as integers. d, a and b are exact, rest and radii_rest are small, distance
+/// is |d + rest|.
+fn gap_between(d: Vec, rest: Vec, distance: Real, a: Real, b: Real, radii_rest: Real) -> Real {
+    let d_whole = round(d * params.inverse_length_unit); // not floor(x + 0.5): both grains must get the same
+    let d_rest = (d - params.length_unit * d_whole) + rest;
+    let a_whole = round(a * params.inverse_length_unit);
+    let b_whole = round(b * params.inverse_length_unit);
+    let s_rest = (a - params.length_unit * a_whole) + (b - params.length_unit * b_whole) + radii_rest;
+    let s_whole = a_whole + b_whole;
+    let squares = Real(dot(Whole(d_whole), Whole(d_whole)) - i32(s_whole) * i32(s_whole));
+    let mixed = dot(d_whole, d_rest) - s_whole * s_rest;
+    let rests = dot(d_rest, d_rest) - s_rest * s_rest;
+    return (params.length_unit * (params.length_unit * squares + 2 * mixed) + rests) / (distance + (a + b));
+}
+
+var<storage, read> center_low: array<Vec>;                      // C, m
+var<storage, read_write> center_low_next: array<Vec>;           // C
+var<storage, read> orientation_low: array<Orientation>;               // C: without it a clump that turns by less than 1e-7 a step would stand still
+var<storage, read_write> orientation_low_next: array<Orientation>;    // C
+
+fn center_low_of(c: u32) -> Vec {
+    return center_low[c];
+}
+
+fn store_center_low(c: u32, value: Vec) {
+    center_low_next[c] = value;
+}
+
+fn center_low_next_of(c: u32) -> Vec {
+    return center_low_next[c];
+}
+
+fn orientation_low_of(c: u32) -> Orientation {
+    return orientation_low[c];
+}
+
+fn store_orientation_low(c: u32, value: Orientation) {
+    orientation_low_next[c] = value;
+}
+
+fn orientation_low_next_of(c: u32) -> Orientation {
+    return orientation_low_next[c];
+}
+
+/// What attitudes are kept as multiples of: the rest is their residue. Products of two are whole multiples of its square, which
+/// f32 holds exactly.
+const ATTITUDE_QUANTUM: Real = 0x1p-11;
+const ATTITUDE_SQUARE: Real = 0x1p-22;
+// Not divisions, which a device may round.
+const INVERSE_ATTITUDE_QUANTUM: Real = 2048;
+const INVERSE_ATTITUDE_SQUARE: Real = 4194304;
+
+/// 1 - |q|² of q + residue, with the digits that this subtraction would lose: its leading part is that of whole numbers.
+fn norm_defect(q: Orientation, low: Orientation) -> Real {
+    let whole = i32(INVERSE_ATTITUDE_SQUARE) - square_of_whole(round(q * INVERSE_ATTITUDE_QUANTUM));
+    return Real(whole) * ATTITUDE_SQUARE - (2 * dot(q, low) + dot(low, low));
+}
+
+/// The end of an arm that is turned by q + residue, with 34 bits of the longest arm: as with a matrix in units of the square of the
+/// attitudes' quantum and an arm in units of params.arm_unit, both split into 11 bits and 11 bits, so that products and sums are
+/// whole numbers below 2^24, and what is left of matrix and arm. Whole numbers also part what goes to the position's whole from what
+/// goes to its residue: drivers reorder sums of floats.
+fn arm_end(center: Point, q: Orientation, low: Orientation, arm: Vec) -> Point {
+    let exact = plus(identity(), 1, bilinear(q, q));
+    let rest = plus(bilinear(q + low, low), 1, bilinear(q, low));
+    let high_bits = floors(exact, INVERSE_ATTITUDE_QUANTUM);
+    let low_bits = plus(floors(exact, INVERSE_ATTITUDE_SQUARE), -INVERSE_ATTITUDE_QUANTUM, high_bits);
+    let units = round(arm * params.inverse_arm_unit);
+    let arm_high = floor(units * ATTITUDE_QUANTUM);
+    let arm_low = units - arm_high * INVERSE_ATTITUDE_QUANTUM;
+    let first = parted(Whole(times(high_bits, arm_high)), params.arm_unit, params.arm_shift);
+    let mixed = Whole(times(high_bits, arm_low) + times(low_bits, arm_high));
+    let second = parted(mixed, params.arm_unit * ATTITUDE_QUANTUM, params.arm_shift_fine);
+    let third = (params.arm_unit * ATTITUDE_SQUARE) * times(low_bits, arm_low);
+    let left = times(rest, arm) + times(exact, arm - params.arm_unit * units);
+    let small = (first.low + second.low) + (third + left);
+    return displaced(center.x + (first.x + second.x), center.low, small);
+}
+
+/// So many units, parted into a multiple of the quantum, which is 2^shift units or less than one, and the rest.
+fn parted(count: Whole, unit: Real, shift: u32) -> Point {
+    let quanta = shifted_right(count + Whole((1 << shift) >> 1u), shift);
+    let rest = count - quanta * Whole(1 << shift);
+    return Point((unit * Real(1 << shift)) * Vec(quanta), unit * Vec(rest));
+}
+
+/// q + residue + step, split anew.
+fn add_rotation(q: Orientation, low: Orientation, step: Orientation) -> SplitOrientation {
+    let y = low + step;
+    let whole = ATTITUDE_QUANTUM * floor(y * INVERSE_ATTITUDE_QUANTUM + Orientation(0.5));
+    return SplitOrientation(q + whole, y - whole);
+}
+
+/// Rounds of predictor and corrector end when they change Δω by less than this part of ω.
+const SPIN_TOLERANCE: Real = 1e-6;

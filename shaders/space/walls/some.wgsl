@@ -1,0 +1,42 @@
+// twin: src/space/walls.rs
+// Walls slot: planes and vertical cylinders. In the lists, wall w is neighbour number bodies + w, so that it shares
+// contact law, history and replay with the grains. Owns the walls.
+
+struct Wall {
+    point: Vec,    // m: a point of the plane, or of the axis
+    low: Vec,  // m: what the point has beyond
+    normal: Vec,   // plane: unit vector towards the grains
+    velocity: Vec, // m/s
+    radius: Real,  // m: of the cylinder; 0 marks a plane
+    spin: Real,    // rad/s: of the cylinder about its axis
+}
+
+var<storage, read_write> wall: array<Wall>; // walls
+
+/// Gap and normal from a grain to a wall.
+fn wall_separation(w: u32, here: Position, low: PositionLow) -> Separation {
+    let s = wall[w];
+    let d = here.x - s.point;
+    let rest = low.x - s.low;
+    if (s.radius == 0) {
+        return Separation((dot(d, s.normal) - here.radius) + (dot(rest, s.normal) - low.radius), -s.normal);
+    }
+    let arm = horizontal(d + rest);
+    let distance = sqrt(dot(arm, arm));
+    if (distance == 0) {
+        return Separation(s.radius - here.radius, first_axis());
+    }
+    return Separation(((s.radius - distance) - here.radius) - low.radius, from_horizontal(arm / distance));
+}
+
+/// The contact normal when the grain was at x_before, a step ago, for the rotation Z of the spring.
+fn wall_normal_before(w: u32, x_before: Vec) -> Vec {
+    return wall_separation(w, Position(x_before + params.history_dt * wall[w].velocity, 0), PositionLow()).n;
+}
+
+/// Velocity of the wall's material at a point of its surface, m/s.
+fn wall_velocity(w: u32, point: Vec) -> Vec {
+    let s = wall[w];
+    let arm = horizontal(point) - horizontal(s.point);
+    return s.velocity + from_horizontal(s.spin * Real2(-arm.y, arm.x));
+}

@@ -1,0 +1,94 @@
+// twin: src/state.rs (records of the same names; the host packs them by the layout naga reads from this file)
+// What every kernel may know. Numbers are a field of Params, choices are a slot, arrays belong to who writes them.
+
+struct Position {
+    x: Vec,       // m
+    radius: Real, // m
+}
+
+/// What single precision leaves out of a Place.
+struct PositionLow {
+    x: Vec,       // m
+    radius: Real, // m
+}
+
+/// A position: in single precision a multiple of params.quantum and a residue.
+struct Point {
+    x: Vec,       // m
+    low: Vec, // m
+}
+
+/// An attitude: in single precision a multiple of some quantum and a residue.
+struct SplitOrientation {
+    q: Orientation,
+    low: Orientation,
+}
+
+struct Velocity {
+    v: Vec,             // m/s, at the half step n - 1/2
+    inverse_mass: Real, // 1/kg; 0 for a fixed grain
+}
+
+/// Contact parameters of a pair of materials.
+struct Pair {
+    stiffness: Real,            // k_N, N/m
+    tangential_stiffness: Real, // k_T, N/m
+    friction: Real,             // mu
+    dashpot: Real,              // damping ratio, or coefficient in 1/s: see the dashpot slot
+}
+
+struct Params {
+    gravity: Vec,           // m/s²
+    lower: Vec,             // m, a grain beyond has escaped through an open face
+    upper: Vec,             // m
+    period: Vec,            // m, 0 along an open axis
+    period_low: Vec,       // m, what the period has beyond a multiple of the quantum, in single precision
+    inverse_period: Vec,    // 1/m, 0 along an open axis
+    cell_origin: Vec,       // m; the lower face of the domain along a periodic axis
+    inverse_cell: Vec,      // 1/m, per axis
+    dt: Real,               // s
+    history_dt: Real,            // s, since springs were last stretched: dt, but 0 in the first step
+    damping: Real,          // xi, 1/s
+    margin: Real,           // m, neighbour lists reach this much beyond contact
+    quantum: Real,          // m, a power of two: single precision keeps positions as multiples of it and a residue
+    inverse_quantum: Real,  // 1/m
+    position_slack: Real,             // m, what a distance may be off if residues are left out
+    length_unit: Real,            // m, a power of two: lengths up to the largest contact distance are 15 bits of it and a rest
+    inverse_length_unit: Real,    // 1/m
+    arm_unit: Real,         // m, a power of two: arms of clumps are 22 bits of it and a rest
+    inverse_arm_unit: Real, // 1/m
+    step_limit: Real,       // m, no grain may go further in a step
+    displacement_limit: Real,      // m, lists are good while no grain has moved further than this
+    tolerance: Real,        // contact dynamics: relative residual at which a step is solved
+    max_momentum: Real,         // most momentum of a pass, 0 to 1
+    max_correction_velocity: Real,       // m/s, at most this fast overlaps open
+    gap_band: Real,         // m, gaps and overlaps up to this are taken for contacts
+    @align(16) pair: Pair,  // the pair parameters of a scene with one material
+    axes: vec3<u32>,        // of the grid: along which of x, y, z its 1st, 2nd and 3rd coordinate count
+    cells: vec3<u32>,       // per axis of the grid, which wraps around on all of them
+    bodies: u32,            // grains; members of clumps
+    clumps: u32,
+    arm_shift: u32,         // the quantum is 2^this units of arms (at most 2^26; 0 if it is less than one)
+    arm_shift_fine: u32,    // and 2^this of their fine units, which are 2^-11 units
+    walls: u32,
+    materials: u32,
+    partial_sums_len: u32,             // rows of the measurement
+    entries: u32,             // length of the lists; the engine fills these three in
+    history: u32,           // length of the history
+    colors: u32,           // of contacts, that there are schedules for
+}
+
+var<uniform> params: Params;
+
+/// What the device has to tell the host, once per chunk.
+struct Counters {
+    entries_needed: atomic<u32>, // neighbour slots that the lists ask for
+    steps_done: atomic<u32>,         // steps done since the lists were made
+    max_displacement: atomic<u32>,        // bits of an f32: longest way of a grain since the lists were made, over drift_limit
+    lost_body: atomic<u32>,     // bodies - id of a grain that is no number, left the domain, crossed a wall or is too fast; 0: none
+    active_contacts: atomic<u32>,      // contacts with a spring at the end of the chunk, each counted once
+    restored_contacts: atomic<u32>,    // springs of the history that the new lists took over
+    unlisted: atomic<u32>,       // neighbours that found no slot: 0, or a defect
+}
+
+var<storage, read_write> counters: Counters;

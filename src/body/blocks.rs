@@ -1,0 +1,29 @@
+//! Runs of bodies that one task of the CPU engine works on.
+
+use crate::state::State;
+use rayon::{prelude::*, vec};
+
+/// Grains that one task works on.
+pub const BLOCK: usize = 256;
+
+/// The runs of grains of an array over grains; empty runs where the model has no such array.
+pub fn by_body<'a, T: Send>(array: &'a mut [T], s: &State) -> vec::IntoIter<&'a mut [T]> {
+    let bodies = if array.is_empty() { 0 } else { s.sizes.bodies };
+    runs(array, s.sizes.bodies, |i| i.min(bodies))
+}
+
+/// The same for an array over slots.
+pub fn by_entry<'a, T: Send>(array: &'a mut [T], s: &State) -> vec::IntoIter<&'a mut [T]> {
+    let absent = array.is_empty();
+    runs(array, s.sizes.bodies, |i| if absent { 0 } else { s.list_start[i] as usize })
+}
+
+fn runs<T: Send>(mut array: &mut [T], bodies: usize, start: impl Fn(usize) -> usize) -> vec::IntoIter<&mut [T]> {
+    let run = |begin: usize| {
+        let len = start((begin + BLOCK).min(bodies)) - start(begin);
+        let run;
+        (run, array) = std::mem::take(&mut array).split_at_mut(len);
+        run
+    };
+    (0..bodies).step_by(BLOCK).map(run).collect::<Vec<_>>().into_par_iter()
+}

@@ -1,0 +1,91 @@
+//! Twin of `shaders/body/rotation/`: bodies with J1 = J2 = J3, in closed form.
+
+use crate::{
+    body::Body,
+    space::dimension::{inverse_gyration, spin_squared, spin_velocity},
+};
+use crate::{
+    model::Rotation,
+    state::{Position, State},
+};
+use glam::DVec3;
+
+/// 1/J, 1/(kg m²); zero where nothing turns.
+#[inline(always)]
+pub fn inverse_inertia(s: &State, position: &Position, inverse_mass: f64) -> f64 {
+    if s.model.rotation == Rotation::None {
+        return 0.0;
+    }
+    inverse_gyration(s.model.dimension) * inverse_mass / (position.radius * position.radius)
+}
+
+/// rad/s; zero where nothing turns.
+#[inline(always)]
+pub fn spin_of(s: &State, i: usize) -> DVec3 {
+    match s.model.rotation {
+        Rotation::None => DVec3::ZERO,
+        Rotation::Sphere => s.spin[i].0,
+    }
+}
+
+/// Velocity of the surface point at the end of arm, relative to the centre, m/s.
+#[inline(always)]
+pub fn surface_velocity(spin: DVec3, arm: DVec3) -> DVec3 {
+    spin_velocity(spin, arm)
+}
+
+/// ω from n - 1/2 to n + 1/2: (2.19) with the acceleration that the moment gives.
+#[inline(always)]
+pub fn integrate_spin(s: &State, w: DVec3, acceleration: DVec3) -> DVec3 {
+    w + spin_change(s, w, acceleration)
+}
+
+/// By how much.
+#[inline(always)]
+pub fn spin_change(s: &State, w: DVec3, acceleration: DVec3) -> DVec3 {
+    let half = 0.5 * s.params.dt * s.params.damping;
+    (s.params.dt * acceleration - 2.0 * half * w) / (1.0 + half)
+}
+
+/// ω from 0 to -1/2.
+pub fn half_kick_spin(s: &State, w: DVec3, acceleration: DVec3) -> DVec3 {
+    w - 0.5 * s.params.dt * (acceleration - s.params.damping * w)
+}
+
+/// ω from n - 1/2 to n: the inverse of the kick.
+pub fn spin_half_step(s: &State, w: DVec3, acceleration: DVec3) -> DVec3 {
+    (w + 0.5 * s.params.dt * acceleration) / (1.0 + 0.5 * s.params.dt * s.params.damping)
+}
+
+/// Spin from n - 1/2 to n + 1/2.
+#[inline(always)]
+pub fn integrate_sphere_spin(s: &State, here: &Body, torque: DVec3) -> DVec3 {
+    if here.velocity.inverse_mass == 0.0 {
+        return here.spin;
+    }
+    integrate_spin(s, here.spin, inverse_inertia(s, &here.position, here.velocity.inverse_mass) * torque)
+}
+
+/// Spin from 0 to -1/2.
+pub fn half_kick_sphere_spin(s: &State, here: &Body, torque: DVec3) -> DVec3 {
+    if here.velocity.inverse_mass == 0.0 {
+        return here.spin;
+    }
+    half_kick_spin(s, here.spin, inverse_inertia(s, &here.position, here.velocity.inverse_mass) * torque)
+}
+
+/// Spin from n - 1/2 to n: the inverse of the kick.
+pub fn sphere_spin_at_step(s: &State, here: &Body, torque: DVec3) -> DVec3 {
+    if here.velocity.inverse_mass == 0.0 {
+        return here.spin;
+    }
+    spin_half_step(s, here.spin, inverse_inertia(s, &here.position, here.velocity.inverse_mass) * torque)
+}
+
+/// Kinetic energy of a spin at step n, J.
+pub fn spin_energy(s: &State, here: &Body, w: DVec3) -> f64 {
+    if s.model.rotation == Rotation::None || here.velocity.inverse_mass == 0.0 {
+        return 0.0;
+    }
+    0.5 * spin_squared(w) / inverse_inertia(s, &here.position, here.velocity.inverse_mass)
+}

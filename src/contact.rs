@@ -1,0 +1,11 @@
+//! Contact: what two surfaces do to each other, and what they remember.
+
+pub mod batch;
+pub mod contacts;
+pub mod damping;
+pub mod geometry;
+pub mod history;
+pub mod law;
+pub mod materials;
+pub mod normal;
+pub mod tangential;

@@ -1,0 +1,19 @@
+//! Twin of `shaders/contact/damping/`.
+
+use crate::{model::Damping, state::Pair};
+
+/// Additional pressing force, N; `approach` = v_rel · n, `inverse_mass` = 1/m_i + 1/m_j.
+#[inline(always)]
+pub fn dashpot_force(law: Damping, pair: &Pair, approach: f64, inverse_mass: f64) -> f64 {
+    match law {
+        Damping::None => 0.0,
+        Damping::Restitution => 2.0 * pair.dashpot * (pair.stiffness / inverse_mass).sqrt() * approach,
+        Damping::MassScaled => pair.dashpot / inverse_mass * approach,
+    }
+}
+
+/// Damping ratio ζ of a linear spring and dashpot that rebound with restitution e: -ln e / √(π² + ln² e).
+pub fn damping_ratio(restitution: f64) -> f64 {
+    let l = restitution.ln();
+    -l / (std::f64::consts::PI.powi(2) + l * l).sqrt()
+}

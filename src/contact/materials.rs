@@ -1,0 +1,19 @@
+//! Twin of `shaders/contact/materials/`.
+
+use crate::{
+    model::Materials,
+    state::{Pair, State},
+};
+
+/// Contact parameters of i and j; wall w is number `bodies + w`.
+#[inline(always)]
+pub fn pair_of(s: &State, i: usize, j: usize) -> Pair {
+    match s.model.materials {
+        Materials::One => s.params.pair,
+        Materials::Many => s.pair[material_of(s, i) * s.params.materials as usize + material_of(s, j)],
+    }
+}
+
+fn material_of(s: &State, i: usize) -> usize {
+    s.material[s.id.get(i).map_or(i, |id| *id as usize)] as usize
+}

@@ -1,0 +1,44 @@
+//! Twin of `shaders/dem/integrate_clumps.wgsl`: what acts on the members of a clump moves and turns it.
+
+use crate::{
+    body::{
+        grains::{Moved, clump, clump_load, count_iterations, spins_in_scene},
+        rotation::integrate_spin,
+    },
+    dem::{
+        leapfrog::integrate_velocity,
+        predictor_corrector::{SpinIncrement, own_torque, predictor_corrector},
+    },
+    state::{Spin, State},
+};
+use rayon::prelude::*;
+
+pub fn integrate_clumps(s: &mut State) {
+    if s.halt[0] != 0 {
+        return;
+    }
+    let next: Vec<(Moved, Option<SpinIncrement>)> =
+        (0..s.sizes.clumps).into_par_iter().with_min_len(64).map(|c| driven(s, c)).collect();
+    for (c, (moved, gain)) in next.into_iter().enumerate() {
+        moved.keep(s, c);
+        if let Some(SpinIncrement { spin, rounds, settled }) = gain {
+            s.spin_increment[c] = Spin(spin);
+            count_iterations(s, rounds, settled);
+        }
+    }
+}
+
+fn driven(s: &State, c: usize) -> (Moved, Option<SpinIncrement>) {
+    let here = clump(s, c);
+    let sum = clump_load(s, c, here.orientation);
+    let v = integrate_velocity(s, &here.velocity, sum.force);
+    let (mut spin, mut gain) = (here.spin, None);
+    if !spins_in_scene(&s.model, here.inverse_moments) {
+        let found = predictor_corrector(s, &here, own_torque(&here, sum.torque), s.spin_increment[c].0);
+        spin += found.spin;
+        gain = Some(found);
+    } else if here.velocity.inverse_mass != 0.0 {
+        spin = integrate_spin(s, spin, here.inverse_moments * sum.torque);
+    }
+    (Moved::of(s, c, &here, v, spin), gain)
+}

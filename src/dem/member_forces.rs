@@ -1,0 +1,68 @@
+//! Twin of `shaders/dem/member_forces.wgsl`: contact forces at step n on every member of a clump.
+
+use crate::{
+    body::blocks::{BLOCK, by_body, by_entry},
+    dem::advance::{Lists, Sums, forces_of_grains, forces_of_walls, row_in_block},
+};
+use crate::{
+    body::bodies::body,
+    state::{Spin, State},
+};
+use glam::DVec3;
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+use std::mem::take;
+
+pub fn member_forces(s: &mut State) {
+    if s.halt[0] != 0 {
+        return;
+    }
+    s.counters[0].steps_done += 1;
+    let (mut member_force, mut member_torque) = (take(&mut s.member_force), take(&mut s.member_torque));
+    let (mut neighbour, mut spring) = (take(&mut s.neighbour), take(&mut s.spring));
+    let bad = by_body(&mut member_force, s)
+        .zip(by_body(&mut member_torque, s))
+        .zip(by_entry(&mut neighbour, s))
+        .zip(by_entry(&mut spring, s))
+        .enumerate()
+        .with_min_len(2)
+        .map(|(k, (((member_force, member_torque), neighbour), spring))| {
+            let lists = Lists { neighbour, spring };
+            Arch::new().dispatch(Work { s, first: k * BLOCK, member_force, member_torque, lists })
+        })
+        .max()
+        .unwrap_or(0);
+    (s.member_force, s.member_torque) = (member_force, member_torque);
+    (s.neighbour, s.spring) = (neighbour, spring);
+    s.counters[0].lost_body = s.counters[0].lost_body.max(bad);
+    s.halt_next[0] = s.halt_next[0].max(u32::from(bad != 0));
+}
+
+/// A task: what it reads and writes. It is compiled for the vectors that machines have.
+struct Work<'a> {
+    s: &'a State,
+    first: usize,
+    member_force: &'a mut [DVec3],
+    member_torque: &'a mut [Spin],
+    lists: Lists<'a>,
+}
+
+impl WithSimd for Work<'_> {
+    type Output = u32;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, _: S) -> u32 {
+        let (s, first) = (self.s, self.first);
+        let Sums { of_grains, first_wall } = forces_of_grains(s, first, self.member_force.len(), &mut self.lists);
+        let mut bad = 0;
+        for (k, (member_force, member_torque)) in self.member_force.iter_mut().zip(self.member_torque).enumerate() {
+            let (i, mut sum) = (first + k, of_grains[k]);
+            let walls = first_wall[k]..row_in_block(s, first, i).end;
+            if forces_of_walls(s, i, &body(s, i), walls, &mut self.lists, &mut sum) {
+                bad = bad.max(s.params.bodies - s.id[i]);
+            }
+            (*member_force, member_torque.0) = (sum.force, sum.torque);
+        }
+        bad
+    }
+}

@@ -1,0 +1,58 @@
+//! Twin of `shaders/dem/predictor_corrector.wgsl`: rotation of clumps in the discrete element method, (2.21)-(2.32).
+
+use crate::state::State;
+use crate::{
+    body::{
+        grains::{Clump, MAX_ITERATIONS, spins_in_scene},
+        rotation::{spin_change, spin_half_step},
+    },
+    space::{
+        dimension::{conjugate, gyroscopic, largest, rotate},
+        precision::spin_tolerance,
+    },
+};
+use glam::DVec3;
+
+/// Angular acceleration (2.21)-(2.23) without damping, rad/s².
+pub fn spin_acceleration(s: &State, here: &Clump, w: DVec3, torque: DVec3) -> DVec3 {
+    here.inverse_moments * (torque + gyroscopic(s.model.dimension, w, here.inverse_moments))
+}
+
+/// Δω of a step, rad/s, and the rounds that it took.
+#[derive(Clone, Copy, Debug)]
+pub struct SpinIncrement {
+    pub spin: DVec3,
+    pub rounds: u32,
+    pub settled: bool,
+}
+
+/// Rounds of predictor and corrector (2.24)-(2.31), until none changes Δω by more than a small part of ω. The torque is along the
+/// principal axes. Damping is solved for, as in (2.19), so that the iteration has to find the products of ω alone.
+pub fn predictor_corrector(s: &State, here: &Clump, torque: DVec3, before: DVec3) -> SpinIncrement {
+    let gain_at = |w: DVec3| spin_change(s, here.spin, spin_acceleration(s, here, w, torque));
+    let (mut gain, mut rounds, mut settled) = (before, 0, false);
+    while !settled && rounds < MAX_ITERATIONS {
+        let predicted = gain_at(here.spin + 0.5 * gain);
+        gain = gain_at(here.spin + 0.5 * predicted);
+        rounds += 1;
+        let scale = largest(here.spin).max(largest(gain));
+        settled = !(largest(gain - predicted) > spin_tolerance(s) * scale);
+    }
+    SpinIncrement { spin: gain, rounds, settled }
+}
+
+/// The moment along the axes in which the clump spins.
+pub fn own_torque(here: &Clump, torque: DVec3) -> DVec3 {
+    rotate(conjugate(here.orientation), torque)
+}
+
+/// Spin at step n, rad/s, in the axes in which the clump spins; the torque is along those of the scene.
+pub fn spin_of_clump_now(s: &State, c: usize, here: &Clump, torque: DVec3) -> DVec3 {
+    if !spins_in_scene(&s.model, here.inverse_moments) {
+        return here.spin + 0.5 * predictor_corrector(s, here, own_torque(here, torque), s.spin_increment[c].0).spin;
+    }
+    if here.velocity.inverse_mass == 0.0 {
+        return here.spin;
+    }
+    spin_half_step(s, here.spin, here.inverse_moments * torque)
+}

@@ -1,0 +1,335 @@
+//! Quantities of the field from samples and states.
+
+use crate::{
+    model::Dimension,
+    scene::{Assembly, Clump, Domain, Grain, Wall},
+    state::PartialSums,
+    time_step::mass,
+};
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// A row of the history: sums over all grains at one step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Sample {
+    pub step: u64,
+    /// s
+    pub time: f64,
+    /// Translation and spin, J.
+    pub kinetic_energy: f64,
+    /// In gravity, J, zero at the origin.
+    pub potential_energy: f64,
+    /// Normal and tangential springs, J.
+    pub elastic_energy: f64,
+    /// Power of dashpots, sliding, contacts that open and global damping, W.
+    pub dissipation: f64,
+    /// Mean |total force| on free grains over mean |contact force|; infinite without contacts.
+    pub unbalanced_force_ratio: f64,
+    pub max_overlap_over_radius: f64,
+    /// Contacts of free grains: with each other, with fixed grains and with walls.
+    pub contacts: u64,
+    /// Mean number of contacts of a free grain.
+    pub coordination_number: f64,
+    /// Contact dynamics, of the last step: passes, relative residual of the natural map, and largest friction beyond the
+    /// Coulomb limit over the largest normal impulse.
+    pub iterations: Option<u32>,
+    pub residual: Option<f64>,
+    pub coulomb_excess: Option<f64>,
+    /// Mean |contact force|, N; 0 without contacts.
+    #[serde(skip)]
+    pub contact_force: f64,
+    /// Contact dynamics: kinetic energy of all grains that gravity, or the mean contact force if that is more, has pulled for one
+    /// step, J.
+    #[serde(skip)]
+    pub step_energy: f64,
+}
+
+impl Sample {
+    /// From the rows that the stage `measure` writes.
+    pub fn new(step: u64, time: f64, free: usize, parts: &[PartialSums]) -> Sample {
+        let sum = |of: fn(&PartialSums) -> f64| parts.iter().map(of).sum::<f64>();
+        let count = |of: fn(&PartialSums) -> u32| parts.iter().map(|p| u64::from(of(p))).sum::<u64>();
+        let (sides, single) = (count(|p| p.sides), count(|p| p.single_sides));
+        let contacts = (sides - single) / 2 + single;
+        let mean_net = sum(|p| p.net_force) / free.max(1) as f64;
+        let mean_contact = sum(|p| p.contact_force) / contacts as f64;
+        Sample {
+            step,
+            time,
+            kinetic_energy: sum(|p| p.kinetic),
+            potential_energy: sum(|p| p.potential),
+            elastic_energy: sum(|p| p.elastic),
+            dissipation: sum(|p| p.dissipation),
+            unbalanced_force_ratio: if contacts == 0 { f64::INFINITY } else { mean_net / mean_contact },
+            max_overlap_over_radius: parts.iter().map(|p| p.overlap).fold(0.0, f64::max),
+            contacts,
+            coordination_number: sides as f64 / free.max(1) as f64,
+            contact_force: if contacts == 0 { 0.0 } else { mean_contact },
+            ..Sample::default()
+        }
+    }
+
+    /// Whether the grains are at rest: forces are balanced to this ratio, and the grains do not merely pass through
+    /// balance, because their kinetic energy is as small a part of the energy in the contacts.
+    pub fn at_rest(&self, tolerance: f64) -> bool {
+        self.contacts > 0
+            && self.unbalanced_force_ratio < tolerance
+            && self.kinetic_energy <= tolerance * self.elastic_energy.max(self.step_energy)
+    }
+}
+
+/// Mass of each grain, kg; fixed grains too. Of a member, its part by size of the clump's.
+pub fn masses(assembly: &Assembly) -> Vec<f64> {
+    let dimension = if assembly.dimension == 2 { Dimension::Plane } else { Dimension::Space };
+    let of = |g: &Grain| mass(dimension, assembly.materials[g.material as usize].density, g.radius);
+    let mut masses: Vec<f64> = assembly.grains.iter().map(of).collect();
+    for (k, clump) in assembly.clumps.iter().enumerate() {
+        let members = &mut masses[assembly.members(k)];
+        let part = mass_of_clump(assembly, clump) / members.iter().sum::<f64>();
+        members.iter_mut().for_each(|m| *m *= part);
+    }
+    masses
+}
+
+/// Mass of a clump, kg.
+pub fn mass_of_clump(assembly: &Assembly, clump: &Clump) -> f64 {
+    let dimension = if assembly.dimension == 2 { Dimension::Plane } else { Dimension::Space };
+    mass(dimension, assembly.materials[clump.material as usize].density, clump.radius)
+}
+
+/// Linear momentum of the free clumps, kg m/s.
+pub fn momentum_of_clumps(assembly: &Assembly, clumps: &[Clump]) -> DVec3 {
+    clumps.iter().filter(|c| !c.fixed).map(|c| mass_of_clump(assembly, c) * c.velocity).sum()
+}
+
+/// Angular momentum of the free clumps about the origin, kg m²/s; None in a periodic domain.
+pub fn angular_momentum_of_clumps(assembly: &Assembly, clumps: &[Clump]) -> Option<DVec3> {
+    if assembly.domain.periodic.contains(&true) {
+        return None;
+    }
+    let of = |c: &Clump| {
+        let (m, shape) = (mass_of_clump(assembly, c), &assembly.shapes[c.shape as usize]);
+        let principal = c.orientation * shape.frame;
+        let own = m * c.radius * c.radius * (shape.gyration * (principal.inverse() * c.spin));
+        m * c.position.cross(c.velocity) + principal * own
+    };
+    Some(clumps.iter().filter(|c| !c.fixed).map(of).sum())
+}
+
+/// Linear momentum of the free grains, kg m/s.
+pub fn momentum(grains: &[Grain], masses: &[f64]) -> DVec3 {
+    let free = grains.iter().zip(masses).filter(|(g, _)| !g.fixed);
+    free.map(|(g, m)| *m * g.velocity).sum()
+}
+
+/// Angular momentum of the free grains about the origin, spin included, kg m²/s; None in a periodic domain, where a
+/// grain that crosses the edge changes its arm.
+pub fn angular_momentum(assembly: &Assembly, grains: &[Grain], masses: &[f64]) -> Option<DVec3> {
+    if assembly.domain.periodic.contains(&true) {
+        return None;
+    }
+    let beta = if assembly.dimension == 2 { 0.5 } else { 0.4 };
+    let free = grains.iter().zip(masses).filter(|(g, _)| !g.fixed);
+    Some(free.map(|(g, m)| *m * g.position.cross(g.velocity) + beta * m * g.radius * g.radius * g.spin).sum())
+}
+
+/// Which grains are no rattlers: those inside with fewer than `least` contacts are taken away, with their contacts, until there
+/// are none. Grains outside stay, and so do indices without a grain, walls: a free surface, where weight holds grains on fewer
+/// contacts, would otherwise take the bed along with it.
+pub fn backbone(inside: &[bool], contacts: &[(u32, u32)], least: usize) -> Vec<bool> {
+    let mut left = vec![true; inside.len()];
+    loop {
+        let mut count = vec![0; inside.len()];
+        let stays = |i: u32| left.get(i as usize).is_none_or(|left| *left);
+        for (i, j) in contacts.iter().filter(|(i, j)| stays(*i) && stays(*j)) {
+            [i, j].into_iter().filter_map(|i| inside.get(*i as usize).map(|_| *i as usize)).for_each(|i| count[i] += 1);
+        }
+        let next: Vec<bool> = (0..left.len()).map(|i| left[i] && (!inside[i] || count[i] >= least)).collect();
+        if next == left {
+            return left;
+        }
+        left = next;
+    }
+}
+
+/// Fraction of space filled by grains inside the packing, overlaps counted once; None where the packing has no inside.
+///
+/// Inside is what lies two largest radii away from every wall, from the free faces of the packing and, under gravity,
+/// below its surface: the highest free grain of each upright column two largest radii wide. So heaps and cylinders
+/// count with what they fill. It is sampled at 2^18 quasi-random points; where few of them are inside, None.
+pub fn packing_fraction(assembly: &Assembly, grains: &[Grain], walls: &[Wall]) -> Option<f64> {
+    const POINTS: u32 = 1 << 18;
+    const FEW: usize = 2000;
+    let dims = assembly.dimension;
+    let free: Vec<Grain> = grains.iter().filter(|g| !g.fixed).copied().collect();
+    if free.is_empty() {
+        return None;
+    }
+    let margin = 2.0 * grains.iter().map(|g| g.radius).fold(0.0, f64::max);
+    let (lower, upper) = extent(assembly, &free, margin);
+    if (0..dims).any(|a| upper[a] <= lower[a]) {
+        return None;
+    }
+    let cells = Cells::new(&assembly.domain, dims, grains, margin);
+    let surface = Skyline::new(assembly, &free, margin);
+    // Additive recurrence with the generalised golden ratio: even coverage in any number of dimensions.
+    let phi: f64 = if dims == 2 { 1.324_717_957_244_746 } else { 1.220_744_084_605_759_5 };
+    let point = |k: u32| {
+        let u = |a: i32| (0.5 + f64::from(k + 1) / phi.powi(a + 1)).fract();
+        let mut x = lower;
+        (0..dims).for_each(|a| x[a] += u(a as i32) * (upper[a] - lower[a]));
+        x
+    };
+    let inside = |x: &DVec3| surface.depth(*x) >= margin && walls.iter().all(|w| w.surface.distance(*x) >= margin);
+    let (covered, open): (Vec<DVec3>, Vec<DVec3>) =
+        (0..POINTS).map(point).filter(inside).partition(|x| cells.covered(grains, *x));
+    let total = covered.len() + open.len();
+    (total >= FEW).then(|| covered.len() as f64 / total as f64)
+}
+
+/// The axis along which gravity is strongest, and whether it points down along it; None without gravity.
+fn vertical(assembly: &Assembly) -> Option<(usize, bool)> {
+    let g = assembly.gravity;
+    let axis = (0..assembly.dimension).max_by(|a, b| g[*a].abs().total_cmp(&g[*b].abs()))?;
+    (g[axis] != 0.0).then_some((axis, g[axis] < 0.0))
+}
+
+/// Box of the free grains' centres; along axes that neither repeat nor are vertical, without a margin.
+fn extent(assembly: &Assembly, free: &[Grain], margin: f64) -> (DVec3, DVec3) {
+    let (mut lower, mut upper) = (DVec3::ZERO, DVec3::ZERO);
+    for axis in 0..assembly.dimension {
+        if assembly.domain.periodic[axis] {
+            (lower[axis], upper[axis]) = (assembly.domain.lower[axis], assembly.domain.upper[axis]);
+            continue;
+        }
+        let ends = free.iter().map(|g| g.position[axis]);
+        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        let inset = if vertical(assembly).is_some_and(|(up, _)| up == axis) { 0.0 } else { margin };
+        (lower[axis], upper[axis]) = (low + inset, high - inset);
+    }
+    (lower, upper)
+}
+
+/// Height of the packing in each upright column: the highest free grain that the ones below it reach up to. A stray grain
+/// high above does not count.
+struct Skyline {
+    vertical: Option<(usize, bool)>,
+    width: f64,
+    tops: HashMap<[i64; 2], f64>,
+}
+
+impl Skyline {
+    fn new(assembly: &Assembly, free: &[Grain], width: f64) -> Skyline {
+        let mut skyline = Skyline { vertical: vertical(assembly), width, tops: HashMap::new() };
+        let mut columns: HashMap<[i64; 2], Vec<f64>> = HashMap::new();
+        for (column, height) in free.iter().filter_map(|g| skyline.column(g.position)) {
+            columns.entry(column).or_default().push(height);
+        }
+        for (column, mut heights) in columns {
+            heights.sort_by(f64::total_cmp);
+            let gap = heights.windows(2).position(|w| w[1] - w[0] > 2.0 * width);
+            skyline.tops.insert(column, heights[gap.unwrap_or(heights.len() - 1)]);
+        }
+        skyline
+    }
+
+    /// Column of a point, and its height, counted against gravity.
+    fn column(&self, x: DVec3) -> Option<([i64; 2], f64)> {
+        let (up, down) = self.vertical?;
+        let mut sideways = (0..3).filter(|a| *a != up).map(|a| (x[a] / self.width).floor() as i64);
+        let column = std::array::from_fn(|_| sideways.next().expect("two axes are left"));
+        Some((column, if down { x[up] } else { -x[up] }))
+    }
+
+    /// Depth of a point below the surface; infinite without gravity, negative where there is no grain above or below.
+    fn depth(&self, x: DVec3) -> f64 {
+        match self.column(x) {
+            None => f64::INFINITY,
+            Some((column, height)) => self.tops.get(&column).map_or(-1.0, |top| top - height),
+        }
+    }
+}
+
+/// Grains by cell, to find the ones near a point.
+struct Cells {
+    domain: Domain,
+    dims: usize,
+    origin: DVec3,
+    edge: DVec3,
+    count: [i64; 3],
+    start: Vec<usize>,
+    ids: Vec<usize>,
+}
+
+impl Cells {
+    fn new(domain: &Domain, dims: usize, grains: &[Grain], reach: f64) -> Cells {
+        let mut cells = Cells {
+            domain: *domain,
+            dims,
+            origin: DVec3::ZERO,
+            edge: DVec3::ONE,
+            count: [1; 3],
+            start: Vec::new(),
+            ids: vec![0; grains.len()],
+        };
+        for axis in 0..dims {
+            let (low, high) = if domain.periodic[axis] {
+                (domain.lower[axis], domain.upper[axis])
+            } else {
+                let ends = grains.iter().map(|g| g.position[axis]);
+                ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
+            };
+            cells.origin[axis] = low;
+            cells.count[axis] = ((high - low) / reach).floor().clamp(1.0, 512.0) as i64;
+            cells.edge[axis] = ((high - low) / cells.count[axis] as f64).max(reach);
+        }
+        let total = cells.count.iter().product::<i64>() as usize;
+        let home: Vec<usize> = grains.iter().map(|g| cells.index(cells.cell(g.position))).collect();
+        cells.start = vec![0; total + 1];
+        home.iter().for_each(|c| cells.start[c + 1] += 1);
+        (0..total).for_each(|c| cells.start[c + 1] += cells.start[c]);
+        let mut next = cells.start.clone();
+        for (i, c) in home.into_iter().enumerate() {
+            cells.ids[next[c]] = i;
+            next[c] += 1;
+        }
+        cells
+    }
+
+    fn cell(&self, x: DVec3) -> [i64; 3] {
+        std::array::from_fn(|a| {
+            let c = ((x[a] - self.origin[a]) / self.edge[a]).floor() as i64;
+            if self.domain.periodic[a] { c.rem_euclid(self.count[a]) } else { c.clamp(0, self.count[a] - 1) }
+        })
+    }
+
+    fn index(&self, c: [i64; 3]) -> usize {
+        (c[0] + self.count[0] * (c[1] + self.count[1] * c[2])) as usize
+    }
+
+    /// Whether a point lies in a grain.
+    fn covered(&self, grains: &[Grain], x: DVec3) -> bool {
+        let home = self.cell(x);
+        let ring = |a: usize| if a < self.dims { -1..=1 } else { 0..=0 };
+        let near = ring(0).flat_map(|i| ring(1).flat_map(move |j| ring(2).map(move |k| [i, j, k])));
+        near.into_iter().any(|step: [i64; 3]| {
+            let c: [i64; 3] = std::array::from_fn(|a| match self.domain.periodic[a] {
+                true => (home[a] + step[a]).rem_euclid(self.count[a]),
+                false => home[a] + step[a],
+            });
+            if (0..3).any(|a| c[a] < 0 || c[a] >= self.count[a]) {
+                return false;
+            }
+            let ids = &self.ids[self.start[self.index(c)]..self.start[self.index(c) + 1]];
+            ids.iter().any(|&i| self.nearest(grains[i].position - x).length_squared() < grains[i].radius.powi(2))
+        })
+    }
+
+    fn nearest(&self, mut d: DVec3) -> DVec3 {
+        for axis in (0..self.dims).filter(|a| self.domain.periodic[*a]) {
+            let length = self.domain.upper[axis] - self.domain.lower[axis];
+            d[axis] -= length * (d[axis] / length).round();
+        }
+        d
+    }
+}

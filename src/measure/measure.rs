@@ -1,0 +1,79 @@
+//! Twin of `shaders/measure/measure.wgsl`: sums over free grains at step n, in a fixed order.
+
+use crate::{
+    body::{Body, ForceTorque, bodies::body},
+    contact::contacts::closed_contacts,
+    contact::{history::spring_of, materials::pair_of, normal::normal_energy, tangential::spring_energy},
+    measure::{
+        contacts::contact_of,
+        energies::{Energies, energies},
+    },
+    state::{ACTIVE, INDEX, NONE, PARTIAL_SUMS, PartialSums, State},
+};
+use glam::DVec3;
+use rayon::prelude::*;
+
+pub fn measure(s: &mut State) {
+    let mut partial_sums = std::mem::take(&mut s.partial_sums);
+    partial_sums.par_iter_mut().enumerate().for_each(|(p, partial_sums)| {
+        *partial_sums = PartialSums::default();
+        (p..s.sizes.bodies).step_by(PARTIAL_SUMS).for_each(|i| add_body(s, i, partial_sums));
+    });
+    s.partial_sums = partial_sums;
+}
+
+fn add_body(s: &State, i: usize, sum: &mut PartialSums) {
+    let p = &s.params;
+    let here = body(s, i);
+    if here.velocity.inverse_mass == 0.0 {
+        return;
+    }
+    let (mut gathered, mut drag) = (ForceTorque::default(), DVec3::ZERO);
+    for (j, contact) in closed_contacts(s, i, &here, contact_of) {
+        let smaller = here.position.radius.min(s.position.get(j).map_or(f64::INFINITY, |there| there.radius));
+        let single = is_single(s, j);
+        let share = share(single);
+        let pair = pair_of(s, i, j);
+        gathered.add(&contact);
+        drag += contact.damping;
+        sum.elastic += share * (normal_energy(&pair, contact.gap) + spring_energy(contact.spring, &pair));
+        sum.contact_force += share * (contact.force - contact.damping).length();
+        sum.dissipation += share * contact.dissipation;
+        sum.overlap = sum.overlap.max(-contact.gap / smaller);
+        sum.sides += 1;
+        sum.single_sides += u32::from(single);
+    }
+    sum.dissipation += forgotten(s, i, &here) / p.dt;
+    add_energies(sum, &energies(s, &here, &gathered, drag));
+}
+
+/// What a grain has by itself.
+pub fn add_energies(sum: &mut PartialSums, own: &Energies) {
+    sum.kinetic += own.kinetic;
+    sum.potential += own.potential;
+    sum.net_force += own.net_force;
+    sum.dissipation += own.dissipation;
+}
+
+/// Whether only one side of a contact with neighbour j is measured.
+fn is_single(s: &State, j: usize) -> bool {
+    s.velocity.get(j).is_none_or(|there| there.inverse_mass == 0.0)
+}
+
+/// What one side counts for.
+fn share(single: bool) -> f64 {
+    if single { 1.0 } else { 0.5 }
+}
+
+/// Energy of the springs of contacts that have opened since the last step, which the next one forgets, J.
+fn forgotten(s: &State, i: usize, here: &Body) -> f64 {
+    let sprung = s.row(i).map(|entry| (entry, s.neighbour[entry])).take_while(|(_, tagged)| *tagged != NONE);
+    let sprung = sprung.filter(|(_, tagged)| tagged & ACTIVE != 0);
+    let energy = |(entry, tagged): (usize, u32)| {
+        let j = (tagged & INDEX) as usize;
+        let old = spring_of(tagged, s.spring.get(entry));
+        let open = !contact_of(s, i, here, j, old).closed;
+        if open { share(is_single(s, j)) * spring_energy(old, &pair_of(s, i, j)) } else { 0.0 }
+    };
+    sprung.map(energy).sum()
+}

@@ -1,0 +1,16 @@
+//! Twin of `shaders/measure/measure_clumps.wgsl`: what free clumps add to the sums over their members.
+
+use crate::measure::measure::add_energies;
+use crate::{
+    measure::energies::energies_of_clump,
+    state::{PARTIAL_SUMS, State},
+};
+use rayon::prelude::*;
+
+pub fn measure_clumps(s: &mut State) {
+    let mut partial_sums = std::mem::take(&mut s.partial_sums);
+    partial_sums.par_iter_mut().enumerate().for_each(|(p, partial_sums)| {
+        (p..s.sizes.clumps).step_by(PARTIAL_SUMS).for_each(|c| add_energies(partial_sums, &energies_of_clump(s, c)));
+    });
+    s.partial_sums = partial_sums;
+}

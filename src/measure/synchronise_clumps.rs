@@ -1,0 +1,11 @@
+//! Twin of `shaders/measure/synchronise_clumps.wgsl`: velocities and spins of clumps and their members at the time of the positions.
+
+use crate::{
+    contact::contacts::set_clump_velocities,
+    measure::contacts::{clump_velocity_now, contact_of},
+    state::State,
+};
+
+pub fn synchronise_clumps(s: &mut State) {
+    set_clump_velocities(s, contact_of, clump_velocity_now);
+}

@@ -1,0 +1,49 @@
+//! Twin of `shaders/neighbours/count_neighbours.wgsl`: how many slots each grain needs, and whether it is on the right side of every wall.
+
+use crate::{
+    body::grains::same_grain,
+    contact::geometry::closer_than,
+    neighbours::grid::for_candidates,
+    space::{precision::position_low_of, walls::wall_separation},
+    state::State,
+};
+use rayon::prelude::*;
+
+pub fn count_neighbours(s: &mut State) {
+    let mut list_start = std::mem::take(&mut s.list_start);
+    let (last, bodies) = list_start.split_last_mut().expect("one more than there are grains");
+    *last = 0;
+    let bad = bodies
+        .par_iter_mut()
+        .enumerate()
+        .map(|(i, entries)| {
+            let (needed, crossed) = slots_of(s, i);
+            *entries = needed;
+            if crossed { s.params.bodies - s.id[i] } else { 0 }
+        })
+        .max()
+        .unwrap_or(0);
+    s.list_start = list_start;
+    s.counters[0].lost_body = s.counters[0].lost_body.max(bad);
+    s.halt[0] = s.halt[0].max(u32::from(bad != 0));
+}
+
+/// Slots of grain i, and whether its centre is beyond a wall.
+fn slots_of(s: &State, i: usize) -> (u32, bool) {
+    let here = &s.position[i];
+    let fixed = s.velocity[i].inverse_mass == 0.0;
+    let reach = s.params.margin + 1e-5 * here.radius;
+    let mut entries = 0;
+    for_candidates(s, here.x, |j| {
+        entries += u32::from(closer_than(s, here, &s.position[j], reach) & !same_grain(s, i, j))
+    });
+    let mut crossed = false;
+    if !fixed {
+        for wall in &s.wall[..s.sizes.walls] {
+            let gap = wall_separation(wall, here, position_low_of(s, i)).gap;
+            entries += u32::from(gap < 2.0 * s.params.margin);
+            crossed |= gap < -here.radius;
+        }
+    }
+    (entries, crossed)
+}

@@ -1,0 +1,28 @@
+//! Twin of `shaders/neighbours/permute.wgsl`: grains into the order of the cells.
+
+use crate::{
+    model::Grains,
+    state::{Element, State},
+};
+use rayon::prelude::*;
+
+pub fn permute(s: &mut State) {
+    gather(&mut s.position_next, &s.position, &s.sorted);
+    gather(&mut s.position_low_next, &s.position_low, &s.sorted);
+    gather(&mut s.velocity_next, &s.velocity, &s.sorted);
+    gather(&mut s.spin_next, &s.spin, &s.sorted);
+    gather(&mut s.id_next, &s.id, &s.sorted);
+    s.displacement.fill(0.0);
+    keep_indices(s);
+}
+
+/// Where the bodies of all numbers are from now on.
+fn keep_indices(s: &mut State) {
+    if s.model.grains == Grains::Clumps {
+        s.id_next.iter().enumerate().for_each(|(i, member_id)| s.index_of_id[*member_id as usize] = i as u32);
+    }
+}
+
+fn gather<T: Element + Copy>(to: &mut [T], from: &[T], sorted: &[u32]) {
+    to.par_iter_mut().zip(sorted).for_each(|(to, &k)| *to = from[k as usize]);
+}

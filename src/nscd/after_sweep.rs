@@ -1,0 +1,40 @@
+//! Twin of `shaders/nscd/after_sweep.wgsl`: velocities after all colours, and what the momentum of the next pass depends on; of
+//! clumps the residual alone, and `sync_members` does the rest.
+
+use crate::{
+    body::rotation::inverse_inertia,
+    model::Grains,
+    nscd::contact::store_residual_sums,
+    space::dimension::spin_dot,
+    state::{ResidualSums, State},
+};
+
+pub fn after_sweep(s: &mut State) {
+    store_residual_sums(s, swept);
+    s.pass_residual.fill(0.0);
+    if s.model.grains == Grains::Spheres {
+        s.pass_velocity_before.clone_from(&s.extrapolated_velocity);
+        s.pass_spin_before.clone_from(&s.extrapolated_spin);
+    }
+}
+
+fn swept(s: &State, i: usize) -> ResidualSums {
+    let beta = s.solver_state[0].beta;
+    let mut sums = ResidualSums { residual: s.pass_residual[i], ..ResidualSums::default() };
+    if s.model.grains == Grains::Clumps {
+        return sums; // members will fall in with the first of them
+    }
+    // From where the sweeps set out to where they led, along the way from the pass before.
+    let (now, last) = (s.extrapolated_velocity[i], s.pass_velocity[i].v);
+    if now.inverse_mass != 0.0 {
+        let start = last + beta * (last - s.pass_velocity_before[i].v);
+        sums.restart_criterion = (start - now.v).dot(now.v - last) / now.inverse_mass;
+    }
+    let inertia = inverse_inertia(s, &s.position[i], now.inverse_mass);
+    if inertia != 0.0 {
+        let (spin, last) = (s.extrapolated_spin[i].0, s.pass_spin[i].0);
+        let start = last + beta * (last - s.pass_spin_before[i].0);
+        sums.restart_criterion += spin_dot(start - spin, spin - last) / inertia;
+    }
+    sums
+}

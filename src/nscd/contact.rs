@@ -1,0 +1,257 @@
+//! Twin of `shaders/nscd/contact.wgsl`: contact dynamics, section 2.2. Grains are rigid; a step is one
+//! implicit Euler step with restitution 0.
+
+use crate::state::{ACTIVE, ContactGeometry, GROUP, INDEX, NONE, ResidualSums, State, Velocity};
+use crate::{
+    body::{Body, ForceTorque, rotation::surface_velocity},
+    contact::{
+        geometry::{Separation, branch_vector, sphere_separation},
+        history::kept_spring,
+        law::Contact,
+        materials::pair_of,
+    },
+    space::{
+        precision::position_low_of,
+        walls::{wall_separation, wall_velocity},
+    },
+};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Sums of two together.
+pub fn combined(a: ResidualSums, b: ResidualSums) -> ResidualSums {
+    ResidualSums {
+        reference: a.reference + b.reference,
+        gravity_speed_squared: a.gravity_speed_squared + b.gravity_speed_squared,
+        imposed_speed: a.imposed_speed.max(b.imposed_speed),
+        lipschitz_bound: a.lipschitz_bound.max(b.lipschitz_bound),
+        residual: a.residual + b.residual,
+        restart_criterion: a.restart_criterion + b.restart_criterion,
+        curvature: a.curvature + b.curvature,
+        step_squared: a.step_squared + b.step_squared,
+        pressing: a.pressing.max(b.pressing),
+        coulomb_excess: a.coulomb_excess.max(b.coulomb_excess),
+        late_contacts: a.late_contacts + b.late_contacts,
+    }
+}
+
+/// The sum over all groups.
+pub fn total_sums(s: &State) -> ResidualSums {
+    s.residual_sums.iter().copied().fold(ResidualSums::default(), combined)
+}
+
+/// What global damping, implicit like all else, leaves of velocities and to impulses.
+pub fn damping_factor(s: &State) -> f64 {
+    1.0 / (1.0 + s.params.dt * s.params.damping)
+}
+
+/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that impulses meet.
+pub fn free_velocity(s: &State, velocity: &Velocity) -> Velocity {
+    if velocity.inverse_mass == 0.0 {
+        return *velocity;
+    }
+    Velocity {
+        v: damping_factor(s) * (velocity.v + s.params.dt * s.params.gravity),
+        inverse_mass: damping_factor(s) * velocity.inverse_mass,
+    }
+}
+
+/// The same for the spin.
+pub fn free_spin(s: &State, velocity: &Velocity, spin: DVec3) -> DVec3 {
+    if velocity.inverse_mass == 0.0 {
+        return spin;
+    }
+    damping_factor(s) * spin
+}
+
+/// What residuals are relative to: the square of a grain's free velocity, m²/s²; and `crowd`.
+pub fn residual_scale_of(s: &State, lipschitz_bound: usize, squared: f64, inverse_mass: f64) -> ResidualSums {
+    let mut sums = ResidualSums { lipschitz_bound: lipschitz_bound as f64, ..ResidualSums::default() };
+    if inverse_mass != 0.0 {
+        sums.reference = squared;
+        sums.gravity_speed_squared = s.params.dt * s.params.dt * s.params.gravity.length_squared();
+    }
+    sums
+}
+
+/// Velocities of body i, after a pass and as carried ahead from it, by what its impulses make of them: freed of the rounding
+/// that updates in place have left.
+pub fn remove_rounding(s: &mut State, i: usize, velocity: Velocity, spin: DVec3) {
+    let off = velocity.v - s.pass_velocity[i].v;
+    for motions in [&mut s.pass_velocity, &mut s.pass_velocity_before, &mut s.extrapolated_velocity] {
+        motions[i] = Velocity { v: motions[i].v + off, ..velocity };
+    }
+    let spin_off = s.pass_spin.get(i).map_or(DVec3::ZERO, |last| spin - last.0);
+    for spins in [&mut s.pass_spin, &mut s.pass_spin_before, &mut s.extrapolated_spin] {
+        if let Some(kept) = spins.get_mut(i) {
+            kept.0 += spin_off;
+        }
+    }
+}
+
+/// A contact as its first side sees it, the grain with the smaller index.
+#[derive(Clone, Copy, Debug)]
+pub struct OrientedContact {
+    /// 1: the grain of interest is that side; -1: the other.
+    pub sign: f64,
+    /// 1/2 of a contact that two grains add to a sum.
+    pub share: f64,
+    /// Away from that side.
+    pub n: DVec3,
+    /// m/s
+    pub bias_velocity: f64,
+    /// 1/kg, as in [`crate::state::Lever`]: W in the direction of n, and across; of clumps more than that.
+    pub normal: f64,
+    pub tangential: f64,
+    pub friction: f64,
+    /// m/s, of that side past the other in the contact point.
+    pub velocity: DVec3,
+}
+
+/// The contact in a slot of grain i at the velocities that `at` gives for a grain: translation and spin.
+pub fn oriented_contact(s: &State, i: usize, entry: usize, at: impl Fn(usize) -> (DVec3, DVec3)) -> OrientedContact {
+    let j = (s.neighbour[entry] & INDEX) as usize;
+    let (ContactGeometry { n, bias_velocity }, l) = (s.contact_geometry[entry], s.effective_mass[entry]);
+    let (v, spin) = at(i);
+    let friction = pair_of(s, i, j).friction;
+    let side = OrientedContact {
+        sign: 1.0,
+        share: 1.0,
+        n,
+        bias_velocity,
+        normal: l.normal,
+        tangential: l.tangential,
+        friction,
+        velocity: DVec3::ZERO,
+    };
+    if let Some(w) = j.checked_sub(s.sizes.bodies) {
+        let arm = l.arm * n;
+        let velocity = (v - wall_velocity(&s.wall[w], s.position[i].x + arm)) + surface_velocity(spin, arm);
+        return OrientedContact { velocity, ..side };
+    }
+    let there = at(j);
+    let sign = if i < j { 1.0 } else { -1.0 };
+    let n = sign * n;
+    let ((first, arm), (second, arm_to)) =
+        if i < j { (((v, spin), l.arm), (there, l.arm_to)) } else { ((there, l.arm_to), ((v, spin), l.arm)) };
+    let surface = surface_velocity(first.1, arm * n) - surface_velocity(second.1, -arm_to * n);
+    OrientedContact { sign, share: 0.5, n, velocity: (first.0 - second.0) + surface, ..side }
+}
+
+/// The speed that closes a gap within the step; an overlap opens at a bounded one. Gaps within rounding are none.
+pub fn bias_velocity_of(s: &State, gap: f64) -> f64 {
+    if gap.abs() < s.params.gap_band {
+        return 0.0;
+    }
+    if gap > 0.0 {
+        return gap / s.params.dt;
+    }
+    ((gap + s.params.gap_band) / s.params.dt).max(-s.params.max_correction_velocity)
+}
+
+/// Vector shortened to a length.
+fn project_on_disc(v: DVec3, length: f64) -> DVec3 {
+    let squared = v.length_squared();
+    if squared > length * length { v * (length / squared.sqrt()) } else { v }
+}
+
+/// Impulse on the first side after a pass from `impulse`: the disc update. Its fixed points are contacts that are open,
+/// stick or slip as Algorithm 1 has them; with `step` = 1 it is that algorithm for spheres.
+pub fn disc_update(side: &OrientedContact, impulse: DVec3, step: f64) -> DVec3 {
+    let pressing = -impulse.dot(side.n);
+    let approach = side.velocity.dot(side.n);
+    let friction = impulse + pressing * side.n;
+    let slip = side.velocity - approach * side.n;
+    let pressing_next = (pressing + step / side.normal * (approach - side.bias_velocity)).max(0.0);
+    let weight = side.tangential;
+    let friction_next = project_on_disc(weight * friction - step * slip, side.friction * (weight * pressing_next));
+    (1.0 / weight) * friction_next - pressing_next * side.n
+}
+
+/// The natural map of a contact, m/s: r - P(r - rho (u + mu |u_T| n)), rho = 1/weight, over rho. The weight is
+/// λmax(W_kk).
+pub fn natural_map(side: &OrientedContact, impulse: DVec3, weight: f64) -> DVec3 {
+    let pressing = -impulse.dot(side.n);
+    let approach = side.velocity.dot(side.n);
+    let friction = impulse + pressing * side.n;
+    let slip = side.velocity - approach * side.n;
+    let mu = side.friction;
+    let normal = weight * pressing + (approach - side.bias_velocity) - mu * slip.length();
+    let across = weight * friction - slip;
+    let length = across.length();
+    if normal > 0.0 && length <= mu * normal {
+        // What is left of the differences below, without the rounding of impulses beside which velocities are small.
+        return slip + (approach - side.bias_velocity - mu * slip.length()) * side.n;
+    }
+    let (mut kept, mut pressed) = (DVec3::ZERO, 0.0);
+    if mu * length > -normal {
+        pressed = (normal + mu * length) / (1.0 + mu * mu);
+        kept = across * (mu * pressed / length);
+    }
+    (weight * friction - kept) - (weight * pressing - pressed) * side.n
+}
+
+/// The contact of grain i with neighbour j, as samples and forces see it: what carries an impulse is closed.
+pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, impulse: DVec3) -> Contact {
+    if impulse == DVec3::ZERO {
+        return Contact::default();
+    }
+    let Separation { gap, n } = meet(s, i, here, j);
+    let force = impulse * (1.0 / s.params.dt);
+    let arm = (here.position.radius + 0.5 * gap) * n;
+    Contact { gap, closed: true, force, arm, spring: force - force.dot(n) * n, ..Contact::default() }
+}
+
+/// Gap and normal of grain i and neighbour j, which may be a wall.
+pub fn meet(s: &State, i: usize, here: &Body, j: usize) -> Separation {
+    match j.checked_sub(s.sizes.bodies) {
+        None => {
+            let rest = here.low.radius + position_low_of(s, j).radius;
+            sphere_separation(branch_vector(s, i, j), here.position.radius, s.position[j].radius, rest)
+        }
+        Some(w) => wall_separation(&s.wall[w], &here.position, here.low),
+    }
+}
+
+/// The slots of grain i that hold a neighbour.
+pub fn list_entries(s: &State, i: usize) -> impl Iterator<Item = usize> + '_ {
+    s.row(i).take_while(|&entry| s.neighbour[entry] != NONE)
+}
+
+/// Those of them that take part in passes.
+pub fn active_entries(s: &State, i: usize) -> impl Iterator<Item = usize> + '_ {
+    list_entries(s, i).filter(|&entry| s.neighbour[entry] & ACTIVE != 0)
+}
+
+/// Sum and moment of the impulses of grain i, N s and N m s.
+pub fn gathered(s: &State, i: usize) -> ForceTorque {
+    let mut sum = ForceTorque::default();
+    for entry in list_entries(s, i) {
+        add_impulse(&mut sum, s, entry, kept_spring(&s.spring[entry]));
+    }
+    sum
+}
+
+/// One more impulse.
+pub fn add_impulse(sum: &mut ForceTorque, s: &State, entry: usize, impulse: DVec3) {
+    sum.force += impulse;
+    sum.torque += crate::space::dimension::moment(s.effective_mass[entry].arm * s.contact_geometry[entry].n, impulse);
+}
+
+/// Keep the sums over the bodies of every group.
+pub fn store_residual_sums(s: &mut State, of_body: impl Fn(&State, usize) -> ResidualSums + Sync) {
+    let sums = by_group(s.sizes.bodies, |i| of_body(s, i));
+    s.residual_sums[..sums.len()].copy_from_slice(&sums);
+}
+
+/// The same for clumps, whose groups come after those of the bodies.
+pub fn store_clump_residual_sums(s: &mut State, of_clump: impl Fn(&State, usize) -> ResidualSums + Sync) {
+    let sums = by_group(s.sizes.clumps, |c| of_clump(s, c));
+    s.residual_sums[s.sizes.bodies.div_ceil(GROUP)..][..sums.len()].copy_from_slice(&sums);
+}
+
+fn by_group(items: usize, of_item: impl Fn(usize) -> ResidualSums + Sync) -> Vec<ResidualSums> {
+    let groups = (0..items.div_ceil(GROUP)).into_par_iter();
+    let of = |g: usize| g * GROUP..((g + 1) * GROUP).min(items);
+    groups.map(|g| of(g).map(&of_item).fold(ResidualSums::default(), combined)).collect()
+}

@@ -1,0 +1,34 @@
+//! Twin of `shaders/nscd/gather_impulses.wgsl`: velocities freed of the rounding that the updates in place have left in them; members of clumps
+//! hold what `refresh_members` needs for that.
+
+use crate::{
+    body::ForceTorque,
+    contact::history::kept_spring,
+    model::Grains,
+    nscd::{
+        contact::{active_entries, add_impulse, remove_rounding},
+        response::{response, store_member_load},
+    },
+    state::State,
+};
+use rayon::prelude::*;
+
+pub fn gather_impulses(s: &mut State) {
+    let sums: Vec<ForceTorque> = (0..s.sizes.bodies).into_par_iter().map(|i| gathered(s, i)).collect();
+    match s.model.grains {
+        Grains::Spheres => sums.iter().enumerate().for_each(|(i, sum)| {
+            let (velocity, spin) = response(s, i, sum);
+            remove_rounding(s, i, velocity, spin);
+        }),
+        Grains::Clumps => store_member_load(s, sums.into_iter()),
+    }
+}
+
+/// Its impulses on body i.
+fn gathered(s: &State, i: usize) -> ForceTorque {
+    let mut sum = ForceTorque::default();
+    for entry in active_entries(s, i) {
+        add_impulse(&mut sum, s, entry, kept_spring(&s.spring[entry]));
+    }
+    sum
+}

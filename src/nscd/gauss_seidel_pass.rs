@@ -1,0 +1,83 @@
+//! Twin of `shaders/nscd/gauss_seidel_pass.wgsl`: all contacts of the next colour, each updated with a step of its own (of spheres that is
+//! Algorithm 1, which solves it exactly) for the velocities that the colours before have left.
+
+use crate::{
+    body::rotation::surface_velocity,
+    contact::{history::kept_spring, materials::pair_of},
+    nscd::{
+        contact::{OrientedContact, disc_update, natural_map},
+        response::{ContactBody, VelocityUpdate, apply_impulse, contact_body, natural_map_scale},
+    },
+    space::walls::wall_velocity,
+    state::{ColorCursor, ColoredContact, ContactGeometry, NONE, Packed, State},
+};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Contacts that one task works on at least.
+const LEAST: usize = 256;
+
+pub fn gauss_seidel_pass(s: &mut State) {
+    let ColorCursor { colors, contacts } = s.color_cursor[0];
+    let end = contacts + s.color_count[colors as usize];
+    s.color_cursor_next[0] = ColorCursor { colors: colors + 1, contacts: end };
+    let turns = contacts as usize..end as usize;
+    // Contacts of a colour share no grain, so that none sees what the others do.
+    let updates: Vec<_> = turns.clone().into_par_iter().with_min_len(LEAST).map(|k| Update::of(s, k)).collect();
+    for (k, update) in turns.zip(updates).filter_map(|(k, update)| Some((k, update?))) {
+        s.colored_impulse_before[k] = Packed(update.next);
+        s.pass_residual[s.colored_contact[k].first as usize] += update.miss;
+        update.updates.iter().flatten().for_each(|push| push.keep(s));
+    }
+}
+
+/// What a contact's update changes.
+struct Update {
+    /// N s, on the first grain.
+    next: DVec3,
+    /// (m/s)²
+    miss: f64,
+    /// The grains; a wall has no second one.
+    updates: [Option<VelocityUpdate>; 2],
+}
+
+impl Update {
+    fn of(s: &State, k: usize) -> Option<Update> {
+        let ColoredContact { first, second, entry, .. } = s.colored_contact[k];
+        if first == NONE {
+            return None;
+        }
+        let (i, j) = (first as usize, second as usize);
+        let (ContactGeometry { n, bias_velocity }, effective_mass) =
+            (s.colored_geometry[k], s.colored_effective_mass[k]);
+        let here = contact_body(s, i, effective_mass.arm * n);
+        let there = (j < s.sizes.bodies).then(|| contact_body(s, j, -effective_mass.arm_to * n));
+        let velocity = |grip: &ContactBody| grip.velocity.v + surface_velocity(grip.spin, grip.arm);
+        let velocity_to = match &there {
+            Some(there) => velocity(there),
+            None => wall_velocity(&s.wall[j - s.sizes.bodies], s.position[i].x + effective_mass.arm * n),
+        };
+        let side = OrientedContact {
+            sign: 1.0,
+            share: 1.0,
+            n,
+            bias_velocity,
+            normal: effective_mass.normal,
+            tangential: effective_mass.tangential,
+            friction: pair_of(s, i, j).friction,
+            velocity: velocity(&here) - velocity_to,
+        };
+        let old = kept_spring(&s.colored_impulse[k]);
+        let start = old + s.solver_state[0].beta * (old - kept_spring(&s.colored_impulse_before[k]));
+        let next = disc_update(&side, start, 1.0);
+        let change = next - start;
+        Some(Update {
+            next,
+            miss: natural_map(&side, start, natural_map_scale(s, entry as usize, side.tangential)).length_squared(),
+            updates: [
+                Some(apply_impulse(s, i, &here, change)),
+                there.map(|there| apply_impulse(s, j, &there, -change)),
+            ],
+        })
+    }
+}

@@ -1,0 +1,83 @@
+//! Twin of `shaders/nscd/jacobi_pass.wgsl`: a pass. Every contact takes a step of Jacobi's kind from the impulses and velocities that
+//! momentum has carried ahead, and every grain gathers what its contacts do to it.
+
+use crate::body::blocks::{BLOCK, by_entry};
+use crate::{
+    body::ForceTorque,
+    contact::history::{keep_spring, kept_spring},
+    model::Grains,
+    nscd::{
+        contact::{active_entries, add_impulse, disc_update, natural_map, oriented_contact, store_residual_sums},
+        response::{extrapolated_velocity_of, kinetic_metric, natural_map_scale, response, store_member_load},
+    },
+    state::{Packed, ResidualSums, Spin, State},
+};
+use rayon::prelude::*;
+
+pub fn jacobi_pass(s: &mut State) {
+    if s.model.grains == Grains::Clumps {
+        let (sums, efforts): (Vec<ForceTorque>, Vec<ResidualSums>) =
+            passes(s, |_, _, sum, sums| (sum, sums)).into_iter().unzip();
+        store_residual_sums(s, |_, i| efforts[i]);
+        return store_member_load(s, sums.into_iter());
+    }
+    let answers = passes(s, |s, i, sum, sums| {
+        let ((velocity, spin), (v, w)) = (response(s, i, &sum), extrapolated_velocity_of(s, i));
+        let curvature = kinetic_metric(s, i, velocity.inverse_mass, velocity.v - v, spin - w);
+        (velocity, spin, ResidualSums { curvature, ..sums })
+    });
+    store_residual_sums(s, |_, i| answers[i].2);
+    for (i, (velocity, spin, _)) in answers.into_iter().enumerate() {
+        s.pass_velocity_before[i] = velocity;
+        if let Some(kept) = s.pass_spin_before.get_mut(i) {
+            *kept = Spin(spin);
+        }
+    }
+}
+
+/// A pass over the contacts of all bodies, and what becomes of each body's impulses and sums.
+fn passes<T: Send>(s: &mut State, then: impl Fn(&State, usize, ForceTorque, ResidualSums) -> T + Sync) -> Vec<T> {
+    let mut before = std::mem::take(&mut s.impulse_before);
+    let answers = by_entry(&mut before, s)
+        .enumerate()
+        .flat_map_iter(|(k, springs)| {
+            let first = k * BLOCK;
+            let begin = s.list_start[first] as usize;
+            let bodies = first..(first + BLOCK).min(s.sizes.bodies);
+            let of_body = |i| {
+                let (sum, sums) = pass_of(s, i, springs, begin);
+                then(s, i, sum, sums)
+            };
+            bodies.map(of_body).collect::<Vec<_>>()
+        })
+        .collect();
+    s.impulse_before = before;
+    answers
+}
+
+/// Sum and moment of the impulses that grain i gets from a pass; `before` has those of the pass before from slot `begin` on, and
+/// gets those of this one.
+fn pass_of(s: &State, i: usize, before: &mut [Packed], begin: usize) -> (ForceTorque, ResidualSums) {
+    let (step, beta) = (1.0 / (s.solver_state[0].step_divisor * s.solver_state[0].lipschitz), s.solver_state[0].beta);
+    let mut sums = ResidualSums::default();
+    let mut sum = ForceTorque::default();
+    for entry in active_entries(s, i) {
+        let side = oriented_contact(s, i, entry, |i| extrapolated_velocity_of(s, i));
+        let before = &mut before[entry - begin];
+        let old = side.sign * kept_spring(&s.spring[entry]);
+        let start = old + beta * (old - side.sign * kept_spring(before));
+        let next = disc_update(&side, start, step);
+        let mine = side.sign * next;
+        keep_spring(before, mine);
+        add_impulse(&mut sum, s, entry, mine);
+        let (back, on) = (start - next, next - old);
+        let (back_normal, on_normal) = (back.dot(side.n), on.dot(side.n));
+        let back_across = back - back_normal * side.n;
+        let (normal, across) = (side.normal * back_normal, side.tangential * back_across);
+        sums.residual +=
+            side.share * natural_map(&side, start, natural_map_scale(s, entry, side.tangential)).length_squared();
+        sums.restart_criterion += side.share * (normal * on_normal + across.dot(on - on_normal * side.n));
+        sums.step_squared += side.share * (normal * back_normal + across.dot(back_across));
+    }
+    (sum, sums)
+}

@@ -1,0 +1,24 @@
+//! Twin of `shaders/nscd/member_impulses.wgsl`: members hand over the impulses that a step ends with.
+
+use crate::{
+    body::ForceTorque,
+    contact::history::{kept_spring, set_active},
+    nscd::{
+        contact::{gathered, list_entries},
+        response::store_member_load,
+    },
+    state::State,
+};
+use glam::DVec3;
+use rayon::prelude::*;
+
+pub fn member_impulses(s: &mut State) {
+    s.counters[0].steps_done += 1;
+    let sums: Vec<ForceTorque> = (0..s.sizes.bodies).into_par_iter().map(|i| gathered(s, i)).collect();
+    store_member_load(s, sums.into_iter());
+    for i in 0..s.sizes.bodies {
+        for entry in list_entries(s, i).collect::<Vec<_>>() {
+            set_active(&mut s.neighbour[entry], kept_spring(&s.spring[entry]) != DVec3::ZERO);
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! Twin of `shaders/nscd/residual.wgsl`: how far the impulses are from a solution, by the natural map, which anyone can compute again.
+
+use crate::{
+    contact::history::{kept_spring, set_active},
+    nscd::{
+        contact::{OrientedContact, list_entries, natural_map, oriented_contact, store_residual_sums},
+        response::natural_map_scale,
+    },
+    state::{ACTIVE, ResidualSums, State},
+};
+use glam::DVec3;
+use rayon::prelude::*;
+
+pub fn residual(s: &mut State) {
+    store_residual_sums(s, judged);
+    let found: Vec<usize> = (0..s.sizes.bodies).into_par_iter().flat_map_iter(|i| late(s, i)).collect();
+    found.into_iter().for_each(|entry| set_active(&mut s.neighbour[entry], true));
+}
+
+/// Velocity and spin after the last pass.
+fn at(s: &State, i: usize) -> (DVec3, DVec3) {
+    (s.pass_velocity[i].v, s.pass_spin.get(i).map_or(DVec3::ZERO, |spin| spin.0))
+}
+
+/// Slots of pairs that were left out and meet after all: they take part from now on.
+fn late(s: &State, i: usize) -> impl Iterator<Item = usize> + '_ {
+    list_entries(s, i).filter(move |&entry| is_late(s, entry, &oriented_contact(s, i, entry, |i| at(s, i))))
+}
+
+fn is_late(s: &State, entry: usize, side: &OrientedContact) -> bool {
+    s.neighbour[entry] & ACTIVE == 0 && side.velocity.dot(side.n) > side.bias_velocity
+}
+
+fn judged(s: &State, i: usize) -> ResidualSums {
+    let mut sums = ResidualSums::default();
+    for entry in list_entries(s, i) {
+        let side = oriented_contact(s, i, entry, |i| at(s, i));
+        sums.late_contacts += u32::from(is_late(s, entry, &side));
+        let impulse = side.sign * kept_spring(&s.spring[entry]);
+        let pressing = -impulse.dot(side.n);
+        let friction = impulse + pressing * side.n;
+        sums.residual +=
+            side.share * natural_map(&side, impulse, natural_map_scale(s, entry, side.tangential)).length_squared();
+        sums.pressing = sums.pressing.max(pressing);
+        sums.coulomb_excess = sums.coulomb_excess.max(friction.length() - side.friction * pressing);
+    }
+    sums
+}

@@ -1,0 +1,260 @@
+//! Twin of `shaders/nscd/response/`: what impulses do to grains in contact dynamics. A sphere answers to those of its own contacts; members
+//! hand theirs to their clump, which answers with its full inertia, and get the velocities of its surface.
+
+use crate::{
+    body::{
+        ForceTorque,
+        grains::{Clump, arm_of, clump, clump_load, own_spin, spins_over},
+        rotation::{inverse_inertia, spin_of, surface_velocity},
+    },
+    contact::materials::pair_of,
+    nscd::contact::{damping_factor, free_spin, free_velocity},
+    space::dimension::{conjugate, moment, rotate, spin_dot, spin_squared},
+};
+use crate::{
+    model::Grains,
+    solve::contact::largest_eigenvalue,
+    state::{EffectiveMass, Spin, State, Velocity},
+};
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+
+/// Velocity of body i at the end of the step if nothing touched it, and the inverse mass that impulses meet.
+pub fn free_velocity_of(s: &State, i: usize) -> Velocity {
+    match s.model.grains {
+        Grains::Spheres => free_velocity(s, &s.velocity[i]),
+        Grains::Clumps => s.velocity_next[i], // since `free_velocities`
+    }
+}
+
+/// The same for the spin of a sphere.
+pub fn free_spin_of(s: &State, i: usize) -> DVec3 {
+    free_spin(s, &s.velocity[i], spin_of(s, i))
+}
+
+/// The number of the grain that body i is, or belongs to.
+pub fn grain_of(s: &State, i: usize) -> u32 {
+    match s.model.grains {
+        Grains::Spheres => s.id[i],
+        Grains::Clumps => s.clump_of_id[s.id[i] as usize],
+    }
+}
+
+/// Inverse inertia that impulses meet, along the axes of the scene, 1/(kg m²).
+pub fn inverse_inertia_of(s: &State, here: &Clump) -> DMat3 {
+    let of = |axis: DVec3| rotate(here.orientation, here.inverse_moments * rotate(conjugate(here.orientation), axis));
+    damping_factor(s) * DMat3::from_cols(of(DVec3::X), of(DVec3::Y), of(DVec3::Z))
+}
+
+/// Velocity, m/s, of the point at the end of an arm from member i for an impulse there, N s.
+fn delassus_block(s: &State, i: usize, arm: DVec3) -> DMat3 {
+    let member_id = s.id[i] as usize;
+    let here = clump(s, s.clump_of_id[member_id] as usize);
+    let (inverse_mass, inertia) = (free_velocity_of(s, i).inverse_mass, inverse_inertia_of(s, &here));
+    let arm = arm_of(s, here.orientation, member_id) + arm;
+    let of = |axis: DVec3| inverse_mass * axis + (inertia * arm.cross(axis)).cross(arm);
+    DMat3::from_cols(of(DVec3::X), of(DVec3::Y), of(DVec3::Z))
+}
+
+/// What an impulse does to bodies i and j, which may be a wall, and the largest eigenvalue of W, 1/kg.
+pub fn effective_mass_of(s: &State, i: usize, j: usize, gap: f64, n: DVec3) -> (EffectiveMass, f64) {
+    let arms = |i: usize| s.position.get(i).map_or(0.0, |position| position.radius + 0.5 * gap);
+    let (own, other) = (arms(i), arms(j));
+    match s.model.grains {
+        Grains::Spheres => {
+            let weight = |i: usize| s.velocity.get(i).map_or(0.0, |_| free_velocity_of(s, i).inverse_mass);
+            let rotational = |i: usize, arm: f64| {
+                s.position.get(i).map_or(0.0, |position| arm * arm * inverse_inertia(s, position, weight(i)))
+            };
+            let normal = weight(i) + weight(j);
+            let tangential = normal + (rotational(j, other) + rotational(i, own));
+            (EffectiveMass { arm: own, arm_to: other, normal, tangential }, tangential)
+        }
+        Grains::Clumps => {
+            let mut w = delassus_block(s, i, own * n);
+            if j < s.sizes.bodies {
+                w += delassus_block(s, j, -other * n);
+            }
+            if s.model.dims() == 2 {
+                // Nothing moves out of the plane.
+                (w.x_axis.z, w.y_axis.z, w.z_axis) = (0.0, 0.0, DVec3::ZERO);
+            }
+            let across = DMat3::IDENTITY - DMat3::from_cols(n * n.x, n * n.y, n * n.z);
+            let (normal, tangential) = (n.dot(w * n), largest_eigenvalue(&(across * w * across)));
+            // More than W has there: so much that the two are nowhere less than W, which joins them, and that friction at its
+            // limit, which answers to the normal impulse, makes it overshoot by half at most.
+            let turned_aside = ((w * n) / normal - n).length();
+            let joined = turned_aside * (normal / tangential).sqrt();
+            let more = (1.0 + joined).max((1.0 + pair_of(s, i, j).friction * turned_aside) / 1.5);
+            let effective_mass = EffectiveMass {
+                arm: own,
+                arm_to: other,
+                normal: more * normal,
+                tangential: (1.0 + joined) * tangential,
+            };
+            (effective_mass, largest_eigenvalue(&w))
+        }
+    }
+}
+
+/// The largest eigenvalue of W_kk, 1/kg.
+pub fn natural_map_scale(s: &State, entry: usize, tangential: f64) -> f64 {
+    match s.model.grains {
+        Grains::Spheres => tangential,
+        Grains::Clumps => s.delassus_eigenvalue[entry],
+    }
+}
+
+/// Velocity and spin that impulses give sphere i at the end of the step.
+pub fn response(s: &State, i: usize, sum: &ForceTorque) -> (Velocity, DVec3) {
+    let free = free_velocity_of(s, i);
+    let inertia = inverse_inertia(s, &s.position[i], free.inverse_mass);
+    (Velocity { v: free.v + free.inverse_mass * sum.force, ..free }, free_spin_of(s, i) + inertia * sum.torque)
+}
+
+/// Clumps will answer to the impulses of their members.
+pub fn store_member_load(s: &mut State, sums: impl Iterator<Item = ForceTorque>) {
+    for (i, sum) in sums.enumerate() {
+        (s.member_force[i], s.member_torque[i]) = (sum.force, Spin(sum.torque));
+    }
+}
+
+/// Velocity and spin with which body i begins a pass.
+pub fn extrapolated_velocity_of(s: &State, i: usize) -> (DVec3, DVec3) {
+    (s.extrapolated_velocity[i].v, s.extrapolated_spin.get(i).map_or(DVec3::ZERO, |spin| spin.0))
+}
+
+/// A body as a contact of a colour holds it.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactBody {
+    /// Of the body; of a clump, for all of which the first member stands while sweeps go on, that of the first member.
+    pub velocity: Velocity,
+    pub spin: DVec3,
+    /// m, from its centre to the contact point.
+    pub arm: DVec3,
+    /// m, from the centre of the grain to its centre.
+    lead: DVec3,
+    /// Its index.
+    first: usize,
+}
+
+/// Body i with the velocities that sweeps have left it, at the end of an arm from its centre.
+pub fn contact_body(s: &State, i: usize, arm: DVec3) -> ContactBody {
+    let (first, lead, arm) = match s.model.grains {
+        Grains::Spheres => (i, DVec3::ZERO, arm),
+        Grains::Clumps => {
+            let c = grain_of(s, i) as usize;
+            let (q, member_id) = (clump(s, c).orientation, s.first_member[c] as usize);
+            let lead = arm_of(s, q, member_id);
+            (s.index_of_id[member_id] as usize, lead, (arm_of(s, q, s.id[i] as usize) + arm) - lead)
+        }
+    };
+    ContactBody {
+        velocity: s.extrapolated_velocity[first],
+        spin: extrapolated_velocity_of(s, first).1,
+        arm,
+        lead,
+        first,
+    }
+}
+
+/// What an impulse there makes of the velocity and the spin that stand for the grain.
+pub fn apply_impulse(s: &State, i: usize, grip: &ContactBody, impulse: DVec3) -> VelocityUpdate {
+    let inverse_mass = grip.velocity.inverse_mass;
+    let (v, spin) = match s.model.grains {
+        Grains::Spheres => {
+            let inertia = inverse_inertia(s, &s.position[i], inverse_mass);
+            (inverse_mass * impulse, inertia * moment(grip.arm, impulse))
+        }
+        Grains::Clumps => {
+            let inertia = inverse_inertia_of(s, &clump(s, grain_of(s, i) as usize));
+            let spin = inertia * moment(grip.lead + grip.arm, impulse);
+            (inverse_mass * impulse + surface_velocity(spin, grip.lead), spin)
+        }
+    };
+    VelocityUpdate { first: grip.first, v: grip.velocity.v + v, spin: grip.spin + spin }
+}
+
+/// Velocity and spin of a body from now on.
+#[derive(Clone, Copy, Debug)]
+pub struct VelocityUpdate {
+    first: usize,
+    v: DVec3,
+    spin: DVec3,
+}
+
+impl VelocityUpdate {
+    pub fn keep(&self, s: &mut State) {
+        s.extrapolated_velocity[self.first].v = self.v;
+        if let Some(spin) = s.extrapolated_spin.get_mut(self.first) {
+            spin.0 = self.spin;
+        }
+    }
+}
+
+/// Kinetic energy of a body with these velocities, twice, J.
+pub fn kinetic_metric(s: &State, i: usize, inverse_mass: f64, v: DVec3, w: DVec3) -> f64 {
+    let inertia = inverse_inertia(s, &s.position[i], inverse_mass);
+    let of = |squared: f64, inverse: f64| if inverse == 0.0 { 0.0 } else { squared / inverse };
+    of(v.length_squared(), inverse_mass) + of(spin_squared(w), inertia)
+}
+
+/// How a clump moves.
+#[derive(Clone, Copy, Debug)]
+pub struct RigidVelocity {
+    pub v: DVec3,
+    /// Along the axes of the scene.
+    pub spin: DVec3,
+}
+
+/// The product of two of them, J, with the inertia that impulses meet: of one with itself, twice its kinetic energy.
+pub fn clump_kinetic_metric(s: &State, here: &Clump, a: &RigidVelocity, b: &RigidVelocity) -> f64 {
+    if here.velocity.inverse_mass == 0.0 {
+        return 0.0;
+    }
+    let turning = spin_dot(own_spin(s, here, a.spin), spins_over(own_spin(s, here, b.spin), here.inverse_moments));
+    (a.v.dot(b.v) / here.velocity.inverse_mass + turning) / damping_factor(s)
+}
+
+/// From a to b.
+pub fn velocity_change(a: &RigidVelocity, b: &RigidVelocity) -> RigidVelocity {
+    RigidVelocity { v: b.v - a.v, spin: b.spin - a.spin }
+}
+
+/// What the impulses that its members hold add to how a clump moves.
+pub fn impulse_response(s: &State, c: usize, here: &Clump) -> RigidVelocity {
+    let sum = clump_load(s, c, here.orientation);
+    RigidVelocity {
+        v: free_velocity(s, &here.velocity).inverse_mass * sum.force,
+        spin: inverse_inertia_of(s, here) * sum.torque,
+    }
+}
+
+/// How a clump moves with them.
+pub fn clump_response_of(s: &State, c: usize, here: &Clump) -> RigidVelocity {
+    let push = impulse_response(s, c, here);
+    RigidVelocity { v: s.clump_velocity_next[c].v + push.v, spin: s.clump_spin_next[c].0 + push.spin }
+}
+
+/// How its surface moves where a member is.
+pub fn member_velocity(s: &State, here: &Clump, course: &RigidVelocity, member_id: usize) -> Velocity {
+    let v = course.v + surface_velocity(course.spin, arm_of(s, here.orientation, member_id));
+    Velocity { v, inverse_mass: free_velocity(s, &here.velocity).inverse_mass }
+}
+
+/// How a clump moves whose first member has these velocities.
+pub fn from_first_member(s: &State, c: usize, here: &Clump, first: DVec3, spin: DVec3) -> RigidVelocity {
+    let arm = arm_of(s, here.orientation, s.first_member[c] as usize);
+    RigidVelocity { v: first - surface_velocity(spin, arm), spin }
+}
+
+/// As a pass starts from it, or sweeps have left it.
+pub fn extrapolated_clump(s: &State, c: usize, here: &Clump) -> RigidVelocity {
+    let (v, spin) = extrapolated_velocity_of(s, s.index_of_id[s.first_member[c] as usize] as usize);
+    from_first_member(s, c, here, v, spin)
+}
+
+/// Of every clump.
+pub fn clump_velocities(s: &State, of: impl Fn(&State, usize, &Clump) -> RigidVelocity + Sync) -> Vec<RigidVelocity> {
+    (0..s.sizes.clumps).into_par_iter().with_min_len(64).map(|c| of(s, c, &clump(s, c))).collect()
+}

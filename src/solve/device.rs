@@ -1,0 +1,328 @@
+//! Jacobi's relaxation of a [`Problem`] on a device: the kernels of `shaders/solve/`, whose twin is [`super::jacobi`].
+//!
+//! The kernels that relax scenes cannot serve. They apply W by way of the bodies in neighbour lists, and know of its blocks
+//! what spheres make of them, two numbers for a contact. Here W is a matrix with any blocks, and there are no bodies.
+//!
+//! A pass is a step of all contacts, a product with W, and a decision on step length and momentum, none of which asks the
+//! host. It reads residuals once in `BATCH` passes, finds L beforehand (reading W from a file takes longer than 40
+//! products), and believes no residual that it has not computed itself in f64.
+
+use crate::solve::{
+    contact::Contact,
+    jacobi::{MARGIN, POWER, largest_eigenvalue},
+    operator::{Operator, velocities},
+    problem::Problem,
+    residual::{contacts, relative},
+    solver::{DIVERGED, Options, Record, Solution, Solver},
+};
+use crate::{
+    error::{Error, Result},
+    gpu::{Arrays, Device, Layout, Program, compose, workgroups},
+    shaders,
+};
+use glam::DVec3;
+use std::{collections::HashMap, time::Instant};
+use wgpu::BufferUsages;
+
+/// Passes between two looks of the host. Those that are not needed any more do nothing.
+const BATCH: usize = 64;
+/// The device's residual has round-off in it: from this multiple of the tolerance on the host looks for itself.
+const NEAR: f64 = 10.0;
+/// The kernels of a pass; the first one also puts by the best iterate of all passes before.
+const PASS: [&str; 3] = ["project", "multiply", "steer"];
+/// What single precision bears: the part of the largest scale of W that each of a contact's own must be, and μ.
+const SINGLE: (f64, f64) = (1e-15, 1e9);
+
+/// `jacobi` or `jacobi-accelerated` on an open device.
+pub struct Jacobi {
+    device: Device,
+    solver: Solver,
+    double: bool,
+}
+
+impl Jacobi {
+    /// Open the best device.
+    ///
+    /// # Errors
+    /// [`Error::Problem`] if the solver runs on the CPU only, [`Error::Device`] if there is no such device.
+    pub fn open(solver: Solver, double: bool) -> Result<Jacobi> {
+        if !matches!(solver, Solver::Jacobi | Solver::JacobiAccelerated) {
+            let reason = "runs with --engine cpu only; on the GPU there are jacobi and jacobi-accelerated";
+            return Err(Error::Problem(format!("{} {reason}", solver.label())));
+        }
+        Ok(Jacobi { device: Device::open(double, Arrays::Buffers)?, solver, double })
+    }
+
+    /// Solve from r = 0. Residuals in the history are those of the device, except for what is called a solution.
+    ///
+    /// # Errors
+    /// [`Error::Problem`] where numbers do not suit single precision, [`Error::Device`] where W does not fit.
+    pub fn solve(&self, problem: &Problem, options: &Options) -> Result<Solution> {
+        options.check(self.solver)?;
+        let started = Instant::now();
+        let contacts = contacts(problem);
+        let mut judge = Judge { problem, contacts: &contacts, evaluations: 0 };
+        let mut found = judge.judged(vec![DVec3::ZERO; problem.len()]);
+        let record = |pass, residual| Record { pass, residual, seconds: started.elapsed().as_secs_f64() };
+        let mut history = vec![record(0, found.residual)];
+        let (mut passes, mut goal, mut seen) = (0, options.tolerance, f64::INFINITY);
+        let relaxation = Relaxation::new(self, problem, &contacts)?;
+        while found.residual > options.tolerance && passes < options.max_iterations {
+            let limit = options.max_iterations.min(passes + BATCH);
+            let (state, residuals) = relaxation.advance(limit - passes, limit, goal)?;
+            let [done, residual, least] = ["passes", "residual", "least"].map(|name| state[name]);
+            history.extend((passes..done as usize).map(|pass| record(pass + 1, residuals[pass % BATCH])));
+            // The device compares in its own precision, and may be content with what the host is not.
+            let content = residual <= goal || done as usize == passes;
+            passes = done as usize;
+            // Written so that NaN stops. At 0 nothing would change any more.
+            let going = residual > 0.0 && residual <= DIVERGED * least && passes < options.max_iterations;
+            if !going || least <= NEAR * options.tolerance && least < seen {
+                let best = judge.judged(relaxation.best()?);
+                if best.residual <= options.tolerance && least == residual {
+                    *history.last_mut().expect("a pass was recorded") = record(passes, best.residual);
+                }
+                if best.residual < found.residual {
+                    found = best;
+                }
+                seen = least;
+            }
+            if content {
+                goal = 0.9 * residual; // what the device takes for a solution may be none
+            }
+            if !going {
+                break;
+            }
+        }
+        Ok(Solution {
+            converged: found.residual <= options.tolerance,
+            passes,
+            other_passes: POWER + 1 + judge.evaluations,
+            history,
+            ..found
+        })
+    }
+}
+
+/// Residuals by the host.
+struct Judge<'a> {
+    problem: &'a Problem,
+    contacts: &'a [Contact],
+    evaluations: usize,
+}
+
+impl Judge<'_> {
+    /// These impulses as a solution.
+    fn judged(&mut self, r: Vec<DVec3>) -> Solution {
+        self.evaluations += 1;
+        let mut u = vec![DVec3::ZERO; r.len()];
+        velocities(self.problem, &mut self.problem.free(), &r, &mut u);
+        let residual = relative(self.contacts, &r, &u, self.problem.reference());
+        Solution { r, u, residual, ..Solution::default() }
+    }
+}
+
+/// A problem on a device.
+struct Relaxation<'a> {
+    device: &'a Device,
+    contacts: usize,
+    dims: usize,
+    accelerated: bool,
+    /// Below this fraction of the impulses, squared, a step is lost in round-off.
+    round_off: f64,
+    /// What the device counts impulses in.
+    unit: f64,
+    /// Of a pass, with their workgroups.
+    kernels: Vec<(wgpu::ComputePipeline, wgpu::BindGroup, (u32, u32))>,
+    layouts: HashMap<String, Layout>,
+    buffers: HashMap<String, wgpu::Buffer>,
+}
+
+impl<'a> Relaxation<'a> {
+    fn new(jacobi: &'a Jacobi, problem: &Problem, contacts: &[Contact]) -> Result<Relaxation<'a>> {
+        let Jacobi { device, solver, double } = jacobi;
+        let (n, dims, blocks) = (problem.len(), problem.dims(), problem.blocks());
+        let weight = contacts.iter().map(|c| c.lambda).fold(0.0, f64::max);
+        if !double {
+            check_range(contacts, weight)?;
+        }
+        let programs = PASS.map(|kernel| program(kernel, dims, *double)).into_iter().collect::<Result<Vec<_>>>()?;
+        let bindings = programs.iter().flat_map(|program| &program.bindings);
+        let mut relaxation = Relaxation {
+            device,
+            contacts: n,
+            dims,
+            accelerated: *solver == Solver::JacobiAccelerated,
+            round_off: if *double { 1e-20 } else { 1e-10 },
+            unit: problem.reference() / weight,
+            layouts: bindings.map(|binding| (binding.name.clone(), binding.layout.clone())).collect(),
+            buffers: HashMap::new(),
+            kernels: Vec::new(),
+        };
+        let (x, y) = workgroups(n);
+        let rows = [("row_start", n + 1), ("column", blocks), ("w", blocks * dims), ("contact", n)];
+        let iterates = ["x", "y", "next", "u_next", "best"].map(|name| (name, n));
+        let sums = [("sums", (x * y) as usize), ("residuals", BATCH), ("relaxation", 1), ("rule", 1)];
+        for (name, length) in [&rows[..], &iterates, &sums].concat() {
+            relaxation.allocate(name, length)?;
+        }
+        relaxation.fill(problem, contacts, weight);
+        for program in programs {
+            let label = program.entry.clone();
+            let names: Vec<String> = program.bindings.iter().map(|binding| binding.name.clone()).collect();
+            let pipeline = device.pipeline(&label, program)?;
+            let resources = names.iter().map(|name| relaxation.buffers[name].as_entire_binding());
+            let group = device.group(&label, &pipeline, resources);
+            let size = if label == "steer" { (1, 1) } else { (x, y) };
+            relaxation.kernels.push((pipeline, group, size));
+        }
+        Ok(relaxation)
+    }
+
+    /// An array of zeros.
+    fn allocate(&mut self, name: &str, length: usize) -> Result<()> {
+        let usage = if name == "rule" { BufferUsages::UNIFORM } else { BufferUsages::STORAGE };
+        let bytes = (length * self.layouts[name].stride) as u64;
+        let buffer = self.device.buffer(name, bytes, usage | BufferUsages::COPY_DST | BufferUsages::COPY_SRC);
+        let buffer = buffer.map_err(|e| Error::Device(format!("problem too large: {e}")))?;
+        self.buffers.insert(name.to_owned(), buffer);
+        Ok(())
+    }
+
+    /// The problem, and the iterate r = 0.
+    fn fill(&self, problem: &Problem, contacts: &[Contact], weight: f64) {
+        let n = contacts.len();
+        let q: Vec<DVec3> = problem.q().iter().map(|q| *q / problem.reference()).collect();
+        let put = |v: DVec3, sink: Sink| v.to_array()[..self.dims].iter().for_each(|&x| sink(x));
+        self.write("contact", n, |sink| {
+            for (q, c) in q.iter().zip(contacts) {
+                put(*q, sink);
+                [c.mu, c.lambda / weight, c.normal / weight, c.tangent / weight].into_iter().for_each(&mut *sink);
+            }
+        });
+        self.write("u_next", n, |sink| q.iter().for_each(|q| put(*q, sink)));
+        let ends = (0..n).scan(0, |end, k| {
+            *end += problem.row(k).count();
+            Some(*end)
+        });
+        self.write("row_start", n + 1, |sink| [0].into_iter().chain(ends).for_each(|start| sink(start as f64)));
+        let rows = || (0..n).flat_map(|k| problem.row(k));
+        self.write("column", problem.blocks(), |sink| rows().for_each(|(j, _)| sink(j as f64)));
+        self.write("w", problem.blocks() * self.dims, |sink| {
+            rows().for_each(|(_, block)| (0..self.dims).for_each(|axis| put(block.col(axis) / weight, sink)));
+        });
+        let largest = MARGIN * largest_eigenvalue(problem, contacts, POWER);
+        let none = f64::from(f32::MAX);
+        let start = [("residual", none), ("least", none), ("best", none)];
+        self.write_record(
+            "relaxation",
+            &[&start[..], &[("accepted", 1.0), ("largest", largest), ("theta", 1.0)]].concat(),
+        );
+    }
+
+    fn write(&self, name: &str, length: usize, values: impl FnOnce(Sink)) {
+        let bytes = self.layouts[name].encode(length, values);
+        self.device.queue.write_buffer(&self.buffers[name], 0, &bytes);
+    }
+
+    /// A struct of numbers; those that are not named are 0.
+    fn write_record(&self, name: &str, fields: &[(&str, f64)]) {
+        let value = |name: &String| fields.iter().find(|(field, _)| field == name).map_or(0.0, |(_, value)| *value);
+        self.write(name, 1, |sink| self.layouts[name].names.iter().for_each(|name| sink(value(name))));
+    }
+
+    fn read(&self, name: &str, length: usize) -> Result<Vec<f64>> {
+        let layout = &self.layouts[name];
+        let bytes = self.device.read(&self.buffers[name], (length * layout.stride) as u64)?;
+        let mut next = layout.decode(&bytes);
+        Ok((0..length * layout.lanes.len()).map(|_| next()).collect())
+    }
+
+    /// So many passes, but none after the one whose number is `limit` or whose residual is at most `goal`: the state after
+    /// them and the residuals of the latest, by turns.
+    fn advance(&self, passes: usize, limit: usize, goal: f64) -> Result<(HashMap<&str, f64>, Vec<f64>)> {
+        let count = |value: usize| value as f64;
+        self.write_record(
+            "rule",
+            &[
+                ("contacts", count(self.contacts)),
+                ("accelerated", f64::from(u8::from(self.accelerated))),
+                ("limit", count(limit)),
+                ("goal", goal),
+                ("round_off", self.round_off),
+            ],
+        );
+        let mut encoder = self.device.device.create_command_encoder(&Default::default());
+        let mut compute = encoder.begin_compute_pass(&Default::default());
+        for k in 0..passes * self.kernels.len() + 1 {
+            let (pipeline, group, (x, y)) = &self.kernels[k % self.kernels.len()];
+            compute.set_pipeline(pipeline);
+            compute.set_bind_group(0, group, &[]);
+            compute.dispatch_workgroups(*x, *y, 1);
+        }
+        drop(compute);
+        self.device.queue.submit([encoder.finish()]);
+        self.device.check()?;
+        let names = self.layouts["relaxation"].names.iter().map(String::as_str);
+        Ok((names.zip(self.read("relaxation", 1)?).collect(), self.read("residuals", BATCH)?))
+    }
+
+    /// Impulses of the best pass.
+    fn best(&self) -> Result<Vec<DVec3>> {
+        let numbers = self.read("best", self.contacts)?;
+        let vector = |r: &[f64]| self.unit * DVec3::new(r[0], r[1], r.get(2).copied().unwrap_or(0.0));
+        Ok(numbers.chunks(self.dims).map(vector).collect())
+    }
+}
+
+type Sink<'a> = &'a mut dyn FnMut(f64);
+
+fn program(kernel: &str, dims: usize, double: bool) -> Result<Program> {
+    let scalar = if double { "scalar/double.wgsl" } else { "scalar/single.wgsl" };
+    let dimension = if dims == 2 { "dimension/plane.wgsl" } else { "dimension/space.wgsl" };
+    let own = format!("problem/{kernel}.wgsl");
+    let files = [scalar, dimension, "dispatch.wgsl", "problem/relaxation.wgsl", &own].map(shaders::file);
+    compose(&files, kernel, |_| false)
+}
+
+/// Whether single precision can tell the contacts apart from nothing.
+fn check_range(contacts: &[Contact], weight: f64) -> Result<()> {
+    let (least, steepest) = SINGLE;
+    let refuse = |k: usize, what: String| {
+        let advice = "use --precision double or --engine cpu";
+        Err(Error::Problem(format!("contact {k}: {what}, beyond single precision; {advice}")))
+    };
+    for (k, c) in contacts.iter().enumerate() {
+        let part = c.normal.min(c.tangent) / weight;
+        if part < least {
+            return refuse(k, format!("W is {part:e} of the largest"));
+        }
+        if c.mu > steepest {
+            return refuse(k, format!("mu = {:e}", c.mu));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solve::Matrix;
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let w = Matrix { rows: 40, columns: 40, entries: (0..40).map(|i| (i, i, 1.0)).collect() };
+        let problem = Problem::local(2, &w, &[-1.0; 40], &[0.5; 20]).unwrap();
+        let Ok(mut jacobi) = Jacobi::open(Solver::Jacobi, false) else { return };
+        jacobi.device.summary.max_array_bytes = 160;
+        let said = jacobi.solve(&problem, &Options::default()).unwrap_err().to_string();
+        assert!(
+            said.contains("problem too large: array `w` needs 320 bytes") && said.contains("--engine cpu"),
+            "{said}"
+        );
+        jacobi.device.summary.max_arrays = 4;
+        jacobi.device.summary.max_array_bytes = 1 << 20;
+        let said = jacobi.solve(&problem, &Options::default()).unwrap_err().to_string();
+        assert!(said.contains("uses") && said.contains("arrays"), "{said}");
+    }
+}

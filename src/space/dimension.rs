@@ -1,0 +1,109 @@
+//! Twin of `shaders/space/dimension/`. A plane is space with z = 0, so one formula serves both.
+
+use crate::model::Dimension;
+use glam::{DVec2, DVec3, DVec4, IVec3, Vec3Swizzles, Vec4Swizzles};
+
+/// ω × R, the second term of (2.6), m/s.
+#[inline(always)]
+pub fn spin_velocity(spin: DVec3, arm: DVec3) -> DVec3 {
+    spin.cross(arm)
+}
+
+/// R × f, (2.3) and (2.16), N m.
+#[inline(always)]
+pub fn moment(arm: DVec3, force: DVec3) -> DVec3 {
+    arm.cross(force)
+}
+
+/// 1 / (J / m R²): J = 1/2 m R² for a disk, 2/5 m R² for a sphere.
+#[inline(always)]
+pub fn inverse_gyration(dimension: Dimension) -> f64 {
+    match dimension {
+        Dimension::Plane => 2.0,
+        Dimension::Space => 2.5,
+    }
+}
+
+/// The axis that stands in where geometry gives none.
+pub fn first_axis() -> DVec3 {
+    DVec3::X
+}
+
+/// The two components around the vertical axis.
+pub fn horizontal(x: DVec3) -> DVec2 {
+    x.truncate()
+}
+
+/// The vector with these two components.
+pub fn from_horizontal(x: DVec2) -> DVec3 {
+    x.extend(0.0)
+}
+
+/// Whether x is outside of [lower, upper], or no number.
+#[inline(always)]
+pub fn outside(x: DVec3, lower: DVec3, upper: DVec3) -> bool {
+    !(x.cmpge(lower).all() && x.cmple(upper).all())
+}
+
+/// Cell of the grid, before wrapping: floor of the scaled position.
+pub fn cell_coordinates(scaled: DVec3) -> IVec3 {
+    scaled.floor().as_ivec3()
+}
+
+/// a·b of spins, (rad/s)².
+pub fn spin_dot(a: DVec3, b: DVec3) -> f64 {
+    a.dot(b)
+}
+
+/// |ω|², (rad/s)².
+pub fn spin_squared(spin: DVec3) -> f64 {
+    spin.length_squared()
+}
+
+/// The vector v of a body, along the axes of the scene; q is a unit quaternion (x, y, z, w).
+#[inline(always)]
+pub fn rotate(q: DVec4, v: DVec3) -> DVec3 {
+    let t = 2.0 * q.xyz().cross(v);
+    v + (q.w * t + q.xyz().cross(t))
+}
+
+/// The way back.
+pub fn conjugate(q: DVec4) -> DVec4 {
+    (-q.xyz()).extend(q.w)
+}
+
+/// Hamilton's product.
+pub fn quaternion_product(a: DVec4, b: DVec4) -> DVec4 {
+    (a.w * b.xyz() + b.w * a.xyz() + a.xyz().cross(b.xyz())).extend(a.w * b.w - a.xyz().dot(b.xyz()))
+}
+
+/// The quaternion of (2.40) less 1, of β = ω Δt/4 (2.42).
+pub fn rotation_increment(beta: DVec3) -> DVec4 {
+    let square = beta.length_squared();
+    beta.extend(-square) * (2.0 / (1.0 + square))
+}
+
+/// The products of angular velocities in (2.21)-(2.23), N m; none in the plane.
+pub fn gyroscopic(dimension: Dimension, w: DVec3, inverse_moments: DVec3) -> DVec3 {
+    if dimension == Dimension::Plane {
+        return DVec3::ZERO;
+    }
+    let j = 1.0 / inverse_moments;
+    w.yzx() * w.zxy() * (j.yzx() - j.zxy())
+}
+
+/// The largest component.
+pub fn largest(w: DVec3) -> f64 {
+    w.abs().max_element()
+}
+
+/// Whether all components are the same; in the plane there is one.
+pub fn all_equal(dimension: Dimension, w: DVec3) -> bool {
+    dimension == Dimension::Plane || (w.x == w.y && w.y == w.z)
+}
+
+/// By how much the turn 1 + gain moves the end of an arm, m.
+pub fn arm_increment(gain: DVec4, arm: DVec3) -> DVec3 {
+    let t = gain.xyz().cross(arm);
+    2.0 * ((1.0 + gain.w) * t + gain.xyz().cross(t))
+}

@@ -1,0 +1,38 @@
+//! Twin of `shaders/space/walls/`: planes and vertical cylinders.
+
+use crate::state::{Position, PositionLow, State, Wall};
+use crate::{
+    contact::geometry::Separation,
+    space::dimension::{first_axis, from_horizontal, horizontal},
+};
+use glam::{DVec2, DVec3};
+
+/// Gap and normal from a grain to a wall.
+pub fn wall_separation(wall: &Wall, here: &Position, low: PositionLow) -> Separation {
+    let d = here.x - wall.point;
+    let rest = low.x - wall.low;
+    if wall.radius == 0.0 {
+        return Separation {
+            gap: (d.dot(wall.normal) - here.radius) + (rest.dot(wall.normal) - low.radius),
+            n: -wall.normal,
+        };
+    }
+    let arm = horizontal(d + rest);
+    let distance = arm.length();
+    if distance == 0.0 {
+        return Separation { gap: wall.radius - here.radius, n: first_axis() };
+    }
+    Separation { gap: ((wall.radius - distance) - here.radius) - low.radius, n: from_horizontal(arm / distance) }
+}
+
+/// The contact normal when the grain was at `x_before`, a step ago, for the rotation Z of the spring.
+pub fn wall_normal_before(s: &State, wall: &Wall, x_before: DVec3) -> DVec3 {
+    let position = Position { x: x_before + s.params.history_dt * wall.velocity, radius: 0.0 };
+    wall_separation(wall, &position, PositionLow::default()).n
+}
+
+/// Velocity of the wall's material at a point of its surface, m/s.
+pub fn wall_velocity(wall: &Wall, point: DVec3) -> DVec3 {
+    let arm = horizontal(point) - horizontal(wall.point);
+    wall.velocity + from_horizontal(wall.spin * DVec2::new(-arm.y, arm.x))
+}
