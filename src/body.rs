@@ -3,6 +3,7 @@
 pub mod blocks;
 pub mod bodies;
 pub mod grains;
+pub mod plan;
 pub mod rotation;
 
 use crate::state::{Position, PositionLow, Velocity};

@@ -4,27 +4,23 @@
 //! f64); both run the stage; what the device wrote is compared with what the twin wrote, and then adopted by the twin.
 //! So every row of the report is the rounding of one stage, not the drift of a trajectory.
 
+mod compare;
+
 use crate::{
-    body::grains::{member_ids, same_grain},
-    contact::{
-        geometry::{branch_vector, sphere_separation},
-        materials::pair_of,
-        normal::normal_force,
-    },
+    contact::overlap::deepest,
     engine::{Engine, Gpu, cpu::apply},
     error::{Error, Result},
     gpu::Device,
     measure::Sample,
     model::{Method, Precision},
-    neighbours::grid::for_candidates,
-    plan::{Op, Plan},
+    nscd::plan::reset_colors,
+    plan::{Driver, Loop, Op},
     scene::Assembly,
     simulation::{EngineChoice, Options, Setup, Simulation},
-    space::{boundary::nearest_image, precision::position_low_of, walls::wall_separation},
-    stage::Stage,
-    state::{ARRAYS, Element, INDEX, Length, NONE, PartialSums, ResidualSums, State, Velocity, Wall},
+    stage::{Stage, Tolerance},
+    state::{ARRAYS, Array, Length, State, array::*, present},
 };
-use glam::DVec3;
+use compare::{compare, undecided};
 use serde::Serialize;
 
 /// The outcome of a check.
@@ -59,15 +55,7 @@ pub struct Row {
 }
 
 /// Passes of contact dynamics that are compared in a step.
-const PASSES: usize = 8;
-
-/// Unit round-off of a precision.
-fn epsilon(precision: Precision) -> f64 {
-    match precision {
-        Precision::Single => f64::from(f32::EPSILON),
-        Precision::Double => f64::EPSILON,
-    }
-}
+const PASSES: u32 = 8;
 
 /// Compare `steps` steps stage by stage, after the device has done `after` steps on its own. Whatever engine `options`
 /// name, both are run.
@@ -79,50 +67,38 @@ pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64) -> R
     let options = Options { engine: EngineChoice::Gpu, ..options };
     let mut simulation = Simulation::new(assembly.clone(), options)?;
     simulation.advance(after)?;
-    let present: Vec<&'static str> = ARRAYS.iter().filter(|a| (a.needed)(simulation.model())).map(|a| a.name).collect();
-    let mut state = simulation.read(&present)?.clone();
+    let arrays = present(simulation.model(), ARRAYS);
+    let mut state = simulation.read(&arrays)?.clone();
     if simulation.step() == 0 {
         state.params.history_dt = 0.0;
     }
-    let plan = Setup::new(assembly, &options)?.plan;
+    let plans = Setup::new(assembly, &options)?.plans;
     // The device's parameters are rounded to its precision; the twin must be asked about the same ones.
     if precision == Precision::Single {
         state.params = state.params.rounded(state.model.dims());
     }
     let bodies = state.sizes.bodies;
-    for array in ["force", "torque"].into_iter().filter(|a| present.contains(a)) {
+    for array in [&FORCE, &TORQUE].into_iter().filter(|a| arrays.contains(a)) {
         state.column_mut(array).resize(bodies);
     }
-    let mut gpu = Gpu::new(Device::open(precision == Precision::Double, options.arrays)?, &plan, &state)?;
+    let gpu = Gpu::new(Device::open(precision == Precision::Double, options.arrays)?, &plans, &state)?;
 
-    let mut checker = Checker { gpu: &mut gpu, state: &mut state, precision, present, rows: Vec::new(), contacts: 0 };
+    let (mut checker, mut contacts) = (Checker { gpu, state, rows: Vec::new(), colored: 0 }, 0);
     for step in 0..steps {
         // Steps of rigid grains are long: every one gets lists of its own.
-        if step == 0 || checker.state.halt[0] != 0 || !plan.meet.is_empty() {
-            checker.run(&plan.begin)?;
-            checker.run(&plan.sort)?;
-            checker.run(&plan.list)?;
+        if step == 0 || checker.state.halt[0] != 0 || checker.state.model.method == Method::ContactDynamics {
+            plans.chunk.walk(&mut checker)?;
         }
-        checker.run(&plan.sample)?;
-        checker.run(&plan.forces)?;
-        checker.run(&plan.synchronise)?;
-        checker.run(&plan.meet)?;
-        checker.run(&plan.seed)?;
-        (0..PASSES).try_for_each(|_| checker.run(&plan.probe))?;
-        checker.run(&plan.meet)?;
-        checker.color(&plan)?;
-        for _ in 0..PASSES {
-            let colors = checker.state.coloring_state.first().map_or(0, |coloring_state| coloring_state.colors);
-            (0..colors).try_for_each(|_| checker.run(&plan.sweep))?;
-            checker.run(&plan.relax)?;
-        }
-        checker.run(&plan.judge)?;
-        checker.run(&plan.step)?;
+        plans.sums.walk(&mut checker)?;
+        contacts = contacts.max(Sample::new(0, 0.0, bodies, &checker.state.partial_sums).contacts);
+        plans.forces.walk(&mut checker)?;
+        plans.velocities.walk(&mut checker)?;
+        plans.step.walk(&mut checker)?;
         checker.state.params.history_dt = checker.state.params.dt;
     }
-    checker.run(&plan.survey)?;
-    let Checker { rows, contacts, .. } = checker;
+    plans.displacements.walk(&mut checker)?;
 
+    let Checker { rows, gpu, .. } = checker;
     let passed = rows.iter().all(|r| r.passed);
     let trajectory = trajectory(assembly, options, after + steps)?;
     let precision = precision.label();
@@ -148,92 +124,72 @@ fn trajectory(assembly: &Assembly, options: Options, steps: u64) -> Result<f64> 
     Ok(distance.fold(0.0, f64::max) / mean_radius)
 }
 
-struct Checker<'a> {
-    gpu: &'a mut Gpu,
-    state: &'a mut State,
-    precision: Precision,
-    present: Vec<&'static str>,
+/// Walks a plan on both engines.
+struct Checker {
+    gpu: Gpu,
+    /// Of the twins; where both have written, that of the device.
+    state: State,
     rows: Vec<Row>,
-    contacts: u64,
+    /// Contacts that have a colour.
+    colored: u32,
 }
 
-impl Checker<'_> {
-    fn run(&mut self, ops: &[Op]) -> Result<()> {
-        ops.iter().try_for_each(|op| self.op(op))
+impl Driver for Checker {
+    fn run(&mut self, op: Op) -> Result<()> {
+        if let Op::Run(stage) = op {
+            return self.compare(stage);
+        }
+        self.gpu.execute(&self.state.params, &[op])?;
+        apply(&op, &mut self.state);
+        Ok(())
     }
 
-    /// Colors for all contacts, if contacts are updated by colours.
-    fn color(&mut self, plan: &Plan) -> Result<()> {
-        self.run(&plan.bleach)?;
-        let mut colored = 0;
-        while !plan.color.is_empty() {
-            self.run(&plan.color)?;
-            self.run(&plan.color[..1])?;
-            let coloring_state = self.state.coloring_state[0];
-            if self.state.sizes.make_room(&coloring_state) {
-                for array in ARRAYS.iter().filter(|a| matches!(a.length, Length::Contacts | Length::Colors)) {
-                    self.grow(&[array.name], self.state.sizes.of(array.length))?;
-                }
-                self.run(&plan.bleach)?;
-            } else if coloring_state.uncolored == 0 {
-                break;
-            } else if coloring_state.contacts == colored {
-                return Err(Error::Device("the contacts cannot be coloured".to_owned()));
-            }
-            colored = coloring_state.contacts;
+    fn rounds(&mut self, of: Loop, done: u32) -> Result<u32> {
+        match (of, done) {
+            (Loop::UntilColored, 1..) => self.is_colored().map(|colored| u32::from(!colored)),
+            (_, 1..) => Ok(0),
+            // One by one, from the plan of a step.
+            (Loop::Steps, _) => Ok(0),
+            (Loop::Times(n), _) => Ok(n.min(PASSES)),
+            (Loop::Passes, _) => Ok(PASSES),
+            (Loop::ForEachColor, _) => Ok(self.state.coloring_state[0].colors),
+            _ => Ok(1),
         }
-        self.run(&plan.arrange)
     }
+}
 
-    fn op(&mut self, op: &Op) -> Result<()> {
-        let params = self.state.params;
-        // Arrays may have to grow; a check that runs out of slots would compare two refusals.
-        let bodies = self.state.sizes.bodies;
-        match op {
-            Op::Run(stage) if stage.name == "fill_neighbours" => {
-                let lists = ARRAYS.iter().filter(|a| a.length == Length::Entries).map(|a| a.name).collect::<Vec<_>>();
-                self.grow(&lists, self.state.list_start[bodies] as usize)?;
+impl Checker {
+    /// Run a stage on both, compare what they have written, and go on with what the device has.
+    fn compare(&mut self, stage: &'static Stage) -> Result<()> {
+        // A check that runs out of list entries would compare two refusals.
+        let written = self.gpu.written(stage).to_vec();
+        let (lists, history) = (self.state.list_start.last().copied(), self.state.history_start.last().copied());
+        for (kind, needed) in [(Length::Entries, lists), (Length::History, history)] {
+            if written.iter().any(|a| a.length == kind) {
+                self.grow(kind, needed.unwrap_or(0) as usize)?;
             }
-            Op::Run(stage) if stage.name == "history_store" => {
-                self.grow(&["history_other", "history_spring"], self.state.history_start[bodies] as usize)?;
-            }
-            _ => {}
         }
-        self.gpu.execute(&params, &[(std::slice::from_ref(op), 1)])?;
-        let Op::Run(stage) = op else {
-            apply(op, self.state);
-            return Ok(());
-        };
-        let undecided = match stage.name {
-            "advance" | "contact_forces" | "synchronise" | "measure" | "member_forces" => {
-                undecided(self.state, self.precision)
-            }
-            "synchronise_clumps" | "measure_clumps" => undecided_clumps(self.state, self.precision),
-            "count_neighbours" | "fill_neighbours" => at_the_reach(self.state, self.precision),
-            _ => Vec::new(),
-        };
-        let overlap = deepest(self.state);
-        (stage.twin)(self.state);
-        let written: Vec<&'static str> = self.gpu.written(stage).to_vec();
+        self.gpu.execute(&self.state.params, &[Op::Run(stage)])?;
+        let undecided = undecided(&self.state, stage.check.undecided);
+        let overlap = deepest(&self.state);
+        (stage.twin)(&mut self.state);
         let mut device = self.state.clone();
         self.gpu.read(&written, &mut device)?;
         for &array in &written {
             let tolerance = self.tolerance(stage, array, overlap);
-            let (worst, rms) = compare(self.state, &device, stage, array, &undecided);
+            let (worst, rms) = compare(&self.state, &device, stage, array, &undecided);
             self.record(stage, array, worst, rms, tolerance);
         }
         for array in written {
             self.state.column_mut(array).replace(device.column(array).duplicate());
         }
-        if stage.name == "measure" {
-            let bodies = self.state.sizes.bodies;
-            self.contacts = self.contacts.max(Sample::new(0, 0.0, bodies, &self.state.partial_sums).contacts);
-        }
         Ok(())
     }
 
-    fn grow(&mut self, arrays: &[&'static str], needed: usize) -> Result<()> {
-        for array in arrays.iter().filter(|a| self.present.contains(a)) {
+    /// Make arrays of a kind of length this long at least.
+    fn grow(&mut self, kind: Length, needed: usize) -> Result<()> {
+        let of_kind = ARRAYS.iter().filter(|a| a.length == kind);
+        for array in present(&self.state.model, of_kind) {
             if needed > self.state.column(array).len() {
                 self.gpu.resize(array, needed)?;
                 self.state.column_mut(array).resize(needed);
@@ -242,34 +198,42 @@ impl Checker<'_> {
         Ok(())
     }
 
-    /// A few roundings of the largest term; integers are exact. In double precision a gap is the difference of a distance
-    /// and two radii, so what depends on forces loses as many digits as the overlap is smaller than a grain.
-    fn tolerance(&self, stage: &Stage, array: &str, overlap: f64) -> f64 {
-        let epsilon = epsilon(self.precision);
-        match (stage.name, array) {
-            (
-                "advance" | "member_forces" | "contact_forces" | "synchronise" | "synchronise_clumps" | "measure"
-                | "measure_clumps",
-                _,
-            ) if overlap > 0.0 && self.precision == Precision::Double => 16.0 * epsilon * (1.0 / overlap).max(1.0),
-            // Sums of small differences, some of either sign.
-            (
-                "jacobi_pass"
-                | "after_sweep"
-                | "sync_members"
-                | "residual"
-                | "power_iteration_pass"
-                | "clump_response_first"
-                | "clump_response",
-                "residual_sums",
-            ) => 1e4 * epsilon,
-            _ => 64.0 * epsilon,
+    /// Whether all contacts have a colour.
+    fn is_colored(&mut self) -> Result<bool> {
+        let coloring = self.state.coloring_state[0];
+        if self.state.sizes.make_room(&coloring) {
+            for kind in [Length::Contacts, Length::Colors] {
+                self.grow(kind, self.state.sizes.of(kind))?;
+            }
+            reset_colors().walk(self)?;
+            self.colored = 0;
+        } else if coloring.uncolored == 0 {
+            self.colored = 0;
+            return Ok(true);
+        } else if coloring.contacts == self.colored {
+            return Err(Error::Device("the contacts cannot be coloured".to_owned()));
+        } else {
+            self.colored = coloring.contacts;
         }
+        Ok(false)
     }
 
-    fn record(&mut self, stage: &Stage, array: &'static str, worst: f64, rms: f64, tolerance: f64) {
+    /// Roundings of the largest term; integers are exact.
+    fn tolerance(&self, stage: &Stage, array: &'static Array, overlap: f64) -> f64 {
+        let precision = self.state.model.precision;
+        let roundings = match stage.check.tolerance {
+            Tolerance::Overlap if overlap > 0.0 && precision == Precision::Double => {
+                return 16.0 * precision.epsilon() * (1.0 / overlap).max(1.0);
+            }
+            Tolerance::Cancellation(sums) if sums == array => 1e4,
+            _ => 64.0,
+        };
+        roundings * precision.epsilon()
+    }
+
+    fn record(&mut self, stage: &Stage, array: &'static Array, worst: f64, rms: f64, tolerance: f64) {
         let passed = worst <= tolerance;
-        match self.rows.iter_mut().find(|r| r.stage == stage.name && r.array == array) {
+        match self.rows.iter_mut().find(|r| r.stage == stage.name && r.array == array.name) {
             Some(row) => {
                 // The call that came closest to its tolerance speaks for the row.
                 if worst * row.tolerance >= row.worst * tolerance {
@@ -278,301 +242,7 @@ impl Checker<'_> {
                 row.calls += 1;
                 row.passed &= passed;
             }
-            None => self.rows.push(Row { stage: stage.name, array, worst, rms, tolerance, calls: 1, passed }),
+            None => self.rows.push(Row { stage: stage.name, array: array.name, worst, rms, tolerance, calls: 1, passed }),
         }
     }
-}
-
-/// A list entry: overlap over the sum of radii, > 0 where surfaces touch, and the force of the normal spring, N.
-struct Entry {
-    overlap: f64,
-    force: f64,
-}
-
-/// The list entries of grain i.
-fn entries(s: &State, i: usize) -> impl Iterator<Item = Entry> {
-    let entries = s.list_start[i] as usize..(s.list_start[i + 1] as usize).min(s.neighbour.len());
-    let bodies = s.sizes.bodies;
-    let here = &s.position[i];
-    let entries = s.neighbour[entries.start.min(entries.end)..entries.end].iter().take_while(|entry| **entry != NONE);
-    entries.map(|entry| (entry & INDEX) as usize).filter(move |j| *j < bodies + s.sizes.walls).map(move |j| {
-        let (gap, size) = if j < bodies {
-            let there = &s.position[j];
-            let rest = position_low_of(s, i).radius + position_low_of(s, j).radius;
-            let touch = sphere_separation(branch_vector(s, i, j), here.radius, there.radius, rest);
-            (touch.gap, here.radius + there.radius)
-        } else {
-            (wall_separation(&s.wall[j - bodies], here, position_low_of(s, i)).gap, here.radius)
-        };
-        Entry { overlap: -gap / size, force: normal_force(&pair_of(s, i, j), gap.min(0.0)) }
-    })
-}
-
-/// Grains with a contact so close to opening that rounding decides whether it is one. With a dashpot the force jumps
-/// there, so no tolerance can hold for them.
-fn undecided(s: &State, precision: Precision) -> Vec<bool> {
-    let limit = 16.0 * epsilon(precision);
-    (0..s.sizes.bodies).map(|i| entries(s, i).any(|e| e.overlap.abs() < limit)).collect()
-}
-
-/// Clumps with such a member.
-fn undecided_clumps(s: &State, precision: Precision) -> Vec<bool> {
-    let members = undecided(s, precision);
-    (0..s.sizes.clumps).map(|c| member_ids(s, c).any(|member_id| members[s.index_of_id[member_id] as usize])).collect()
-}
-
-/// Grains with a neighbour so close to the reach of the lists that rounding decides whether it is listed.
-fn at_the_reach(s: &State, precision: Precision) -> Vec<bool> {
-    let rounding = 16.0 * epsilon(precision);
-    let margin = s.params.margin;
-    let grain = |i: usize, j: usize| {
-        let reach = s.position[i].radius + s.position[j].radius + margin + s.params.position_slack;
-        let distance = nearest_image(s, s.position[i].x, s.position[j].x, DVec3::ZERO).x.length();
-        let slack = 1e-5 * s.position[i].radius;
-        [0.0, slack].iter().any(|more| (distance - (reach + more)).abs() < rounding * reach)
-    };
-    let wall = |i: usize, wall: &Wall| {
-        let here = &s.position[i];
-        let gap = wall_separation(wall, here, position_low_of(s, i)).gap;
-        let scale = (here.x - wall.point).length() + here.radius;
-        [1.0, 2.0].iter().any(|reach| (gap - reach * margin).abs() < rounding * scale)
-    };
-    let near = |i: usize| {
-        let mut near = false;
-        for_candidates(s, s.position[i].x, |j| near |= !same_grain(s, i, j) && grain(i, j));
-        near
-    };
-    (0..s.sizes.bodies).map(|i| near(i) || s.wall[..s.sizes.walls].iter().any(|w| wall(i, w))).collect()
-}
-
-/// The deepest overlap over the sum of radii.
-fn deepest(s: &State) -> f64 {
-    (0..s.sizes.bodies).flat_map(|i| entries(s, i)).map(|e| e.overlap).fold(0.0, f64::max)
-}
-
-/// Worst and RMS relative difference of an array between twin and device.
-fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: &[bool]) -> (f64, f64) {
-    let dims = twin.model.dims();
-    let lanes = |s: &State| {
-        let mut lanes = Vec::new();
-        s.column(array).lanes(dims, &mut |x| lanes.push(x));
-        lanes
-    };
-    match array {
-        "position_low_next" => return positions(twin, device, undecided),
-        "orientation_next" if twin.model.precision == Precision::Single => return attitudes(twin, device),
-        "rotation_iterations" => return rounds(twin, device),
-        "center_low_next" => return centers(twin, device),
-        "orientation_low_next" => return attitudes(twin, device),
-        _ => {}
-    }
-    let (mut a, mut b) = (lanes(twin), lanes(device));
-    if stage.unordered.contains(&array) {
-        a.sort_by(f64::total_cmp);
-        b.sort_by(f64::total_cmp);
-    }
-    if array == "counters" {
-        return counters(&a, &b);
-    }
-    let width = a.len() / twin.column(array).len().max(1);
-    let masked = |k: usize| match (stage.name, array) {
-        (
-            "advance" | "contact_forces" | "synchronise",
-            "force" | "torque" | "velocity_next" | "spin_next" | "position_next" | "displacement",
-        ) => undecided[k / width],
-        ("count_neighbours", "list_start") => undecided.get(k).is_some_and(|u| *u),
-        ("member_forces", "member_force" | "member_torque")
-        | ("synchronise_clumps", "clump_velocity_next" | "clump_spin_next") => undecided[k / width],
-        ("synchronise_clumps", _) => undecided[twin.clump_of_id[twin.id[k / width] as usize] as usize],
-        ("measure_clumps", _) => (k / width..undecided.len()).step_by(crate::state::PARTIAL_SUMS).any(|c| undecided[c]),
-        ("advance" | "member_forces" | "fill_neighbours", "spring" | "neighbour") => undecided[owner(twin, k / width)],
-        ("measure", _) => (k / width..undecided.len()).step_by(crate::state::PARTIAL_SUMS).any(|i| undecided[i]),
-        _ => false,
-    };
-    let integer = twin.column(array).integer();
-    if integer {
-        let different = (0..a.len()).filter(|k| a[*k] != b[*k] && !masked(*k)).count();
-        return (different as f64 / a.len() as f64, 0.0);
-    }
-    // What a contact makes inherits the rounding of its normal force, however small it is itself: at rest, forces of
-    // many times a grain's weight balance to it.
-    let contact_force = || (0..twin.sizes.bodies).flat_map(|i| entries(twin, i)).map(|e| e.force).fold(0.0, f64::max);
-    let floor = match (stage.name, array) {
-        ("advance" | "member_forces" | "contact_forces", "force" | "spring" | "member_force") => contact_force(),
-        ("member_forces" | "contact_forces", "torque" | "member_torque") => {
-            contact_force() * twin.position.iter().map(|p| p.radius).fold(0.0, f64::max)
-        }
-        // A residue is what is left of a step when whole quanta are taken off.
-        ("move_walls", "wall") => {
-            let step = |wall: &Wall| twin.params.dt * wall.velocity.length();
-            twin.wall.iter().map(step).fold(twin.params.quantum, f64::max)
-        }
-        // Grains that start from rest are at rest again when half a step is taken back.
-        ("synchronise" | "synchronise_clumps", "velocity_next" | "clump_velocity_next") => {
-            twin.params.dt * twin.params.gravity.length()
-        }
-        // Tangential at the Coulomb limit is beyond it by rounding.
-        ("residual", "residual_sums") => twin.residual_sums.iter().map(|e| e.pressing).fold(0.0, f64::max),
-        // Squares of what is left where velocities cancel: d(x²) = 2 x dx, and dx is a rounding of velocities.
-        ("gauss_seidel_pass", "pass_residual") => {
-            let v = twin.extrapolated_velocity.iter().map(|m| m.v.length()).fold(0.0, f64::max);
-            let left = twin.pass_residual.iter().copied().fold(0.0, f64::max).sqrt();
-            2.0 * v * left.max(64.0 * epsilon(twin.model.precision) * v)
-        }
-        (
-            "clump_response_first" | "clump_response" | "power_iteration_clumps" | "refresh_members" | "move_clumps",
-            "pass_spin" | "pass_spin_before" | "extrapolated_spin" | "clump_spin_next",
-        ) => spin_floor(twin),
-        _ => 0.0,
-    };
-    // Members of a record have different units, so each is compared with its own largest value; vectors as a whole.
-    let mut result = (0.0_f64, 0.0_f64);
-    for (member, members) in member_lanes(twin, array, width).into_iter().enumerate() {
-        let floor = match array {
-            "partial_sums" => floor.max(part_floor(twin, member)),
-            "residual_sums" => floor.max(effort_floor(twin, ResidualSums::names(3)[member])),
-            _ => floor,
-        };
-        let (mut worst, mut largest, mut squares, mut scale) = (0.0_f64, floor, 0.0, 0.0);
-        for k in (0..a.len()).filter(|k| members.contains(&(k % width)) && !masked(*k)) {
-            let difference = (a[k] - b[k]).abs();
-            // NaN must fail, and f64::max would swallow it.
-            worst = if difference.is_nan() { f64::INFINITY } else { worst.max(difference) };
-            largest = largest.max(a[k].abs());
-            squares += difference * difference;
-            scale += a[k] * a[k];
-        }
-        let relative = |d: f64, of: f64| if d == 0.0 { 0.0 } else { d / of };
-        result.0 = result.0.max(relative(worst, largest));
-        let own = scale.sqrt().max(floor * (a.len() as f64).sqrt());
-        result.1 = result.1.max(relative(squares.sqrt(), own));
-    }
-    result
-}
-
-/// What sums over contacts that are solved may differ by for a member of [`ResidualSums`]: the square of the rounding of velocities,
-/// (m/s)², and the energy of that, J.
-fn effort_floor(s: &State, member: &str) -> f64 {
-    let squares = |of: fn(&Velocity) -> f64| {
-        s.extrapolated_velocity.iter().map(of).fold(0.0, f64::max) * epsilon(s.model.precision)
-    };
-    match member {
-        "residual" => squares(|m| m.v.length_squared()),
-        "colored_contact" | "curvature" | "step_squared" => {
-            squares(|m| if m.inverse_mass == 0.0 { 0.0 } else { m.v.length_squared() / m.inverse_mass })
-        }
-        _ => 0.0,
-    }
-}
-
-/// Spins of clumps are sums of what single members give them, and these may nearly cancel: the largest of them, rad/s.
-fn spin_floor(s: &State) -> f64 {
-    let of_member = |member_id: usize| {
-        let (i, c) = (s.index_of_id[member_id] as usize, s.clump_of_id[member_id] as usize);
-        s.inverse_moments[c].0.max_element()
-            * (s.member_offset[member_id].0.length() * s.member_force[i].length() + s.member_torque[i].0.length())
-    };
-    (0..s.sizes.bodies).map(of_member).fold(0.0, f64::max)
-}
-
-/// What sums over grains at rest may differ by for a member of [`PartialSums`]: the energy, J, that gravity gives the heaviest in a step,
-/// what global damping takes of it, W, and in contact dynamics the contact forces that balance, N.
-fn part_floor(s: &State, member: usize) -> f64 {
-    let lightest = s.velocity.iter().map(|m| m.inverse_mass).filter(|m| *m > 0.0).fold(f64::INFINITY, f64::min);
-    let kinetic = 0.5 * (s.params.gravity.length() * s.params.dt).powi(2) / lightest;
-    match PartialSums::names(3)[member] {
-        "kinetic" => kinetic,
-        "net_force" if s.model.method == Method::ContactDynamics => {
-            s.partial_sums.iter().map(|part| part.contact_force).fold(0.0, f64::max)
-        }
-        "dissipation" => 2.0 * s.params.damping * kinetic,
-        _ => 0.0,
-    }
-}
-
-/// Lanes of each member of a record: a vector is one member. Plain arrays have one.
-fn member_lanes(s: &State, array: &str, width: usize) -> Vec<std::ops::Range<usize>> {
-    let names = s.column(array).names(s.model.dims());
-    if names.is_empty() || names.starts_with(&["x", "y"]) {
-        return std::iter::once(0..width).collect();
-    }
-    let vectors = ["x", "v", "point", "position_low", "normal", "velocity"];
-    let mut at = 0;
-    names
-        .iter()
-        .map(|name| {
-            let len = if vectors.contains(name) { s.model.dims() } else { 1 };
-            at += len;
-            at - len..at
-        })
-        .collect()
-}
-
-/// The grain a slot belongs to.
-fn owner(s: &State, entry: usize) -> usize {
-    s.list_start[..s.sizes.bodies].partition_point(|begin| *begin as usize <= entry).saturating_sub(1)
-}
-
-/// Flags must agree; the drift is a number behind its bits.
-fn counters(a: &[f64], b: &[f64]) -> (f64, f64) {
-    const DRIFT: usize = 2;
-    let flags = (0..a.len()).filter(|k| *k != DRIFT && a[*k] != b[*k]).count() as f64;
-    let drift = |c: &[f64]| f64::from(f32::from_bits(c[DRIFT] as u32));
-    let (x, y) = (drift(a), drift(b));
-    let difference = if x == y { 0.0 } else { (x - y).abs() / x.max(y) };
-    (flags.max(difference), difference)
-}
-
-/// Positions with their residues: the difference over the largest displacement of this step, which is what must not be
-/// lost. (Either part alone may differ by a whole unit in the last place of the position.)
-fn positions(twin: &State, device: &State, undecided: &[bool]) -> (f64, f64) {
-    let way = twin.velocity_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * twin.params.dt;
-    // Members of clumps are put at the ends of arms, anew in every step, with 34 bits of the longest of these.
-    let arm = twin.member_offset.iter().map(|arm| arm.0.length()).fold(0.0, f64::max);
-    let largest = way.max(arm * 2f64.powi(-15)).max(twin.params.quantum / 64.0);
-    let decided = (0..twin.sizes.bodies).filter(|i| !undecided.get(*i).is_some_and(|u| *u));
-    let difference = |i: usize| {
-        let rest = twin.position_low_next[i].x - device.position_low_next[i].x;
-        ((twin.position_next[i].x - device.position_next[i].x) + rest).abs().max_element()
-    };
-    worst_and_rms(decided.map(difference), largest)
-}
-
-/// Rounding may make a round more or less.
-fn rounds(twin: &State, device: &State) -> (f64, f64) {
-    let (a, b) = (twin.rotation_iterations[0], device.rotation_iterations[0]);
-    let different = a.most.abs_diff(b.most) > 1 || a.capped != b.capped;
-    (f64::from(u8::from(different)), 0.0)
-}
-
-/// The same for the centres of clumps.
-fn centers(twin: &State, device: &State) -> (f64, f64) {
-    let largest = twin.clump_velocity_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * twin.params.dt;
-    let difference = |c: usize| {
-        let rest = twin.center_low_next[c] - device.center_low_next[c];
-        ((twin.center_next[c] - device.center_next[c]) + rest).abs().max_element()
-    };
-    worst_and_rms((0..twin.sizes.clumps).map(difference), largest.max(twin.params.quantum / 64.0))
-}
-
-/// The same for their attitudes, over the largest turn of this step.
-fn attitudes(twin: &State, device: &State) -> (f64, f64) {
-    let largest = twin.clump_spin_next.iter().map(|w| w.0.abs().max_element()).fold(0.0, f64::max);
-    let difference = |c: usize| {
-        let rest = twin.orientation_low_next[c].0 - device.orientation_low_next[c].0;
-        ((twin.orientation_next[c].0 - device.orientation_next[c].0) + rest).abs().max_element()
-    };
-    // At rest, some units in the last place of the residues are what their lengths are corrected by.
-    worst_and_rms((0..twin.sizes.clumps).map(difference), (0.5 * largest * twin.params.dt).max(2f64.powi(-16)))
-}
-
-/// The largest difference and their root mean square, over a scale.
-fn worst_and_rms(differences: impl Iterator<Item = f64>, scale: f64) -> (f64, f64) {
-    let (mut worst, mut squares, mut count) = (0.0_f64, 0.0, 0.0_f64);
-    for difference in differences {
-        worst = if difference.is_nan() { f64::INFINITY } else { worst.max(difference) };
-        squares += difference * difference;
-        count += 1.0;
-    }
-    if worst == 0.0 { (0.0, 0.0) } else { (worst / scale, (squares / count).sqrt() / scale) }
 }

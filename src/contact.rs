@@ -8,4 +8,5 @@ pub mod history;
 pub mod law;
 pub mod materials;
 pub mod normal;
+pub mod overlap;
 pub mod tangential;

@@ -7,18 +7,25 @@ mod integrate_clumps;
 pub mod leapfrog;
 mod member_forces;
 pub mod place_members;
+pub mod plan;
 pub mod predictor_corrector;
 
-use crate::stage::*;
+use crate::{contact::overlap::FORCE_FLOORS, stage::*};
 
 /// Velocities from 0 to -1/2.
 pub static HALF_KICK: Stage = Stage::new("dem", "half_kick", half_kick::half_kick, bodies);
 
 /// Contact forces and leapfrog: a step.
-pub static ADVANCE: Stage = Stage::new("dem", "advance", advance::advance, bodies);
+pub static ADVANCE: Stage = Stage {
+    check: Check { floors: FORCE_FLOORS, ..Check::FORCES },
+    ..Stage::new("dem", "advance", advance::advance, bodies)
+};
 
 /// A step of clumps 1: contact forces on members.
-pub static MEMBER_FORCES: Stage = Stage::new("dem", "member_forces", member_forces::member_forces, bodies);
+pub static MEMBER_FORCES: Stage = Stage {
+    check: Check { floors: FORCE_FLOORS, ..Check::FORCES },
+    ..Stage::new("dem", "member_forces", member_forces::member_forces, bodies)
+};
 
 /// A step of clumps 2: leapfrog and rotation.
 pub static INTEGRATE_CLUMPS: Stage = Stage::new("dem", "integrate_clumps", integrate_clumps::integrate_clumps, clumps);

@@ -12,7 +12,7 @@ pub use times::Times;
 use crate::{
     error::Result,
     plan::Op,
-    state::{Counters, Params, State},
+    state::{Array, Counters, Params, State},
 };
 
 /// What a simulation needs from the machine it runs on.
@@ -21,20 +21,20 @@ pub trait Engine {
     fn name(&self) -> &'static str;
     /// The adapter, or the number of threads.
     fn adapter(&self) -> String;
-    /// Run sequences of operations in order, each as often as it says, without looking at anything in between.
-    fn execute(&mut self, params: &Params, sequences: &[(&[Op], u32)]) -> Result<()>;
+    /// Run operations in order, without looking at anything in between.
+    fn execute(&mut self, params: &Params, ops: &[Op]) -> Result<()>;
     /// Wait for everything so far and read what the device has to say.
     fn counters(&mut self) -> Result<Counters>;
     /// Give an array another length; its content is lost.
-    fn resize(&mut self, array: &'static str, len: usize) -> Result<()>;
+    fn resize(&mut self, array: &'static Array, len: usize) -> Result<()>;
     /// Overwrite arrays of the engine from the state.
-    fn write(&mut self, arrays: &[&'static str], state: &State) -> Result<()>;
+    fn write(&mut self, arrays: &[&'static Array], state: &State) -> Result<()>;
     /// Overwrite arrays of the state from the engine.
-    fn read(&mut self, arrays: &[&'static str], state: &mut State) -> Result<()>;
+    fn read(&mut self, arrays: &[&'static Array], state: &mut State) -> Result<()>;
     /// Where the times of stages are gathered; None: nowhere, and nothing is timed. Timing costs some speed.
     fn times(&mut self) -> &mut Option<Times>;
     /// What tells the times of stages.
     fn clock(&self) -> &'static str;
     /// Bytes from one element of an array to the next.
-    fn stride(&self, array: &str) -> usize;
+    fn stride(&self, array: &'static Array) -> usize;
 }

@@ -35,6 +35,14 @@ slot!(
     Precision in "space/precision" { Single = "single", Double = "double" }
 );
 impl Precision {
+    /// Unit round-off.
+    pub fn epsilon(self) -> f64 {
+        match self {
+            Precision::Single => f64::from(f32::EPSILON),
+            Precision::Double => f64::EPSILON,
+        }
+    }
+
     /// The file that says what `Real` is, relative to `shaders/`: all that kernels which know no positions need.
     pub fn scalar_file(self) -> &'static str {
         match self {

@@ -9,6 +9,7 @@ mod history_count;
 mod history_store;
 mod order_cells;
 mod permute;
+pub mod plan;
 mod scan;
 mod sort;
 
@@ -22,7 +23,7 @@ pub static HISTORY_COUNT: Stage =
 pub static SCAN_HISTORY: [Stage; 3] = [
     Stage {
         kernel: "scan_reduce",
-        bind: &[("values", "history_start")],
+        bind: &[("values", &array::HISTORY_START)],
         ..Stage::new(
             "neighbours",
             "scan_reduce history_start",
@@ -32,7 +33,7 @@ pub static SCAN_HISTORY: [Stage; 3] = [
     },
     Stage {
         kernel: "scan_top",
-        bind: &[("values", "history_start")],
+        bind: &[("values", &array::HISTORY_START)],
         dispatch: Dispatch::OneGroup,
         ..Stage::new(
             "neighbours",
@@ -43,7 +44,7 @@ pub static SCAN_HISTORY: [Stage; 3] = [
     },
     Stage {
         kernel: "scan_down",
-        bind: &[("values", "history_start")],
+        bind: &[("values", &array::HISTORY_START)],
         ..Stage::new(
             "neighbours",
             "scan_down history_start",
@@ -57,13 +58,13 @@ pub static SCAN_HISTORY: [Stage; 3] = [
 pub static HISTORY_STORE: Stage = Stage::new("neighbours", "history_store", history_store::history_store, bodies);
 
 /// Broad phase 1: histogram over cells.
-pub static BIN: Stage = Stage { unordered: &["cell_rank"], ..Stage::new("neighbours", "bin", bin::bin, bodies) };
+pub static BIN: Stage = Stage { check: Check { unordered: &[&array::CELL_RANK], ..Check::ROUNDING }, ..Stage::new("neighbours", "bin", bin::bin, bodies) };
 
 /// Prefix sum of `cell_start`.
 pub static SCAN_CELLS: [Stage; 3] = [
     Stage {
         kernel: "scan_reduce",
-        bind: &[("values", "cell_start")],
+        bind: &[("values", &array::CELL_START)],
         ..Stage::new(
             "neighbours",
             "scan_reduce cell_start",
@@ -73,13 +74,13 @@ pub static SCAN_CELLS: [Stage; 3] = [
     },
     Stage {
         kernel: "scan_top",
-        bind: &[("values", "cell_start")],
+        bind: &[("values", &array::CELL_START)],
         dispatch: Dispatch::OneGroup,
         ..Stage::new("neighbours", "scan_top cell_start", |s| scan::scan_top(&s.cell_start, &mut s.tile_sum), |_| 1)
     },
     Stage {
         kernel: "scan_down",
-        bind: &[("values", "cell_start")],
+        bind: &[("values", &array::CELL_START)],
         ..Stage::new(
             "neighbours",
             "scan_down cell_start",
@@ -90,7 +91,7 @@ pub static SCAN_CELLS: [Stage; 3] = [
 ];
 
 /// Broad phase 2: scatter to cells.
-pub static SORT: Stage = Stage { unordered: &["sorted"], ..Stage::new("neighbours", "sort", sort::sort, bodies) };
+pub static SORT: Stage = Stage { check: Check { unordered: &[&array::SORTED], ..Check::ROUNDING }, ..Stage::new("neighbours", "sort", sort::sort, bodies) };
 
 /// Broad phase 3: ascending numbers inside cells.
 pub static ORDER_CELLS: Stage = Stage::new("neighbours", "order_cells", order_cells::order_cells, |sizes| sizes.cells);
@@ -99,14 +100,16 @@ pub static ORDER_CELLS: Stage = Stage::new("neighbours", "order_cells", order_ce
 pub static PERMUTE: Stage = Stage::new("neighbours", "permute", permute::permute, bodies);
 
 /// Neighbour lists 1: slots per grain.
-pub static COUNT_NEIGHBOURS: Stage =
-    Stage::new("neighbours", "count_neighbours", count_neighbours::count_neighbours, bodies_plus_one);
+pub static COUNT_NEIGHBOURS: Stage = Stage {
+    check: Check { undecided: Undecided::Reach, ..Check::ROUNDING },
+    ..Stage::new("neighbours", "count_neighbours", count_neighbours::count_neighbours, bodies_plus_one)
+};
 
 /// Prefix sum of `list_start`.
-pub static SCAN_SLOTS: [Stage; 3] = [
+pub static SCAN_LISTS: [Stage; 3] = [
     Stage {
         kernel: "scan_reduce",
-        bind: &[("values", "list_start")],
+        bind: &[("values", &array::LIST_START)],
         ..Stage::new(
             "neighbours",
             "scan_reduce list_start",
@@ -116,13 +119,13 @@ pub static SCAN_SLOTS: [Stage; 3] = [
     },
     Stage {
         kernel: "scan_top",
-        bind: &[("values", "list_start")],
+        bind: &[("values", &array::LIST_START)],
         dispatch: Dispatch::OneGroup,
         ..Stage::new("neighbours", "scan_top list_start", |s| scan::scan_top(&s.list_start, &mut s.tile_sum), |_| 1)
     },
     Stage {
         kernel: "scan_down",
-        bind: &[("values", "list_start")],
+        bind: &[("values", &array::LIST_START)],
         ..Stage::new(
             "neighbours",
             "scan_down list_start",
@@ -133,8 +136,10 @@ pub static SCAN_SLOTS: [Stage; 3] = [
 ];
 
 /// Neighbour lists 2: entries and springs.
-pub static FILL_NEIGHBOURS: Stage =
-    Stage::new("neighbours", "fill_neighbours", fill_neighbours::fill_neighbours, bodies);
+pub static FILL_NEIGHBOURS: Stage = Stage {
+    check: Check { undecided: Undecided::Reach, ..Check::ROUNDING },
+    ..Stage::new("neighbours", "fill_neighbours", fill_neighbours::fill_neighbours, bodies)
+};
 
 /// How far grains went in a chunk, and how many springs there are.
 pub static DISPLACEMENT_CHECK: Stage =

@@ -16,6 +16,7 @@ mod momentum_restart;
 mod move_clumps;
 mod move_members;
 mod move_spheres;
+pub mod plan;
 mod power_iteration_clumps;
 mod power_iteration_eigenvalue;
 mod power_iteration_pass;
@@ -24,11 +25,13 @@ mod reduce_residual;
 mod refresh_members;
 mod residual;
 pub mod response;
+mod rounding;
 mod scatter_impulses;
 mod setup_contacts;
 mod sync_members;
 
-use crate::stage::*;
+use crate::{stage::*, state::array};
+use rounding::*;
 
 /// Contact dynamics 1: contacts of a step.
 pub static SETUP_CONTACTS: Stage = Stage::new("nscd", "setup_contacts", setup_contacts::setup_contacts, bodies);
@@ -38,8 +41,10 @@ pub static POWER_ITERATION_START: Stage =
     Stage::new("nscd", "power_iteration_start", power_iteration_start::power_iteration_start, bodies);
 
 /// Contact dynamics, length of the passes' steps 2: a pass of the power iteration.
-pub static POWER_ITERATION_PASS: Stage =
-    Stage::new("nscd", "power_iteration_pass", power_iteration_pass::power_iteration_pass, bodies);
+pub static POWER_ITERATION_PASS: Stage = Stage {
+    check: SUMS,
+    ..Stage::new("nscd", "power_iteration_pass", power_iteration_pass::power_iteration_pass, bodies)
+};
 
 /// Contact dynamics, length of the passes' steps 3: the largest eigenvalue of W.
 pub static POWER_ITERATION_EIGENVALUE: Stage = Stage {
@@ -52,17 +57,28 @@ pub static INIT_SOLVER: Stage =
     Stage { dispatch: Dispatch::OneGroup, ..Stage::new("nscd", "init_solver", init_solver::init_solver, |_| 1) };
 
 /// Contact dynamics 3: a pass.
-pub static JACOBI_PASS: Stage = Stage::new("nscd", "jacobi_pass", jacobi_pass::jacobi_pass, bodies);
+pub static JACOBI_PASS: Stage = Stage {
+    check: SUMS,
+    ..Stage::new("nscd", "jacobi_pass", jacobi_pass::jacobi_pass, bodies)
+};
 
 /// Contact dynamics 3, coloured: the contacts of one colour.
-pub static GAUSS_SEIDEL_PASS: Stage =
-    Stage::new("nscd", "gauss_seidel_pass", gauss_seidel_pass::gauss_seidel_pass, |sizes| sizes.bodies.div_ceil(4));
+pub static GAUSS_SEIDEL_PASS: Stage = Stage {
+    check: Check { floors: &[(&[&array::PASS_RESIDUAL], cancelled_velocities)], ..Check::ROUNDING },
+    ..Stage::new("nscd", "gauss_seidel_pass", gauss_seidel_pass::gauss_seidel_pass, |sizes| sizes.bodies.div_ceil(4))
+};
 
 /// Contact dynamics 3, coloured: velocities after all colours.
-pub static AFTER_SWEEP: Stage = Stage::new("nscd", "after_sweep", after_sweep::after_sweep, bodies);
+pub static AFTER_SWEEP: Stage = Stage {
+    check: SUMS,
+    ..Stage::new("nscd", "after_sweep", after_sweep::after_sweep, bodies)
+};
 
 /// Contact dynamics of clumps 3, coloured: members follow the first of them.
-pub static SYNC_MEMBERS: Stage = Stage::new("nscd", "sync_members", sync_members::sync_members, clumps);
+pub static SYNC_MEMBERS: Stage = Stage {
+    check: SUMS,
+    ..Stage::new("nscd", "sync_members", sync_members::sync_members, clumps)
+};
 
 /// Colors of contacts 4: impulses back into the lists.
 pub static SCATTER_IMPULSES: Stage = Stage::new("nscd", "scatter_impulses", scatter_impulses::scatter_impulses, bodies);
@@ -71,7 +87,10 @@ pub static SCATTER_IMPULSES: Stage = Stage::new("nscd", "scatter_impulses", scat
 pub static GATHER_IMPULSES: Stage = Stage::new("nscd", "gather_impulses", gather_impulses::gather_impulses, bodies);
 
 /// Colors of clumps, after `gather_impulses`: velocities without the rounding of the sweeps.
-pub static REFRESH_MEMBERS: Stage = Stage::new("nscd", "refresh_members", refresh_members::refresh_members, clumps);
+pub static REFRESH_MEMBERS: Stage = Stage {
+    check: Check { floors: SPIN_FLOORS, ..Check::ROUNDING },
+    ..Stage::new("nscd", "refresh_members", refresh_members::refresh_members, clumps)
+};
 
 /// Contact dynamics 4: momentum.
 pub static MOMENTUM_RESTART: Stage = Stage {
@@ -84,7 +103,8 @@ pub static EXTRAPOLATE: Stage = Stage::new("nscd", "extrapolate", extrapolate::e
 
 /// Contact dynamics 6: residual.
 pub static RESIDUAL: Stage = Stage {
-    bind: &[("extrapolated_velocity", "pass_velocity"), ("extrapolated_spin", "pass_spin")],
+    bind: &[("extrapolated_velocity", &array::PASS_VELOCITY), ("extrapolated_spin", &array::PASS_SPIN)],
+    check: Check { floors: &[(&[&array::RESIDUAL_SUMS], largest_normal_impulse)], ..SUMS },
     ..Stage::new("nscd", "residual", residual::residual, bodies)
 };
 
@@ -103,19 +123,22 @@ pub static FREE_VELOCITIES: Stage = Stage::new("nscd", "free_velocities", free_v
 /// Contact dynamics of clumps, after `setup_contacts`: clumps answer to impulses.
 pub static CLUMP_RESPONSE_FIRST: Stage = Stage {
     kernel: "clump_response",
-    bind: &[("response", "pass_velocity"), ("response_spin", "pass_spin")],
+    bind: &[("response", &array::PASS_VELOCITY), ("response_spin", &array::PASS_SPIN)],
+    check: Check { floors: SPIN_FLOORS, ..SUMS },
     ..Stage::new("nscd", "clump_response_first", clump_response::clump_response_first, clumps)
 };
 
 /// Contact dynamics of clumps, after a pass: clumps answer to impulses.
 pub static CLUMP_RESPONSE: Stage = Stage {
-    bind: &[("response", "pass_velocity_before"), ("response_spin", "pass_spin_before")],
+    bind: &[("response", &array::PASS_VELOCITY_BEFORE), ("response_spin", &array::PASS_SPIN_BEFORE)],
+    check: Check { floors: SPIN_FLOORS, ..SUMS },
     ..Stage::new("nscd", "clump_response", clump_response::clump_response, clumps)
 };
 
 /// Contact dynamics of clumps, length of the passes' steps, after `power_iteration_pass`.
 pub static POWER_ITERATION_CLUMPS: Stage = Stage {
-    bind: &[("response", "pass_velocity"), ("response_spin", "pass_spin")],
+    bind: &[("response", &array::PASS_VELOCITY), ("response_spin", &array::PASS_SPIN)],
+    check: Check { floors: SPIN_FLOORS, ..Check::ROUNDING },
     ..Stage::new("nscd", "power_iteration_clumps", power_iteration_clumps::power_iteration_clumps, clumps)
 };
 
@@ -123,7 +146,10 @@ pub static POWER_ITERATION_CLUMPS: Stage = Stage {
 pub static MEMBER_IMPULSES: Stage = Stage::new("nscd", "member_impulses", member_impulses::member_impulses, bodies);
 
 /// Contact dynamics of clumps 9: centres and attitudes.
-pub static MOVE_CLUMPS: Stage = Stage::new("nscd", "move_clumps", move_clumps::move_clumps, clumps);
+pub static MOVE_CLUMPS: Stage = Stage {
+    check: Check { floors: SPIN_FLOORS, ..Check::ROUNDING },
+    ..Stage::new("nscd", "move_clumps", move_clumps::move_clumps, clumps)
+};
 
 /// Contact dynamics of clumps 10: members follow.
 pub static MOVE_MEMBERS: Stage = Stage::new("nscd", "move_members", move_members::move_members, bodies);

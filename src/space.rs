@@ -6,7 +6,19 @@ mod move_walls;
 pub mod precision;
 pub mod walls;
 
-use crate::stage::*;
+use crate::{
+    stage::*,
+    state::{State, Wall, array},
+};
 
 /// Moving walls.
-pub static MOVE_WALLS: Stage = Stage::new("space", "move_walls", move_walls::move_walls, |sizes| sizes.walls);
+pub static MOVE_WALLS: Stage = Stage {
+    check: Check { floors: &[(&[&array::WALL], way_of_walls)], ..Check::ROUNDING },
+    ..Stage::new("space", "move_walls", move_walls::move_walls, |sizes| sizes.walls)
+};
+
+/// A residue is what is left of a step, m, when whole quanta are taken off.
+fn way_of_walls(s: &State) -> f64 {
+    let step = |wall: &Wall| s.params.dt * wall.velocity.length();
+    s.wall.iter().map(step).fold(s.params.quantum, f64::max)
+}

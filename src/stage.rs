@@ -4,7 +4,8 @@
 //! A twin is a function of one body mapped over all of them; nothing in it is clever enough to need reading twice. In
 //! `advance`, where the time goes, the contacts of many bodies are computed at a time.
 
-use crate::state::{Sizes, State};
+use crate::state::{Array, Sizes, State};
+use std::hash::{Hash, Hasher};
 
 /// How many invocations a stage needs.
 #[derive(Clone, Copy, Debug)]
@@ -28,9 +29,72 @@ pub struct Stage {
     pub twin: fn(&mut State),
     pub dispatch: Dispatch,
     /// WGSL bindings that stand for an array of another name.
-    pub bind: &'static [(&'static str, &'static str)],
-    /// Arrays written whose order inside a cell is arbitrary until `order_cells` has run; compared as multisets.
-    pub unordered: &'static [&'static str],
+    pub bind: &'static [(&'static str, &'static Array)],
+    pub check: Check,
+}
+
+/// How `check` compares what a kernel writes with what its twin writes.
+#[derive(Debug)]
+pub struct Check {
+    /// Arrays whose order inside a cell is arbitrary until `order_cells` has run; compared as multisets.
+    pub unordered: &'static [&'static Array],
+    /// Rows that are not compared.
+    pub undecided: Undecided,
+    pub tolerance: Tolerance,
+    /// Magnitudes that a difference is compared with where an array has no larger value.
+    pub floors: &'static [Floor],
+}
+
+/// Arrays, and the floor that they have in common, in their unit.
+pub type Floor = (&'static [&'static Array], fn(&State) -> f64);
+
+/// What rounding may decide, so that no tolerance can hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Undecided {
+    Nothing,
+    /// Whether two surfaces touch: with a dashpot the force jumps there.
+    Contacts,
+    /// The same for contacts of a clump.
+    ContactsOfClumps,
+    /// Whether a neighbour is within the reach of the lists.
+    Reach,
+}
+
+/// What rounding may change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tolerance {
+    /// A few roundings of the largest term.
+    Rounding,
+    /// The same for forces: in double precision a gap is the difference of a distance and two radii, so what depends on forces
+    /// loses as many digits as the overlap is smaller than a grain.
+    Overlap,
+    /// In this array sums of small differences, some of either sign.
+    Cancellation(&'static Array),
+}
+
+impl Check {
+    /// A few roundings everywhere.
+    pub const ROUNDING: Check =
+        Check { unordered: &[], undecided: Undecided::Nothing, tolerance: Tolerance::Rounding, floors: &[] };
+    /// Of forces.
+    pub const FORCES: Check =
+        Check { undecided: Undecided::Contacts, tolerance: Tolerance::Overlap, ..Check::ROUNDING };
+    /// Of forces on clumps.
+    pub const FORCES_ON_CLUMPS: Check = Check { undecided: Undecided::ContactsOfClumps, ..Check::FORCES };
+}
+
+impl PartialEq for Stage {
+    fn eq(&self, other: &Stage) -> bool {
+        std::ptr::eq(self, other)
+    }
+}
+
+impl Eq for Stage {}
+
+impl Hash for Stage {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.name.hash(state);
+    }
 }
 
 impl Stage {
@@ -41,7 +105,7 @@ impl Stage {
         twin: fn(&mut State),
         items: fn(&Sizes) -> usize,
     ) -> Stage {
-        Stage { name, chapter, kernel: name, twin, dispatch: Dispatch::Items(items), bind: &[], unordered: &[] }
+        Stage { name, chapter, kernel: name, twin, dispatch: Dispatch::Items(items), bind: &[], check: Check::ROUNDING }
     }
 
     /// Its WGSL, relative to `shaders/`.
@@ -49,9 +113,9 @@ impl Stage {
         format!("{}/{}.wgsl", self.chapter, self.kernel)
     }
 
-    /// The array a WGSL binding stands for.
-    pub fn array<'a>(&self, binding: &'a str) -> &'a str {
-        self.bind.iter().find(|(from, _)| *from == binding).map_or(binding, |(_, to)| to)
+    /// The array a WGSL binding stands for; None for what is no array of the state.
+    pub fn array(&self, binding: &str) -> Option<&'static Array> {
+        self.bind.iter().find(|(from, _)| *from == binding).map(|(_, to)| *to).or_else(|| Array::named(binding))
     }
 }
 

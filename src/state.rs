@@ -5,15 +5,19 @@
 
 use crate::model::{Grains, Materials, Method, Model, Precision, Rotation, Tangential, Walls};
 use glam::{DVec3, DVec4, UVec3};
-use std::any::Any;
+use std::{
+    any::Any,
+    fmt,
+    hash::{Hash, Hasher},
+};
 
-/// Content of a list slot: `NONE`, `INDEX` and `ACTIVE` of `lists.wgsl`.
+/// Content of a list entry: `NONE`, `INDEX` and `ACTIVE` of `lists.wgsl`.
 pub const NONE: u32 = u32::MAX;
 pub const INDEX: u32 = u32::MAX >> 1;
 pub const ACTIVE: u32 = !INDEX;
 /// Values per tile of the prefix sum: `TILE` of `scan_*.wgsl`.
 pub const TILE: usize = 256;
-/// Bodies of a workgroup: `GROUP` of `method/cd.wgsl`.
+/// Bodies of a workgroup: `GROUP` of `nscd/contact.wgsl`.
 pub const GROUP: usize = 64;
 /// Rows of the measurement.
 pub const PARTIAL_SUMS: usize = 4096;
@@ -433,69 +437,124 @@ impl Sizes {
     }
 }
 
-/// An entry of the dictionary.
+/// An entry of the dictionary: `&array::POSITION` is the handle of the array `position`.
 pub struct Array {
+    /// In Rust and in WGSL.
     pub name: &'static str,
     pub length: Length,
     /// Unit, or what the numbers are.
     pub unit: &'static str,
     /// Whether the array exists under a model.
     pub needed: fn(&Model) -> bool,
+    column: fn(&State) -> &dyn Column,
+    column_mut: fn(&mut State) -> &mut dyn Column,
+}
+
+impl PartialEq for Array {
+    fn eq(&self, other: &Array) -> bool {
+        std::ptr::eq(self, other)
+    }
+}
+
+impl Eq for Array {}
+
+impl Hash for Array {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.name.hash(state);
+    }
+}
+
+impl fmt::Debug for Array {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name)
+    }
 }
 
 /// Declares `State` and its dictionary in one table.
 macro_rules! state {
-    ($($(#[$meta:meta])* $name:ident: $ty:ty, $length:ident, $unit:literal, $needed:expr;)*) => {
+    ($($handle:ident $name:ident: $ty:ty, $length:ident, $unit:literal, $needed:expr;)*) => {
         /// All arrays, with what the scene chose and the numbers kernels may know.
         #[derive(Clone, Debug)]
         pub struct State {
             pub model: Model,
             pub sizes: Sizes,
             pub params: Params,
-            $($(#[$meta])* pub $name: Vec<$ty>,)*
+            $(pub $name: Vec<$ty>,)*
+        }
+
+        /// The handles of the arrays.
+        pub mod array {
+            use super::*;
+            $(pub static $handle: Array = Array {
+                name: stringify!($name),
+                length: Length::$length,
+                unit: $unit,
+                needed: $needed,
+                column: |s| &s.$name,
+                column_mut: |s| &mut s.$name,
+            };)*
         }
 
         /// The dictionary of arrays.
-        pub static ARRAYS: &[Array] = &[
-            $(Array { name: stringify!($name), length: Length::$length, unit: $unit, needed: $needed },)*
-        ];
+        pub static ARRAYS: &[&Array] = &[$(&array::$handle,)*];
 
         impl State {
             /// A state of zeros with exactly the arrays that the model needs.
             pub fn new(model: Model, sizes: Sizes, params: Params) -> State {
-                let len = |length, needed: fn(&Model) -> bool| if needed(&model) { sizes.of(length) } else { 0 };
+                let len = |array: &Array| if (array.needed)(&model) { sizes.of(array.length) } else { 0 };
                 State {
                     model,
                     sizes,
                     params,
-                    $($name: vec![Default::default(); len(Length::$length, $needed)],)*
+                    $($name: vec![Default::default(); len(&array::$handle)],)*
                 }
-            }
-
-            /// The array of this name. Panics on a name that is not in the dictionary.
-            pub fn column(&self, name: &str) -> &dyn Column {
-                match name {
-                    $(stringify!($name) => &self.$name,)*
-                    _ => panic!("no array is called `{name}`"),
-                }
-            }
-
-            /// The array of this name, to write. Panics on a name that is not in the dictionary.
-            pub fn column_mut(&mut self, name: &str) -> &mut dyn Column {
-                match name {
-                    $(stringify!($name) => &mut self.$name,)*
-                    _ => panic!("no array is called `{name}`"),
-                }
-            }
-
-            /// Exchange two arrays of the same kind.
-            pub fn swap(&mut self, a: &str, b: &str) {
-                let first = self.column_mut(a).replace(Box::new(()));
-                let second = self.column_mut(b).replace(first);
-                self.column_mut(a).replace(second);
             }
         }
     };
+}
+
+impl State {
+    pub fn column(&self, array: &Array) -> &dyn Column {
+        (array.column)(self)
+    }
+
+    pub fn column_mut(&mut self, array: &Array) -> &mut dyn Column {
+        (array.column_mut)(self)
+    }
+
+    /// Exchange two arrays of the same kind.
+    pub fn swap(&mut self, a: &Array, b: &Array) {
+        let first = self.column_mut(a).replace(Box::new(()));
+        let second = self.column_mut(b).replace(first);
+        self.column_mut(a).replace(second);
+    }
+
+    /// The list entries of grain i.
+    pub fn row(&self, i: usize) -> std::ops::Range<usize> {
+        self.list_start[i] as usize..self.list_start[i + 1] as usize
+    }
+}
+
+impl Array {
+    /// The entry of this name, as WGSL has it.
+    pub fn named(name: &str) -> Option<&'static Array> {
+        ARRAYS.iter().copied().find(|a| a.name == name)
+    }
+
+    /// The name of the array whose WGSL declaration gives this one its layout: what comes next, or was before, is laid out like
+    /// what is.
+    pub fn original(&self) -> &'static str {
+        let name = self.name;
+        name.strip_suffix("_next").or_else(|| name.strip_suffix("_before")).unwrap_or(name)
+    }
+}
+
+/// Those of the arrays that a model needs.
+pub fn present<'a>(
+    model: &Model,
+    arrays: impl IntoIterator<Item = &'a &'static Array>,
+) -> Vec<&'static Array> {
+    arrays.into_iter().copied().filter(|a| (a.needed)(model)).collect()
 }
 
 fn always(_: &Model) -> bool {
@@ -539,103 +598,79 @@ fn walled(m: &Model) -> bool {
 }
 
 state! {
-    position: Position, Bodies, "m", always;
-    position_next: Position, Bodies, "m", always;
-    position_low: PositionLow, Bodies, "m, beyond f32", single;
-    position_low_next: PositionLow, Bodies, "m, beyond f32", single;
-    velocity: Velocity, Bodies, "m/s, 1/kg", always;
-    velocity_next: Velocity, Bodies, "m/s, 1/kg", always;
-    spin: Spin, Bodies, "rad/s", rotating;
-    spin_next: Spin, Bodies, "rad/s", rotating;
-    id: u32, Bodies, "number in the scene", always;
-    id_next: u32, Bodies, "number in the scene", always;
-    clump_of_id: u32, Bodies, "clump, by number", clumped;
-    member_offset: Packed, Bodies, "m, by number", clumped;
-    index_of_id: u32, Bodies, "index, by number", clumped;
-    first_member: u32, ClumpsPlusOne, "number in the scene", clumped;
-    inverse_moments: Spin, Clumps, "1/(kg m²)", clumped;
-    center: DVec3, Clumps, "m", clumped;
-    center_next: DVec3, Clumps, "m", clumped;
-    center_low: DVec3, Clumps, "m, beyond f32", single_clumped;
-    center_low_next: DVec3, Clumps, "m, beyond f32", single_clumped;
-    orientation: Orientation, Clumps, "unit quaternion", clumped;
-    orientation_next: Orientation, Clumps, "unit quaternion", clumped;
-    orientation_low: Orientation, Clumps, "beyond f32", single_clumped;
-    orientation_low_next: Orientation, Clumps, "beyond f32", single_clumped;
-    clump_velocity: Velocity, Clumps, "m/s, 1/kg", clumped;
-    clump_velocity_next: Velocity, Clumps, "m/s, 1/kg", clumped;
-    clump_spin: Spin, Clumps, "rad/s", clumped;
-    clump_spin_next: Spin, Clumps, "rad/s", clumped;
-    spin_increment: Spin, Clumps, "rad/s, of the last step", sprung_clumped;
-    member_force: DVec3, Bodies, "N, contact dynamics N s", clumped;
-    member_torque: Spin, Bodies, "N m, contact dynamics N m s", clumped;
-    rotation_iterations: RotationIterations, One, "of iterations for the rotation", clumped;
-    displacement: f64, Bodies, "m, since the lists were made", always;
-    material: u32, BodiesAndWalls, "index, by number", mixed;
-    pair: Pair, MaterialsSquared, "N/m, N/m, 1, 1 or 1/s", mixed;
-    wall: Wall, Walls, "m, 1, m/s, m, rad/s", walled;
-    cell_rank: u32, Bodies, "order inside the cell", always;
-    sorted: u32, Bodies, "index before the sort", always;
-    cell_start: u32, CellsPlusOne, "index of the first grain", always;
-    tile_sum: u32, Tiles, "sums of the prefix sum", always;
-    list_start: u32, BodiesPlusOne, "index into neighbour", always;
-    neighbour: u32, Entries, "index and flag; wall w is bodies + w", always;
-    spring: Packed, Entries, "N, contact dynamics N s", frictional;
-    history_start: u32, BodiesPlusOne, "index into history_other", frictional;
-    history_other: u32, History, "index before the sort", frictional;
-    history_spring: Packed, History, "as spring", frictional;
-    contact_geometry: ContactGeometry, Entries, "1, m/s", rigid;
-    effective_mass: EffectiveMass, Entries, "m, m, 1/kg, 1/kg", rigid;
-    delassus_eigenvalue: f64, Entries, "1/kg", rigid_clumped;
-    impulse_before: Packed, Entries, "N s", rigid;
-    pass_velocity: Velocity, Bodies, "m/s, 1/kg, after the last pass", rigid;
-    pass_velocity_before: Velocity, Bodies, "m/s, 1/kg, after the pass before", rigid;
-    extrapolated_velocity: Velocity, Bodies, "m/s, 1/kg, carried ahead by momentum", rigid;
-    pass_spin: Spin, Bodies, "rad/s", rigid_rotating;
-    pass_spin_before: Spin, Bodies, "rad/s", rigid_rotating;
-    extrapolated_spin: Spin, Bodies, "rad/s", rigid_rotating;
-    contact_color: ContactColor, Entries, "from 1, index", colored;
-    proposal: u32, Bodies, "neighbour, as in the lists", colored;
-    coloring_state: ColoringState, One, "see colours.wgsl", colored;
-    color_count: u32, Colors, "contacts of each colour", colored;
-    colored_contact: ColoredContact, Contacts, "see colours.wgsl", colored;
-    colored_geometry: ContactGeometry, Contacts, "1, m/s", colored;
-    colored_effective_mass: EffectiveMass, Contacts, "m, m, 1/kg, 1/kg", colored;
-    colored_impulse: Packed, Contacts, "N s", colored;
-    colored_impulse_before: Packed, Contacts, "N s", colored;
-    color_cursor: ColorCursor, One, "see colours.wgsl", colored;
-    color_cursor_next: ColorCursor, One, "see colours.wgsl", colored;
-    pass_residual: f64, Bodies, "(m/s)²", colored;
-    residual_sums: ResidualSums, Groups, "(m/s)², J, N s", rigid;
-    solver_state: SolverState, One, "see method/cd.wgsl", rigid;
-    halt: u32, One, "1: no more steps", always;
-    halt_next: u32, One, "1: no more steps", always;
-    counters: Counters, One, "see params.wgsl", always;
-    partial_sums: PartialSums, PartialSums, "J, N, W, 1", always;
-    force: DVec3, OnDemand, "N", always;
-    torque: Spin, OnDemand, "N m", rotating;
-}
-
-impl State {
-    /// The slots of grain i.
-    pub fn row(&self, i: usize) -> std::ops::Range<usize> {
-        self.list_start[i] as usize..self.list_start[i + 1] as usize
-    }
-}
-
-impl Array {
-    /// The entry of this name. Panics on a name that is not in the dictionary.
-    pub fn named(name: &str) -> &'static Array {
-        ARRAYS.iter().find(|a| a.name == name).unwrap_or_else(|| panic!("no array is called `{name}`"))
-    }
-
-    /// The array whose WGSL declaration gives this one its layout: what comes next, or was before, is laid out like what is.
-    pub fn original(&self) -> &'static str {
-        original(self.name)
-    }
-}
-
-/// [`Array::original`] by name.
-pub fn original(name: &str) -> &str {
-    name.strip_suffix("_next").or_else(|| name.strip_suffix("_before")).unwrap_or(name)
+    POSITION position: Position, Bodies, "m", always;
+    POSITION_NEXT position_next: Position, Bodies, "m", always;
+    POSITION_LOW position_low: PositionLow, Bodies, "m, beyond f32", single;
+    POSITION_LOW_NEXT position_low_next: PositionLow, Bodies, "m, beyond f32", single;
+    VELOCITY velocity: Velocity, Bodies, "m/s, 1/kg", always;
+    VELOCITY_NEXT velocity_next: Velocity, Bodies, "m/s, 1/kg", always;
+    SPIN spin: Spin, Bodies, "rad/s", rotating;
+    SPIN_NEXT spin_next: Spin, Bodies, "rad/s", rotating;
+    ID id: u32, Bodies, "number in the scene", always;
+    ID_NEXT id_next: u32, Bodies, "number in the scene", always;
+    CLUMP_OF_ID clump_of_id: u32, Bodies, "clump, by number", clumped;
+    MEMBER_OFFSET member_offset: Packed, Bodies, "m, by number", clumped;
+    INDEX_OF_ID index_of_id: u32, Bodies, "index, by number", clumped;
+    FIRST_MEMBER first_member: u32, ClumpsPlusOne, "number in the scene", clumped;
+    INVERSE_MOMENTS inverse_moments: Spin, Clumps, "1/(kg m²)", clumped;
+    CENTER center: DVec3, Clumps, "m", clumped;
+    CENTER_NEXT center_next: DVec3, Clumps, "m", clumped;
+    CENTER_LOW center_low: DVec3, Clumps, "m, beyond f32", single_clumped;
+    CENTER_LOW_NEXT center_low_next: DVec3, Clumps, "m, beyond f32", single_clumped;
+    ORIENTATION orientation: Orientation, Clumps, "unit quaternion", clumped;
+    ORIENTATION_NEXT orientation_next: Orientation, Clumps, "unit quaternion", clumped;
+    ORIENTATION_LOW orientation_low: Orientation, Clumps, "beyond f32", single_clumped;
+    ORIENTATION_LOW_NEXT orientation_low_next: Orientation, Clumps, "beyond f32", single_clumped;
+    CLUMP_VELOCITY clump_velocity: Velocity, Clumps, "m/s, 1/kg", clumped;
+    CLUMP_VELOCITY_NEXT clump_velocity_next: Velocity, Clumps, "m/s, 1/kg", clumped;
+    CLUMP_SPIN clump_spin: Spin, Clumps, "rad/s", clumped;
+    CLUMP_SPIN_NEXT clump_spin_next: Spin, Clumps, "rad/s", clumped;
+    SPIN_INCREMENT spin_increment: Spin, Clumps, "rad/s, of the last step", sprung_clumped;
+    MEMBER_FORCE member_force: DVec3, Bodies, "N, contact dynamics N s", clumped;
+    MEMBER_TORQUE member_torque: Spin, Bodies, "N m, contact dynamics N m s", clumped;
+    ROTATION_ITERATIONS rotation_iterations: RotationIterations, One, "of iterations for the rotation", clumped;
+    DISPLACEMENT displacement: f64, Bodies, "m, since the lists were made", always;
+    MATERIAL material: u32, BodiesAndWalls, "index, by number", mixed;
+    PAIR pair: Pair, MaterialsSquared, "N/m, N/m, 1, 1 or 1/s", mixed;
+    WALL wall: Wall, Walls, "m, 1, m/s, m, rad/s", walled;
+    CELL_RANK cell_rank: u32, Bodies, "order inside the cell", always;
+    SORTED sorted: u32, Bodies, "index before the sort", always;
+    CELL_START cell_start: u32, CellsPlusOne, "index of the first grain", always;
+    TILE_SUM tile_sum: u32, Tiles, "sums of the prefix sum", always;
+    LIST_START list_start: u32, BodiesPlusOne, "index into neighbour", always;
+    NEIGHBOUR neighbour: u32, Entries, "index and flag; wall w is bodies + w", always;
+    SPRING spring: Packed, Entries, "N, contact dynamics N s", frictional;
+    HISTORY_START history_start: u32, BodiesPlusOne, "index into history_other", frictional;
+    HISTORY_OTHER history_other: u32, History, "index before the sort", frictional;
+    HISTORY_SPRING history_spring: Packed, History, "as spring", frictional;
+    CONTACT_GEOMETRY contact_geometry: ContactGeometry, Entries, "1, m/s", rigid;
+    EFFECTIVE_MASS effective_mass: EffectiveMass, Entries, "m, m, 1/kg, 1/kg", rigid;
+    DELASSUS_EIGENVALUE delassus_eigenvalue: f64, Entries, "1/kg", rigid_clumped;
+    IMPULSE_BEFORE impulse_before: Packed, Entries, "N s", rigid;
+    PASS_VELOCITY pass_velocity: Velocity, Bodies, "m/s, 1/kg, after the last pass", rigid;
+    PASS_VELOCITY_BEFORE pass_velocity_before: Velocity, Bodies, "m/s, 1/kg, after the pass before", rigid;
+    EXTRAPOLATED_VELOCITY extrapolated_velocity: Velocity, Bodies, "m/s, 1/kg, carried ahead by momentum", rigid;
+    PASS_SPIN pass_spin: Spin, Bodies, "rad/s", rigid_rotating;
+    PASS_SPIN_BEFORE pass_spin_before: Spin, Bodies, "rad/s", rigid_rotating;
+    EXTRAPOLATED_SPIN extrapolated_spin: Spin, Bodies, "rad/s", rigid_rotating;
+    CONTACT_COLOR contact_color: ContactColor, Entries, "from 1, index", colored;
+    PROPOSAL proposal: u32, Bodies, "neighbour, as in the lists", colored;
+    COLORING_STATE coloring_state: ColoringState, One, "see nscd/coloring/priority.wgsl", colored;
+    COLOR_COUNT color_count: u32, Colors, "contacts of each colour", colored;
+    COLORED_CONTACT colored_contact: ColoredContact, Contacts, "see nscd/coloring/priority.wgsl", colored;
+    COLORED_GEOMETRY colored_geometry: ContactGeometry, Contacts, "1, m/s", colored;
+    COLORED_EFFECTIVE_MASS colored_effective_mass: EffectiveMass, Contacts, "m, m, 1/kg, 1/kg", colored;
+    COLORED_IMPULSE colored_impulse: Packed, Contacts, "N s", colored;
+    COLORED_IMPULSE_BEFORE colored_impulse_before: Packed, Contacts, "N s", colored;
+    COLOR_CURSOR color_cursor: ColorCursor, One, "see nscd/coloring/priority.wgsl", colored;
+    COLOR_CURSOR_NEXT color_cursor_next: ColorCursor, One, "see nscd/coloring/priority.wgsl", colored;
+    PASS_RESIDUAL pass_residual: f64, Bodies, "(m/s)²", colored;
+    RESIDUAL_SUMS residual_sums: ResidualSums, Groups, "(m/s)², J, N s", rigid;
+    SOLVER_STATE solver_state: SolverState, One, "see nscd/contact.wgsl", rigid;
+    HALT halt: u32, One, "1: no more steps", always;
+    HALT_NEXT halt_next: u32, One, "1: no more steps", always;
+    COUNTERS counters: Counters, One, "see state.wgsl", always;
+    PARTIAL_SUMS partial_sums: PartialSums, PartialSums, "J, N, W, 1", always;
+    FORCE force: DVec3, OnDemand, "N", always;
+    TORQUE torque: Spin, OnDemand, "N m", rotating;
 }

@@ -323,7 +323,7 @@ fn describe_tells_memory_and_time_step() {
     assert!(output.status.success(), "{output:?}");
     let said = out(&output);
     let parts = ["a hundred disks", "bytes/particle", "total", "time step", "bound", "dashpot/mass_scaled.wgsl"];
-    for part in parts.into_iter().chain(["contact.wgsl", "displacement_check", "neighbour"]) {
+    for part in parts.into_iter().chain(["contact/law.wgsl", "displacement_check", "neighbour"]) {
         assert!(said.contains(part), "no {part} in\n{said}");
     }
     let smooth = ["--set", "material.glass.friction=0", "--set", "material.steel.friction=0"];

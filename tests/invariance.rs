@@ -9,6 +9,7 @@ use packstone::{
     measure::{angular_momentum, masses, momentum},
     scene::{Assembly, Dashpot, Grain, Surface},
     simulation::Options,
+    state::array,
 };
 
 /// Overlaps of about 2 % of R.
@@ -391,7 +392,7 @@ fn lists_that_grow_keep_the_springs() {
             let mut simulation = bench.start(&scene);
             let mut needed = |steps: u64| {
                 simulation.advance(steps).unwrap();
-                simulation.read(&["list_start"]).unwrap().list_start[scene.grains.len()] as usize
+                simulation.read(&[&array::LIST_START]).unwrap().list_start[scene.grains.len()] as usize
             };
             let (few, many) = (needed(0), needed(100));
             assert!(many > few + 8, "the lists do not grow: {few} to {many}");
@@ -417,7 +418,7 @@ fn looking_does_not_disturb() {
             simulation.advance(piece).unwrap();
             simulation.sample().unwrap();
             simulation.grains().unwrap();
-            simulation.read(&["spring", "neighbour"]).unwrap();
+            simulation.read(&[&array::SPRING, &array::NEIGHBOUR]).unwrap();
         }
         assert_eq!(simulation.step(), 150);
         assert!(bits(&simulation.grains().unwrap()) == bits(&at_once), "{}", bench.name);

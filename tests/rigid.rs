@@ -5,7 +5,10 @@ mod common;
 
 use common::*;
 use glam::DVec3;
-use packstone::scene::{Assembly, Dashpot, Grain, Method, Pair, Surface};
+use packstone::{
+    scene::{Assembly, Dashpot, Grain, Method, Pair, Surface},
+    state::array::*,
+};
 
 const DT: f64 = 1e-3;
 
@@ -161,7 +164,7 @@ fn collisions_conserve_momentum() {
                 assert!(now <= last * (1.0 + bench.pick(1e-9, 1e-5)), "{}: energy {last:e} to {now:e}", bench.name);
                 last = now;
             }
-            assert!(simulation.solved().unwrap().unconverged == 0 && simulation.lost_contacts() == 0);
+            assert!(simulation.solver_statistics().unwrap().unconverged == 0 && simulation.lost_contacts() == 0);
             let grains = simulation.grains().unwrap();
             let scale: f64 = m.iter().sum::<f64>() * 0.2;
             let error = (momentum(&grains, &m) - first).length();
@@ -211,7 +214,7 @@ fn solvers_agree() {
                 relaxation.tolerance = bench.pick(if solver == Solver::Jacobi { 1e-7 } else { 1e-8 }, 1e-5);
                 let mut simulation = bench.start(&scene);
                 simulation.advance(STEPS).unwrap();
-                let solved = *simulation.solved().unwrap();
+                let solved = *simulation.solver_statistics().unwrap();
                 let name = format!("{dimension}D {} {} {}", bench.name, solver.label(), order.label());
                 println!("{name}: {} passes, {:.1e}", solved.iterations, solved.residual_max);
                 assert_eq!(solved.unconverged, 0, "{name}");
@@ -252,7 +255,7 @@ fn many_contacts_of_one_grain() {
             let mut simulation = bench.start(&scene);
             simulation.advance(2).unwrap();
             let name = format!("{} {}", bench.name, solver.label());
-            assert_eq!(simulation.solved().unwrap().unconverged, 0, "{name}");
+            assert_eq!(simulation.solver_statistics().unwrap().unconverged, 0, "{name}");
             let grains = simulation.grains().unwrap();
             let reference = expected.get_or_insert_with(|| grains.clone());
             assert!(reference[0].velocity.length() > 1e-4, "the large grain is pushed");
@@ -270,8 +273,8 @@ fn rewound() {
         scene.grains = cloud(3, 4, 0.2, 5);
         let mut simulation = bench.start(&scene);
         simulation.advance(20).unwrap();
-        let (grains, solved) = (simulation.grains().unwrap(), *simulation.solved().unwrap());
-        let looks = simulation.looks().to_vec();
+        let (grains, solved) = (simulation.grains().unwrap(), *simulation.solver_statistics().unwrap());
+        let looks = simulation.residual_history().to_vec();
         let last = looks.last().unwrap();
         assert_eq!((last.passes, last.residual), (solved.last_iterations, solved.last_residual), "{}", bench.name);
         assert!(looks.is_sorted_by(|a, b| a.passes < b.passes && a.seconds <= b.seconds), "{looks:?}");
@@ -279,11 +282,11 @@ fn rewound() {
         assert_eq!(simulation.step(), 0);
         simulation.advance(20).unwrap();
         assert_eq!(simulation.grains().unwrap(), grains, "{}", bench.name);
-        assert_eq!(*simulation.solved().unwrap(), solved);
+        assert_eq!(*simulation.solver_statistics().unwrap(), solved);
         simulation.rewind().unwrap();
         simulation.limit_passes(2);
         simulation.advance(20).unwrap();
-        assert!(simulation.solved().unwrap().iterations <= 40 && solved.iterations > 40);
+        assert!(simulation.solver_statistics().unwrap().iterations <= 40 && solved.iterations > 40);
     }
 }
 
@@ -307,7 +310,7 @@ fn contacts_of_a_colour_share_no_grain() {
         };
         let mut simulation = run();
         let s = simulation
-            .read(&["contact_color", "colored_contact", "color_count", "coloring_state", "neighbour", "list_start"])
+            .read(&[&CONTACT_COLOR, &COLORED_CONTACT, &COLOR_COUNT, &COLORING_STATE, &NEIGHBOUR, &LIST_START])
             .unwrap();
         let bodies = s.sizes.bodies;
         let turns = &s.colored_contact[..s.coloring_state[0].contacts as usize];
@@ -371,6 +374,6 @@ fn pushed_by_a_wall() {
         }
         println!("{}: {} steps done again", bench.name, simulation.replayed_chunks());
         assert!(simulation.replayed_chunks() > 0, "no step was done again");
-        assert!(simulation.solved().unwrap().steps == 12);
+        assert!(simulation.solver_statistics().unwrap().steps == 12);
     }
 }

@@ -8,7 +8,7 @@ use glam::{DMat3, DQuat, DVec3, EulerRot};
 use packstone::{
     scene::{Assembly, Clump, Grain, Method, Relaxation, Shape, TimeStep},
     solve::{Solver, contact::largest_eigenvalue},
-    state::{ACTIVE, EffectiveMass, NONE},
+    state::{ACTIVE, EffectiveMass, NONE, array},
 };
 use std::collections::HashSet;
 
@@ -96,7 +96,7 @@ fn an_impact_sees_the_full_inertia() {
                 solver.label()
             );
             // What passes take for W is nowhere less, and its largest eigenvalue is that of the natural map.
-            let s = simulation.read(&["effective_mass", "delassus_eigenvalue", "neighbour"]).unwrap();
+            let s = simulation.read(&[&array::EFFECTIVE_MASS, &array::DELASSUS_EIGENVALUE, &array::NEIGHBOUR]).unwrap();
             let slot = s.neighbour.iter().position(|entry| *entry != NONE && entry & ACTIVE != 0).expect("a contact");
             let EffectiveMass { normal, tangential, .. } = s.effective_mass[slot];
             let scale_of = DMat3::from_diagonal(DVec3::new(tangential, tangential, normal).map(|x| (held / x).sqrt()));
@@ -151,9 +151,9 @@ fn dragged_rods_are_solved() {
         let mut halved = 0;
         for _ in 0..200 {
             simulation.advance(1).unwrap();
-            halved += u32::from(simulation.read(&["solver_state"]).unwrap().solver_state[0].step_divisor > 1.0);
+            halved += u32::from(simulation.read(&[&array::SOLVER_STATE]).unwrap().solver_state[0].step_divisor > 1.0);
         }
-        let solved = simulation.solved().unwrap();
+        let solved = simulation.solver_statistics().unwrap();
         println!("{} {}: {halved} steps with shorter passes, {solved:?}", bench.name, solver.label());
         assert_eq!(solved.unconverged, 0);
         assert!(halved > 0 || bench.name != "cpu" || solver != Solver::JacobiAccelerated, "none goes in circles");
@@ -256,7 +256,7 @@ fn blocks_slide_stay_or_tip() {
             let mut simulation = bench.start(&scene);
             let steps = 20;
             simulation.advance(steps).unwrap();
-            assert_eq!(simulation.solved().unwrap().unconverged, 0);
+            assert_eq!(simulation.solver_statistics().unwrap().unconverged, 0);
             let c = simulation.clumps().unwrap()[0];
             let speed = DT * steps as f64 * G;
             println!("{} tan θ = {tangent}: v {}, ω R {}", bench.name, c.velocity, c.spin.z * R);
@@ -336,14 +336,14 @@ fn solvers_agree() {
                     Relaxation { solver, tolerance, max_iterations: 50_000, ..*relaxation(&mut scene) };
                 let mut simulation = bench.start(&scene);
                 simulation.advance(STEPS).unwrap();
-                let solved = *simulation.solved().unwrap();
+                let solved = *simulation.solver_statistics().unwrap();
                 let name = format!("{dimension}D {} {}", bench.name, solver.label());
                 println!("{name}: {} passes, {:.1e}", solved.iterations, solved.residual_max);
                 assert_eq!((solved.unconverged, solved.local_failures), (0, 0), "{name}");
                 let contacts = simulation.sample().unwrap().contacts;
                 assert!(contacts > 4, "{name}: only {contacts} have met");
                 // What the host has found is what the stages judge.
-                if let ([.., found, judged], false) = (simulation.looks(), on_device || solver == Solver::Socp) {
+                if let ([.., found, judged], false) = (simulation.residual_history(), on_device || solver == Solver::Socp) {
                     close(&name, found.residual, judged.residual, tolerance, 1e-3);
                 }
                 let grains = simulation.grains().unwrap();
@@ -385,7 +385,7 @@ fn spin_alone_is_a_scale() {
         set_clumps(&mut scene, vec![rod.clone()], vec![Clump { spin: 30.0 * DVec3::Z, ..clump(0) }, post]);
         let mut simulation = bench.start(&scene);
         simulation.advance(300).unwrap();
-        let (c, solved) = (simulation.clumps().unwrap()[0], *simulation.solved().unwrap());
+        let (c, solved) = (simulation.clumps().unwrap()[0], *simulation.solver_statistics().unwrap());
         println!("{}: v {}, ω {}, {solved:?}", bench.name, c.velocity, c.spin);
         assert_eq!(solved.unconverged, 0);
         assert!(c.velocity.length() > 1e-3, "they have not met");
@@ -492,7 +492,7 @@ fn small_clumps_fall_as_large_ones() {
                 relaxation(&mut scene).tolerance = bench.pick(1e-10, 1e-5);
                 let mut simulation = bench.start(&scene);
                 simulation.advance(30).unwrap();
-                assert_eq!(simulation.solved().unwrap().unconverged, 0, "{} {}", bench.name, solver.label());
+                assert_eq!(simulation.solver_statistics().unwrap().unconverged, 0, "{} {}", bench.name, solver.label());
                 simulation.grains().unwrap()
             });
             for g in &mut ends[1] {

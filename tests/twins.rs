@@ -17,10 +17,12 @@ use packstone::{
         Boundary, Damping as DampingSlot, Dimension, Grains, Gyroscopic, Materials, Method as MethodSlot, Model,
         Precision, Rotation, Tangential, Walls,
     },
-    plan::plan,
+    plan::Plan,
+    plans::Plans,
     scene::*,
     simulation::{EngineChoice, Options, Setup},
     solve,
+    state::State,
 };
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use std::collections::HashSet;
@@ -243,11 +245,13 @@ fn many_contacts_at_a_time_are_as_one_by_one() {
     let advancing = |m: &Model| m.method == MethodSlot::DiscreteElements && m.grains == Grains::Spheres;
     for (k, model) in covering(Precision::Double).into_iter().filter(advancing).enumerate() {
         let options = Options { engine: EngineChoice::Cpu, entries: Some(100_000), ..Options::default() };
-        let Setup { mut state, plan, .. } = Setup::new(&random_scene(&model, k as u64), &options).unwrap();
-        let ops = [&plan.begin, &plan.sort, &plan.list, &plan.step, &plan.step];
-        ops.into_iter().flatten().for_each(|op| apply(op, &mut state));
+        let Setup { mut state, plans, .. } = Setup::new(&random_scene(&model, k as u64), &options).unwrap();
+        let run = |plan: &Plan, state: &mut State| plan.ops().iter().for_each(|op| apply(op, state));
+        // With new lists a step is part of the chunk.
+        run(&plans.chunk, &mut state);
+        run(&plans.step, &mut state);
         let before = state.clone();
-        plan.step.iter().for_each(|op| apply(op, &mut state));
+        run(&plans.step, &mut state);
         assert_eq!(state.counters[0].steps_done, 3, "{model:?}");
         for i in 0..before.sizes.bodies {
             let here = body(&before, i);
@@ -263,7 +267,7 @@ fn many_contacts_at_a_time_are_as_one_by_one() {
 fn every_model_composes_and_matches_the_rust_records() {
     for precision in [Precision::Single, Precision::Double] {
         for model in Model::all(precision) {
-            layouts(&model, &plan(&model)).unwrap_or_else(|e| panic!("{model:?}: {e}"));
+            layouts(&model, &Plans::new(&model)).unwrap_or_else(|e| panic!("{model:?}: {e}"));
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::{
     solve::{Order, Solver},
     error::{Error, Result},
     scene::{Assembly, Method, Relaxation, TimeStep},
-    simulation::{Simulation, rigid::Look},
+    simulation::{ResidualRecord, Simulation},
 };
 use glam::DVec3;
 
@@ -101,8 +101,8 @@ struct Run {
     grains: usize,
     /// That carry an impulse.
     contacts: u64,
-    looks: Vec<Look>,
-    end: Look,
+    history: Vec<ResidualRecord>,
+    end: ResidualRecord,
 }
 
 impl Contender {
@@ -129,7 +129,7 @@ impl Contender {
         });
         let mut simulation = Simulation::new(bed, self.backend.options())?;
         let end = step(&mut simulation)?;
-        let iteration = (end.seconds - simulation.looks()[0].seconds) / f64::from(few);
+        let iteration = (end.seconds - simulation.residual_history()[0].seconds) / f64::from(few);
         simulation.rewind()?;
         simulation.limit_passes((seconds / iteration).max(f64::from(few)) as u32);
         let end = step(&mut simulation)?;
@@ -143,23 +143,23 @@ impl Contender {
             bytes_per_particle: simulation.bytes_per_particle()?,
             bytes_per_step: None,
         };
-        let looks = simulation.looks().to_vec();
-        Ok((Run { grains, contacts: simulation.sample()?.contacts, looks, end }, cost))
+        let history = simulation.residual_history().to_vec();
+        Ok((Run { grains, contacts: simulation.sample()?.contacts, history, end }, cost))
     }
 }
 
 /// A step, and what its relaxation ended with.
-fn step(simulation: &mut Simulation) -> Result<Look> {
+fn step(simulation: &mut Simulation) -> Result<ResidualRecord> {
     simulation.advance(1)?;
-    let end = simulation.looks().last().copied().filter(|end| end.residual.is_finite());
+    let end = simulation.residual_history().last().copied().filter(|end| end.residual.is_finite());
     end.ok_or_else(|| Error::Device("the residual is not a number".to_owned()))
 }
 
 impl Run {
     fn row(&self, case: &str, contender: &Contender) -> RelaxationRow {
-        let to = MARKS.map(|mark| self.looks.iter().find(|look| look.residual <= mark));
+        let to = MARKS.map(|mark| self.history.iter().find(|look| look.residual <= mark));
         let (passes, seconds) = (to.map(|l| l.map(|l| l.passes)), to.map(|l| l.map(|l| l.seconds)));
-        let Look { passes: all, residual, seconds: total } = self.end;
+        let ResidualRecord { passes: all, residual, seconds: total } = self.end;
         RelaxationRow {
             case: case.to_owned(),
             solver: contender.name(),
@@ -180,18 +180,18 @@ impl Run {
         }
     }
 
-    /// The looks, thinned out to about evenly spaced ones on a logarithmic axis.
+    /// The history, thinned out to about evenly spaced ones on a logarithmic axis.
     fn curve(&self, case: &str, contender: &Contender) -> Vec<ResidualRow> {
         let ratio = f64::from(self.end.passes.max(2)).powf(1.0 / KEPT);
         let mut next = 0.0;
-        let kept = self.looks.iter().enumerate().filter(|(k, look)| {
-            let keep = f64::from(look.passes) >= next || k + 1 == self.looks.len();
+        let kept = self.history.iter().enumerate().filter(|(k, look)| {
+            let keep = f64::from(look.passes) >= next || k + 1 == self.history.len();
             if keep {
                 next = f64::from(look.passes) * ratio;
             }
             keep
         });
-        let row = |look: &Look| ResidualRow {
+        let row = |look: &ResidualRecord| ResidualRow {
             case: case.to_owned(),
             solver: contender.name(),
             engine: contender.backend.engine(),

@@ -22,7 +22,7 @@ pub fn describe(args: &DescribeArgs) -> anyhow::Result<ExitCode> {
     let setup = Setup::new(&assembly, &options)?;
     say(contents(&scene, &assembly, &setup));
     say(format!("\nModel\n{}", indent(&model(&setup))));
-    say(format!("\nPlan\n{}", indent(&setup.plan.to_string())));
+    say(format!("\nPlans\n{}", indent(&setup.plans.to_string())));
     say(format!("\nWGSL\n{}", indent(&files(&setup))));
     say(format!("\nArrays\n{}", indent(&arrays(&setup)?)));
     Ok(ExitCode::SUCCESS)
@@ -78,7 +78,7 @@ fn model(setup: &Setup) -> String {
 /// What all kernels share, then the kernels.
 fn files(setup: &Setup) -> String {
     let mut kernels: Vec<&str> = Vec::new();
-    for stage in setup.plan.stages() {
+    for stage in setup.plans.stages() {
         if !kernels.contains(&stage.kernel) {
             kernels.push(stage.kernel);
         }
@@ -89,7 +89,7 @@ fn files(setup: &Setup) -> String {
 
 fn arrays(setup: &Setup) -> packstone::Result<String> {
     let state = &setup.state;
-    let layouts = layouts(&state.model, &setup.plan)?;
+    let layouts = layouts(&state.model, &setup.plans)?;
     let per_particle = |bytes: u64| format!("{:.1}", bytes as f64 / state.sizes.bodies as f64);
     let arrays: Vec<_> = bytes(&state.model, &layouts, &state.sizes).collect();
     let total: u64 = arrays.iter().map(|(_, bytes)| bytes).sum();

@@ -4,7 +4,7 @@ use super::{Engine, Times};
 use crate::{
     error::Result,
     plan::Op,
-    state::{Counters, Params, State},
+    state::{Array, Counters, Params, State},
 };
 use std::time::Instant;
 
@@ -52,16 +52,10 @@ impl Engine for Cpu {
         format!("{} threads", rayon::current_num_threads())
     }
 
-    fn execute(&mut self, params: &Params, sequences: &[(&[Op], u32)]) -> Result<()> {
+    fn execute(&mut self, params: &Params, ops: &[Op]) -> Result<()> {
         self.state.params = *params;
         // On a thread of the pool, so that not every loop has to wake one.
-        rayon::scope(|_| {
-            for (ops, times) in sequences {
-                for _ in 0..*times {
-                    ops.iter().for_each(|op| self.run(op));
-                }
-            }
-        });
+        rayon::scope(|_| ops.iter().for_each(|op| self.run(op)));
         Ok(())
     }
 
@@ -69,12 +63,12 @@ impl Engine for Cpu {
         Ok(self.state.counters[0])
     }
 
-    fn resize(&mut self, array: &'static str, len: usize) -> Result<()> {
+    fn resize(&mut self, array: &'static Array, len: usize) -> Result<()> {
         self.state.column_mut(array).resize(len);
         Ok(())
     }
 
-    fn write(&mut self, arrays: &[&'static str], state: &State) -> Result<()> {
+    fn write(&mut self, arrays: &[&'static Array], state: &State) -> Result<()> {
         for array in arrays {
             let content = state.column(array).duplicate();
             self.state.column_mut(array).replace(content);
@@ -82,7 +76,7 @@ impl Engine for Cpu {
         Ok(())
     }
 
-    fn read(&mut self, arrays: &[&'static str], state: &mut State) -> Result<()> {
+    fn read(&mut self, arrays: &[&'static Array], state: &mut State) -> Result<()> {
         for array in arrays {
             let content = self.state.column(array).duplicate();
             state.column_mut(array).replace(content);
@@ -98,7 +92,7 @@ impl Engine for Cpu {
         "host"
     }
 
-    fn stride(&self, array: &str) -> usize {
+    fn stride(&self, array: &'static Array) -> usize {
         self.state.column(array).stride()
     }
 }

@@ -6,10 +6,11 @@ use crate::{
     gpu::{Arrays, Device, Layout, Program, Stopwatch, compose, images, workgroups},
     memory,
     model::Model,
-    plan::{Op, Plan},
+    plan::Op,
+    plans::Plans,
     shaders,
     stage::{Dispatch, Stage},
-    state::{ARRAYS, Array, Column, Counters, Element, Params, Sizes, State, original},
+    state::{ARRAYS, Array, Column, Counters, Element, Params, Sizes, State, array, present},
 };
 use std::{
     collections::{HashMap, HashSet},
@@ -23,13 +24,12 @@ pub struct Gpu {
     device: Device,
     dims: usize,
     sizes: Sizes,
-    kernels: HashMap<&'static str, Kernel>,
-    layouts: HashMap<&'static str, Layout>,
+    kernels: HashMap<&'static Stage, Kernel>,
+    layouts: Layouts,
     /// Arrays that are images.
-    images: HashSet<&'static str>,
-    buffers: HashMap<&'static str, Buffer>,
+    images: HashSet<&'static Array>,
+    buffers: HashMap<&'static Array, Buffer>,
     params: wgpu::Buffer,
-    params_layout: Layout,
     /// Whether anything has run, so that buffers may hold something.
     dirty: bool,
     /// Buffers made so far.
@@ -39,9 +39,9 @@ pub struct Gpu {
 
 struct Kernel {
     pipeline: wgpu::ComputePipeline,
-    /// Array names in binding order; `params` for the uniform.
-    arrays: Vec<&'static str>,
-    written: Vec<&'static str>,
+    /// In binding order; None for `params`.
+    arrays: Vec<Option<&'static Array>>,
+    written: Vec<&'static Array>,
     /// One for each way in which its arrays have been bound: buffers that take turns are bound in two.
     groups: Vec<(Vec<u64>, wgpu::BindGroup)>,
 }
@@ -58,71 +58,93 @@ enum Memory {
     Image(wgpu::Texture, wgpu::TextureView),
 }
 
+/// How the arrays of a model, and `params`, lie on a device.
+pub struct Layouts {
+    params: Layout,
+    arrays: HashMap<&'static Array, Layout>,
+}
+
+impl Layouts {
+    /// Bytes from one element of an array to the next.
+    pub fn stride(&self, array: &'static Array) -> usize {
+        self.arrays.get(array).map_or(4, |l| l.stride)
+    }
+}
+
 /// The kernel of a stage, composed for a model.
 pub fn program(model: &Model, stage: &Stage) -> Result<Program> {
     program_with_images(model, stage, &HashSet::new())
 }
 
 /// The same with images in place of these arrays.
-fn program_with_images(model: &Model, stage: &Stage, images: &HashSet<&'static str>) -> Result<Program> {
+fn program_with_images(model: &Model, stage: &Stage, images: &HashSet<&'static Array>) -> Result<Program> {
     let own = stage.file();
     let files: Vec<_> = model.files().into_iter().chain([own.as_str()]).map(shaders::file).collect();
-    compose(&files, stage.kernel, |binding| images.contains(stage.array(&binding.name)))
+    compose(&files, stage.kernel, |binding| stage.array(&binding.name).is_some_and(|a| images.contains(a)))
 }
 
 /// Arrays with which all kernels, and the plan, do only what can be done with images. Buffers and images cannot be
 /// exchanged, so what is now and what comes next go together.
-fn imageable(plan: &Plan, programs: &[(&'static Stage, Program)]) -> HashSet<&'static str> {
+fn imageable(plans: &Plans, programs: &[(&'static Stage, Program)]) -> HashSet<&'static Array> {
     let bindings = || programs.iter().flat_map(|(stage, p)| p.bindings.iter().map(|b| (stage.array(&b.name), b)));
-    let is_cleared = |op: &Op, array: &Array| matches!(op, Op::Clear(a) if original(a) == array.original());
-    let cleared = |array: &Array| plan.parts().iter().any(|(_, ops)| ops.iter().any(|op| is_cleared(op, array)));
-    let of = |a: &'static Array| bindings().filter(|(name, _)| original(name) == a.original());
+    let ops = plans.ops();
+    let is_cleared = |op: &Op, array: &Array| matches!(op, Op::Clear(a) if a.original() == array.original());
+    let cleared = |array: &Array| ops.iter().any(|op| is_cleared(op, array));
+    let of = |array: &'static Array| {
+        bindings().filter(|(bound, _)| bound.is_some_and(|bound| bound.original() == array.original()))
+    };
     let possible = |a: &&'static Array| !cleared(a) && of(a).count() > 0 && of(a).all(|(_, b)| images::possible(b));
-    ARRAYS.iter().filter(possible).map(|a| a.name).collect()
+    ARRAYS.iter().copied().filter(possible).collect()
 }
 
-/// Layout of every array that the stages of a plan touch, and of `params`, read from the composed kernels.
+/// Layout of every array that the stages of a model touch, and of `params`, read from the composed kernels.
 ///
 /// # Errors
 /// [`Error::Shader`] if a kernel does not compose, or if a struct differs between Rust and WGSL.
-pub fn layouts(model: &Model, plan: &Plan) -> Result<HashMap<&'static str, Layout>> {
-    let programs = plan.stages().into_iter().map(|stage| Ok((stage, program(model, stage)?)));
+pub fn layouts(model: &Model, plans: &Plans) -> Result<Layouts> {
+    let programs = plans.stages().into_iter().map(|stage| Ok((stage, program(model, stage)?)));
     collect_layouts(model.dims(), &programs.collect::<Result<Vec<_>>>()?)
 }
 
-fn collect_layouts(dims: usize, programs: &[(&'static Stage, Program)]) -> Result<HashMap<&'static str, Layout>> {
-    let mut layouts = HashMap::new();
+fn collect_layouts(dims: usize, programs: &[(&'static Stage, Program)]) -> Result<Layouts> {
+    let (mut arrays, mut params) = (HashMap::new(), None);
     let empty =
         State::new(crate::model::Model::all(crate::model::Precision::Single)[0], Sizes::default(), Params::default());
     for (stage, program) in programs {
         for binding in &program.bindings {
-            let name = known(stage.array(&binding.name), stage)?;
-            let names = if name == "params" { Params::names(dims) } else { empty.column(name).names(dims) };
+            let array = bound(stage, &binding.name)?;
+            let names = array.map_or_else(|| Params::names(dims), |array| empty.column(array).names(dims));
+            let known = array.map_or(params.as_ref(), |array| arrays.get(array));
             let same = binding.layout.names.iter().eq(names);
-            if !same || layouts.get(name).is_some_and(|l| *l != binding.layout) {
+            if !same || known.is_some_and(|l| *l != binding.layout) {
                 return Err(Error::Shader {
                     file: stage.file(),
                     line: 1,
-                    message: format!("`{name}` has members {:?}, its Rust twin {names:?}", binding.layout.names),
+                    message: format!("`{}` has members {:?}, its Rust twin {names:?}", binding.name, binding.layout.names),
                 });
             }
-            layouts.insert(name, binding.layout.clone());
+            match array {
+                Some(array) => drop(arrays.insert(array, binding.layout.clone())),
+                None => params = Some(binding.layout.clone()),
+            }
         }
     }
-    for array in ARRAYS {
-        if let Some(layout) = layouts.get(array.original()).cloned() {
-            layouts.entry(array.name).or_insert(layout);
+    for &array in ARRAYS {
+        let original = Array::named(array.original()).and_then(|original| arrays.get(original));
+        if let Some(layout) = original.cloned() {
+            arrays.entry(array).or_insert(layout);
         }
     }
-    Ok(layouts)
+    Ok(Layouts { params: params.expect("every kernel knows `params`"), arrays })
 }
 
-/// The dictionary's own copy of a name.
-fn known(name: &str, stage: &Stage) -> Result<&'static str> {
-    if name == "params" {
-        return Ok("params");
+/// The array that a binding of a stage stands for; None for `params`.
+fn bound(stage: &Stage, name: &str) -> Result<Option<&'static Array>> {
+    let array = stage.array(name);
+    if array.is_some() || name == "params" {
+        return Ok(array);
     }
-    ARRAYS.iter().find(|a| a.name == name).map(|a| a.name).ok_or_else(|| Error::Shader {
+    Err(Error::Shader {
         file: stage.file(),
         line: 1,
         message: format!("`{name}` is not in the dictionary of arrays (src/state.rs)"),
@@ -130,21 +152,21 @@ fn known(name: &str, stage: &Stage) -> Result<&'static str> {
 }
 
 impl Gpu {
-    /// Compile the plan's kernels and allocate the model's arrays, as long as in `state`, filled with its content.
+    /// Compile the plans' kernels and allocate the model's arrays, as long as in `state`, filled with its content.
     ///
     /// # Errors
     /// [`Error::Device`] if the arrays do not fit, [`Error::Shader`] if a kernel does not compile.
-    pub fn new(device: Device, plan: &Plan, state: &State) -> Result<Gpu> {
+    pub fn new(device: Device, plans: &Plans, state: &State) -> Result<Gpu> {
         let model = &state.model;
         let programs = |images: &HashSet<_>| -> Result<Vec<_>> {
-            let stages = plan.stages().into_iter();
+            let stages = plans.stages().into_iter();
             stages.map(|stage| Ok((stage, program_with_images(model, stage, images)?))).collect()
         };
         let mut composed = programs(&HashSet::new())?;
         let layouts = collect_layouts(model.dims(), &composed)?;
         let mut images = HashSet::new();
         if device.arrays != Arrays::Buffers {
-            images = imageable(plan, &composed);
+            images = imageable(plans, &composed);
             match fit(&device, &composed, &layouts, &images, &state.sizes) {
                 Ok(()) => composed = programs(&images)?,
                 Err(_) if device.arrays == Arrays::Auto => images.clear(),
@@ -154,11 +176,10 @@ impl Gpu {
         check_memory(&device, bytes(model, &layouts, &state.sizes), &images)?;
         let mut kernels = HashMap::new();
         for (stage, program) in composed {
-            kernels.insert(stage.name, Kernel::new(&device, stage, program)?);
+            kernels.insert(stage, Kernel::new(&device, stage, program)?);
         }
-        let params_layout = layouts["params"].clone();
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
-        let params = device.buffer("params", params_layout.stride as u64, usage)?;
+        let params = device.buffer("params", layouts.params.stride as u64, usage)?;
         let mut gpu = Gpu {
             device,
             dims: model.dims(),
@@ -168,36 +189,35 @@ impl Gpu {
             images,
             buffers: HashMap::new(),
             params,
-            params_layout,
             dirty: false,
             serial: 0,
             times: None,
         };
         let total: u64 = bytes(model, &gpu.layouts, &state.sizes).map(|(_, b)| b).sum();
-        for array in ARRAYS.iter().filter(|a| (a.needed)(model)) {
+        for array in present(model, ARRAYS) {
             let of_total = |e| Error::Device(format!("scene too large, it needs {total} bytes in all: {e}"));
-            gpu.resize(array.name, state.sizes.of(array.length)).map_err(of_total)?;
-            gpu.write(&[array.name], state)?;
+            gpu.resize(array, state.sizes.of(array.length)).map_err(of_total)?;
+            gpu.write(&[array], state)?;
         }
         Ok(gpu)
     }
 
     /// Arrays that a stage writes.
-    pub fn written(&self, stage: &Stage) -> &[&'static str] {
-        &self.kernels[stage.name].written
+    pub fn written(&self, stage: &Stage) -> &[&'static Array] {
+        &self.kernels[stage].written
     }
 
     /// The number of the bind group of a stage with the arrays as they are bound now; made if it is not there yet.
     fn group(&mut self, stage: &'static Stage) -> usize {
-        let kernel = self.kernels.get_mut(stage.name).expect("the plan's stages are compiled");
-        let bound = |name: &&str| self.buffers.get(*name).map_or(0, |b| b.serial);
+        let kernel = self.kernels.get_mut(stage).expect("the plans' stages are compiled");
+        let bound = |array: &Option<&Array>| array.and_then(|array| self.buffers.get(array)).map_or(0, |b| b.serial);
         let serials = || kernel.arrays.iter().map(bound);
         if let Some(known) = kernel.groups.iter().position(|(known, _)| known.iter().copied().eq(serials())) {
             return known;
         }
-        let resource = |name: &&str| match *name {
-            "params" => self.params.as_entire_binding(),
-            array => match &self.buffers[array].memory {
+        let resource = |array: &Option<&Array>| match array {
+            None => self.params.as_entire_binding(),
+            Some(array) => match &self.buffers[*array].memory {
                 Memory::Buffer(buffer) => buffer.as_entire_binding(),
                 Memory::Image(_, view) => wgpu::BindingResource::TextureView(view),
             },
@@ -228,17 +248,16 @@ impl Gpu {
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         ops: &[Op],
-        times: u32,
         timed: Option<ComputePassTimestampWrites<'_>>,
     ) {
         let descriptor = wgpu::ComputePassDescriptor { label: None, timestamp_writes: timed };
         let mut pass: Option<wgpu::ComputePass<'static>> = None;
-        for op in (0..times).flat_map(|_| ops) {
+        for op in ops {
             match *op {
                 Op::Run(stage) => {
                     let group = self.group(stage);
                     let pass = pass.get_or_insert_with(|| encoder.begin_compute_pass(&descriptor).forget_lifetime());
-                    let kernel = &self.kernels[stage.name];
+                    let kernel = &self.kernels[stage];
                     let (x, y) = groups(&stage.dispatch, &self.sizes);
                     pass.set_pipeline(&kernel.pipeline);
                     pass.set_bind_group(0, &kernel.groups[group].1, &[]);
@@ -248,7 +267,7 @@ impl Gpu {
                     pass = None;
                     match &self.buffers[array].memory {
                         Memory::Buffer(buffer) => encoder.clear_buffer(buffer, 0, None),
-                        Memory::Image(..) => unreachable!("`{array}` is cleared, so it is no image"),
+                        Memory::Image(..) => unreachable!("`{array:?}` is cleared, so it is no image"),
                     }
                 }
                 Op::Swap(a, b) => {
@@ -261,14 +280,13 @@ impl Gpu {
     }
 
     /// Run operations with a pass for every stage, by the device's clock.
-    fn time(&mut self, watch: &Stopwatch, ops: &mut dyn Iterator<Item = &Op>, times: &mut Times) -> Result<()> {
-        let mut ops = ops.peekable();
-        while ops.peek().is_some() {
+    fn time(&mut self, watch: &Stopwatch, ops: &[Op], times: &mut Times) -> Result<()> {
+        for ops in ops.chunks(Stopwatch::PASSES) {
             let mut encoder = self.device.device.create_command_encoder(&Default::default());
             let mut stages = Vec::new();
-            for op in ops.by_ref().take(Stopwatch::PASSES) {
+            for op in ops {
                 let timed = matches!(op, Op::Run(_)).then(|| watch.pass(stages.len()));
-                self.encode(&mut encoder, slice::from_ref(op), 1, timed);
+                self.encode(&mut encoder, slice::from_ref(op), timed);
                 stages.extend(op.stage());
             }
             let seconds = watch.read(&self.device, encoder, stages.len())?;
@@ -278,12 +296,12 @@ impl Gpu {
     }
 
     /// The same by the host's clock, from submitting to having waited.
-    fn time_from_host(&mut self, ops: &mut dyn Iterator<Item = &Op>, times: &mut Times) -> Result<()> {
+    fn time_from_host(&mut self, ops: &[Op], times: &mut Times) -> Result<()> {
         self.device.wait()?;
         for op in ops {
             let start = Instant::now();
             let mut encoder = self.device.device.create_command_encoder(&Default::default());
-            self.encode(&mut encoder, slice::from_ref(op), 1, None);
+            self.encode(&mut encoder, slice::from_ref(op), None);
             self.device.queue.submit([encoder.finish()]);
             self.device.wait()?;
             if let Some(stage) = op.stage() {
@@ -296,11 +314,8 @@ impl Gpu {
 
 impl Kernel {
     fn new(device: &Device, stage: &'static Stage, program: Program) -> Result<Kernel> {
-        let names = |written: bool| -> Result<Vec<&'static str>> {
-            let bindings = program.bindings.iter().filter(|b| !written || b.written);
-            bindings.map(|b| known(stage.array(&b.name), stage)).collect()
-        };
-        let (arrays, written) = (names(false)?, names(true)?);
+        let arrays = program.bindings.iter().map(|b| bound(stage, &b.name)).collect::<Result<Vec<_>>>()?;
+        let written = program.bindings.iter().zip(&arrays).filter(|(b, _)| b.written).filter_map(|(_, a)| *a).collect();
         Ok(Kernel { pipeline: device.pipeline(stage.name, program)?, arrays, written, groups: Vec::new() })
     }
 }
@@ -316,13 +331,11 @@ fn groups(dispatch: &Dispatch, sizes: &Sizes) -> (u32, u32) {
 /// Bytes of each array the model needs, from the layouts of its kernels.
 pub fn bytes<'a>(
     model: &'a Model,
-    layouts: &'a HashMap<&'static str, Layout>,
+    layouts: &'a Layouts,
     sizes: &'a Sizes,
 ) -> impl Iterator<Item = (&'static Array, u64)> + Clone + 'a {
-    ARRAYS.iter().filter(|a| (a.needed)(model)).map(|array| {
-        let stride = layouts.get(array.name).map_or(4, |l| l.stride);
-        (array, (sizes.of(array.length) * stride) as u64)
-    })
+    let needed = ARRAYS.iter().filter(|a| (a.needed)(model));
+    needed.map(|array| (*array, (sizes.of(array.length) * layouts.stride(array)) as u64))
 }
 
 /// Whether a device has room for these arrays as images.
@@ -332,13 +345,13 @@ pub fn bytes<'a>(
 fn fit(
     device: &Device,
     programs: &[(&'static Stage, Program)],
-    layouts: &HashMap<&'static str, Layout>,
-    images: &HashSet<&'static str>,
+    layouts: &Layouts,
+    images: &HashSet<&'static Array>,
     sizes: &Sizes,
 ) -> Result<()> {
     let limits = device.device.limits();
     for (stage, program) in programs {
-        let used = program.bindings.iter().filter(|b| images.contains(stage.array(&b.name))).count() as u32;
+        let used = program.bindings.iter().filter(|b| stage.array(&b.name).is_some_and(|a| images.contains(a))).count() as u32;
         let allowed = limits.max_storage_textures_per_shader_stage;
         if used > allowed {
             return Err(Error::Device(format!(
@@ -347,18 +360,18 @@ fn fit(
             )));
         }
     }
-    let mut arrays = ARRAYS.iter().filter(|a| images.contains(a.name));
-    arrays.try_for_each(|a| device.check_image(a.name, sizes.of(a.length) * images::texels(&layouts[a.name])))
+    let mut arrays = ARRAYS.iter().filter(|a| images.contains(**a));
+    arrays.try_for_each(|a| device.check_image(a.name, sizes.of(a.length) * images::texels(&layouts.arrays[*a])))
 }
 
 fn check_memory<'a>(
     device: &Device,
-    bytes: impl Iterator<Item = (&'a Array, u64)> + Clone,
-    images: &HashSet<&'static str>,
+    bytes: impl Iterator<Item = (&'static Array, u64)> + Clone,
+    images: &HashSet<&'static Array>,
 ) -> Result<()> {
     let limit = device.summary.max_array_bytes;
     let total: u64 = bytes.clone().map(|(_, b)| b).sum();
-    let mut buffers = bytes.filter(|(array, _)| !images.contains(array.name));
+    let mut buffers = bytes.filter(|(array, _)| !images.contains(*array));
     if let Some((array, need)) = buffers.find(|(_, b)| *b > limit) {
         return Err(Error::Device(format!(
             "scene too large: array `{}` needs {need} bytes of {total} in all, but {} allows {limit} bytes per array; use \
@@ -381,50 +394,47 @@ impl Engine for Gpu {
         format!("{} ({})", self.device.summary.name, self.device.summary.backend)
     }
 
-    fn execute(&mut self, params: &Params, sequences: &[(&[Op], u32)]) -> Result<()> {
+    fn execute(&mut self, params: &Params, ops: &[Op]) -> Result<()> {
         self.dirty = true;
-        let len = |array: &str| self.buffers.get(array).map_or(0, |b| b.len as u32);
+        let len = |array: &Array| self.buffers.get(array).map_or(0, |b| b.len as u32);
         let params =
-            Params { entries: len("neighbour"), history: len("history_other"), colors: len("color_count"), ..*params };
-        let bytes = self.params_layout.encode(1, |sink| params.put(self.dims, &mut |x| sink(x)));
+            Params { entries: len(&array::NEIGHBOUR), history: len(&array::HISTORY_OTHER), colors: len(&array::COLOR_COUNT), ..*params };
+        let bytes = self.layouts.params.encode(1, |sink| params.put(self.dims, &mut |x| sink(x)));
         self.device.queue.write_buffer(&self.params, 0, &bytes);
         if self.times.is_some() {
             let watch = Stopwatch::new(&self.device)?;
             let mut times = self.times.take().unwrap_or_default();
-            let mut ops = sequences.iter().flat_map(|(ops, times)| (0..*times).flat_map(|_| *ops));
             let done = match watch {
-                Some(watch) => self.time(&watch, &mut ops, &mut times),
-                None => self.time_from_host(&mut ops, &mut times),
+                Some(watch) => self.time(&watch, ops, &mut times),
+                None => self.time_from_host(ops, &mut times),
             };
             self.times = Some(times);
             return done;
         }
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
-        for (ops, times) in sequences {
-            self.encode(&mut encoder, ops, *times, None);
-        }
+        self.encode(&mut encoder, ops, None);
         self.device.queue.submit([encoder.finish()]);
         Ok(())
     }
 
     fn counters(&mut self) -> Result<Counters> {
         self.device.check()?;
-        let layout = &self.layouts["counters"];
-        let bytes = self.fetch(&self.buffers["counters"], layout)?;
+        let layout = &self.layouts.arrays[&array::COUNTERS];
+        let bytes = self.fetch(&self.buffers[&array::COUNTERS], layout)?;
         Ok(Counters::take(self.dims, &mut layout.decode(&bytes)))
     }
 
-    fn resize(&mut self, array: &'static str, len: usize) -> Result<()> {
-        let layout = self.layouts.get(array);
+    fn resize(&mut self, array: &'static Array, len: usize) -> Result<()> {
+        let layout = self.layouts.arrays.get(array);
         let format = layout.filter(|_| self.images.contains(array)).and_then(images::format);
         let memory = if let (Some(layout), Some(format)) = (layout, format) {
-            let image = self.device.image(array, len * images::texels(layout), format)?;
+            let image = self.device.image(array.name, len * images::texels(layout), format)?;
             let view = image.create_view(&Default::default());
             Memory::Image(image, view)
         } else {
-            let stride = layout.map_or(4, |l| l.stride);
+            let stride = self.layouts.stride(array);
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
-            Memory::Buffer(self.device.buffer(array, (len * stride) as u64, usage)?)
+            Memory::Buffer(self.device.buffer(array.name, (len * stride) as u64, usage)?)
         };
         self.serial += 1;
         let old = self.buffers.insert(array, Buffer { memory, serial: self.serial, len });
@@ -434,13 +444,13 @@ impl Engine for Gpu {
         Ok(())
     }
 
-    fn write(&mut self, arrays: &[&'static str], state: &State) -> Result<()> {
-        for array in arrays {
+    fn write(&mut self, arrays: &[&'static Array], state: &State) -> Result<()> {
+        for &array in arrays {
             let column = state.column(array);
             if self.buffers[array].len != column.len() {
                 self.resize(array, column.len())?;
             }
-            let Some(layout) = self.layouts.get(array) else { continue };
+            let Some(layout) = self.layouts.arrays.get(array) else { continue };
             let mut zero = true;
             column.lanes(self.dims, &mut |x| zero &= x == 0.0);
             if zero && !self.dirty {
@@ -455,9 +465,9 @@ impl Engine for Gpu {
         Ok(())
     }
 
-    fn read(&mut self, arrays: &[&'static str], state: &mut State) -> Result<()> {
-        for array in arrays {
-            let (Some(layout), Some(buffer)) = (self.layouts.get(array), self.buffers.get(array)) else { continue };
+    fn read(&mut self, arrays: &[&'static Array], state: &mut State) -> Result<()> {
+        for &array in arrays {
+            let (Some(layout), Some(buffer)) = (self.layouts.arrays.get(array), self.buffers.get(array)) else { continue };
             let bytes = self.fetch(buffer, layout)?;
             let column: &mut dyn Column = state.column_mut(array);
             column.resize(buffer.len);
@@ -474,7 +484,7 @@ impl Engine for Gpu {
         if self.device.summary.timestamps { "device" } else { "host, around submission and wait" }
     }
 
-    fn stride(&self, array: &str) -> usize {
-        self.layouts.get(array).map_or(4, |l| l.stride)
+    fn stride(&self, array: &'static Array) -> usize {
+        self.layouts.stride(array)
     }
 }

@@ -18,7 +18,7 @@ pub struct Time {
 impl Times {
     /// One more call of a stage.
     pub fn add(&mut self, stage: &'static Stage, seconds: f64) {
-        match self.0.iter_mut().find(|t| t.stage.name == stage.name) {
+        match self.0.iter_mut().find(|t| t.stage == stage) {
             Some(time) => {
                 time.calls += 1;
                 time.seconds += seconds;

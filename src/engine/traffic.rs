@@ -12,11 +12,11 @@ use crate::{
 ///
 /// # Errors
 /// [`crate::Error::Shader`] if the kernel does not compose.
-pub fn bytes(model: &Model, stage: &Stage, sizes: &Sizes, stride: impl Fn(&str) -> usize) -> Result<u64> {
+pub fn bytes(model: &Model, stage: &Stage, sizes: &Sizes, stride: impl Fn(&'static Array) -> usize) -> Result<u64> {
     let program = program(model, stage)?;
-    let arrays = program.bindings.iter().filter(|b| !b.uniform);
-    let of = |array: &Array| sizes.of(array.length) * stride(array.name);
-    let moved = arrays.map(|b| (usize::from(b.read) + usize::from(b.written)) * of(Array::named(stage.array(&b.name))));
+    let arrays = program.bindings.iter().filter_map(|b| Some((b, stage.array(&b.name)?)));
+    let of = |array: &'static Array| sizes.of(array.length) * stride(array);
+    let moved = arrays.map(|(b, array)| (usize::from(b.read) + usize::from(b.written)) * of(array));
     Ok(moved.sum::<usize>() as u64)
 }
 
@@ -27,7 +27,7 @@ mod tests {
         engine::gpu::layouts,
         dem::ADVANCE,
         model::Precision,
-        plan::plan,
+        plans::Plans,
         scene::Scene,
         state::{Params, State},
     };
@@ -53,8 +53,8 @@ mod tests {
     fn advance_moves_what_is_counted_by_hand() {
         let sizes = Sizes { bodies: 10, entries: 60, ..Sizes::default() };
         let on_device = |model: &Model| {
-            let layouts = layouts(model, &plan(model)).unwrap();
-            bytes(model, &ADVANCE, &sizes, |array| layouts[array].stride).unwrap()
+            let layouts = layouts(model, &Plans::new(model)).unwrap();
+            bytes(model, &ADVANCE, &sizes, |array| layouts.stride(array)).unwrap()
         };
         // Smooth disks, f32: place, residue and motion of 16 bytes read and written, travel too, number and list_start
         // read; neighbour read.

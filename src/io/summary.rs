@@ -5,7 +5,7 @@ use crate::{
     error::{Error, Result},
     measure::{self, Sample},
     scene::{self, Assembly, Clump, Grain, Surface},
-    simulation::{Simulation, rigid::Solved},
+    simulation::{Simulation, SolverStatistics},
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -68,7 +68,7 @@ pub struct Relaxation {
 }
 
 impl Relaxation {
-    fn new(solved: &Solved) -> Relaxation {
+    fn new(solved: &SolverStatistics) -> Relaxation {
         let steps = solved.steps.max(1) as f64;
         Relaxation {
             unconverged_steps: solved.unconverged,
@@ -145,7 +145,7 @@ impl Summary {
             momentum,
             angular_momentum,
             converged: ending.converged,
-            relaxation: s.solved().map(Relaxation::new),
+            relaxation: s.solver_statistics().map(Relaxation::new),
             rotation: rounds.map(|(most, capped)| Rotation {
                 clumps: clumps.len(),
                 rotation_rounds_max: most,

@@ -6,7 +6,7 @@ pub mod priority;
 mod propose;
 mod resolve;
 
-use crate::stage::*;
+use crate::{stage::*, state::array};
 
 /// Colors of contacts 1: what every body would have coloured next.
 pub static PROPOSE: Stage = Stage::new("nscd/coloring", "propose", propose::propose, bodies);
@@ -16,7 +16,7 @@ pub static RESOLVE: Stage = Stage::new("nscd/coloring", "resolve", resolve::reso
 
 /// Colors of contacts 2: what both grains agree on.
 pub static ASSIGN_COLORS: Stage = Stage {
-    unordered: &["contact_color"],
+    check: Check { unordered: &[&array::CONTACT_COLOR], ..Check::ROUNDING },
     ..Stage::new("nscd/coloring", "assign_colors", assign_colors::assign_colors, bodies)
 };
 

@@ -4,7 +4,8 @@ use super::Simulation;
 use crate::{
     engine::{Times, times::Time, traffic},
     error::Result,
-    state::Sizes,
+    plan::Loop,
+    state::{Sizes, array::LIST_START},
 };
 use std::time::Instant;
 
@@ -47,33 +48,32 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::advance`].
     pub fn profile(&mut self, steps: u64) -> Result<Profile> {
-        *self.engine.times() = Some(Times::default());
+        *self.runner.engine.times() = Some(Times::default());
         let start = Instant::now();
         let advanced = self.advance(steps);
         let wall_seconds = start.elapsed().as_secs_f64();
-        let times = self.engine.times().take().unwrap_or_default();
+        let times = self.runner.engine.times().take().unwrap_or_default();
         advanced?;
         let sizes = self.sizes_in_use()?;
         let stages = times.0.iter().map(|time| self.stage_cost(time, steps, &sizes)).collect::<Result<_>>()?;
-        Ok(Profile { stages, grains: sizes.bodies, steps, wall_seconds, clock: self.engine.clock() })
+        Ok(Profile { stages, grains: sizes.bodies, steps, wall_seconds, clock: self.runner.engine.clock() })
     }
 
     /// Sizes with only as many slots and entries of the history as there is something in.
     fn sizes_in_use(&mut self) -> Result<Sizes> {
-        self.engine.read(&["list_start"], &mut self.state)?;
-        let entries = self.state.list_start[self.state.sizes.bodies] as usize;
-        Ok(Sizes { entries, history: self.springs as usize, ..self.state.sizes })
+        let s = self.runner.read(&[&LIST_START])?;
+        let entries = s.list_start[s.sizes.bodies] as usize;
+        Ok(Sizes { entries, history: self.lists.history().1, ..self.runner.state.sizes })
     }
 
     fn stage_cost(&self, time: &Time, steps: u64, sizes: &Sizes) -> Result<StageCost> {
         let Time { stage, calls, seconds } = *time;
         // Steps that are halted are dispatched, but move nothing.
-        let of_step = self.plan.step.iter().filter_map(|op| op.stage()).any(|s| s.name == stage.name);
-        let bytes = traffic::bytes(&self.state.model, stage, sizes, |array| self.engine.stride(array))?;
-        // A call is over one of the colours.
-        let parts =
-            if stage.name == "gauss_seidel_pass" { u64::from(self.state.coloring_state[0].colors.max(1)) } else { 1 };
-        let bytes = bytes / parts;
+        let of_step = self.plans.motion.runs(stage);
+        let bytes = traffic::bytes(&self.runner.state.model, stage, sizes, |array| self.runner.engine.stride(array))?;
+        // A call in the loop over the colours is over one of them.
+        let colors = || u64::from(self.runner.state.coloring_state[0].colors.max(1));
+        let bytes = if self.plans.step.within(Loop::ForEachColor).runs(stage) { bytes / colors() } else { bytes };
         Ok(StageCost { name: stage.name, calls: if of_step { steps } else { calls }, seconds, bytes })
     }
 }

@@ -1,13 +1,16 @@
-//! What a scene implies before an engine is chosen: parameters, grid, state at time 0, plan.
+//! What a scene implies before an engine is chosen: parameters, grid, state at time 0, plans.
 
-use super::{EngineChoice, LEAST_LENGTH, Options};
+use super::{
+    lists::LEAST_LENGTH,
+    options::{EngineChoice, Options},
+};
 use crate::{
     body::{grains::spins_in_scene, rotation::inverse_inertia},
     contact::damping::damping_ratio,
     error::{Error, Result},
     memory,
     model::{Grains, Model, Precision, Rotation},
-    plan::{Plan, plan},
+    plans::Plans,
     scene::{Assembly, Clump, Dashpot, Grain, Method, Surface},
     solve,
     space::{
@@ -22,15 +25,15 @@ use crate::{
 };
 use glam::{DVec3, DVec4, UVec3};
 
-/// Everything a scene implies before an engine is chosen: the state at time 0, its plan, and the time step's bound.
+/// Everything a scene implies before an engine is chosen: the state at time 0, its plans, and the time step's bound.
 pub struct Setup {
     pub state: State,
-    pub plan: Plan,
+    pub plans: Plans,
     pub dt_bound: f64,
 }
 
 impl Setup {
-    /// Arrays, parameters and plan of a scene.
+    /// Arrays, parameters and plans of a scene.
     ///
     /// # Errors
     /// [`Error::Scene`] if the time step is above its bound, [`Error::Device`] if the host's memory cannot hold it.
@@ -60,7 +63,7 @@ impl Setup {
         if precision == Precision::Single {
             check_range(&state)?;
         }
-        Ok(Setup { plan: plan(&model), state, dt_bound })
+        Ok(Setup { plans: Plans::new(&model), state, dt_bound })
     }
 }
 

@@ -8,7 +8,7 @@ use packstone::{
     measure::{backbone, contacts::contact_of},
     scene::{Assembly, Dashpot},
     simulation::Simulation,
-    state::Array,
+    state::{array::*, present},
 };
 use std::f64::consts::PI;
 
@@ -16,10 +16,8 @@ use std::f64::consts::PI;
 fn pairs(simulation: &mut Simulation) -> Vec<(u32, u32)> {
     simulation.sample().unwrap(); // lists that reach
     let model = *simulation.model();
-    let arrays =
-        ["position", "position_low", "velocity", "spin", "id", "list_start", "neighbour", "spring", "wall", "material"];
-    let present: Vec<&'static str> = arrays.into_iter().filter(|a| (Array::named(a).needed)(&model)).collect();
-    let s = simulation.read(&present).unwrap();
+    let arrays = [&POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &ID, &LIST_START, &NEIGHBOUR, &SPRING, &WALL, &MATERIAL];
+    let s = simulation.read(&present(&model, &arrays)).unwrap();
     let of = |i: usize| closed_contacts(s, i, &body(s, i), contact_of).map(move |(j, _)| (i, j)).collect::<Vec<_>>();
     let inner = (0..s.sizes.bodies).flat_map(of).filter(|(i, j)| i < j);
     inner.map(|(i, j)| (s.id[i], s.id.get(j).copied().unwrap_or(j as u32))).collect()
@@ -108,7 +106,7 @@ fn beds(bench: Bench, length: Length, friction: f64, least: usize, time: f64) ->
         let given = changed_scene("agreement_bed", &set);
         grains = given.grains.len();
         let mut rigid = finished(bench, &given);
-        let solved = *rigid.solved().unwrap();
+        let solved = *rigid.solver_statistics().unwrap();
         (unsolved, steps) = (unsolved + solved.unconverged, steps + solved.steps);
         let mut springs = finished(bench, &stiff(&given, weights));
         overlap = f64::max(overlap, springs.sample().unwrap().max_overlap_over_radius);

@@ -65,7 +65,7 @@ pub fn rigid_column(bench: Bench, length: Length) -> Vec<Figure> {
         };
         after("of the first step", 1);
         let floor = after("20 steps later", 20);
-        let solved = *simulation.solved().unwrap();
+        let solved = *simulation.solver_statistics().unwrap();
         figures.push(Figure::new(format!("CD: {n} grains, floor over N m g"), 1.0, n as f64 * tolerance, floor));
         figures.push(Figure::zero(format!("CD: {n} grains, steps not solved"), unsolved, solved.unconverged as f64));
         let mut simulation = bench.start(&sprung(&given, stiffness(), short_step(), 2.0 * slowest(n)));
@@ -91,7 +91,7 @@ pub fn rigid_heavy_top(bench: Bench, _: Length) -> Vec<Figure> {
     simulation.advance(1).unwrap();
     let first = error(&given, &loads(&mut simulation));
     simulation.advance(20).unwrap();
-    let solved = *simulation.solved().unwrap();
+    let solved = *simulation.solver_statistics().unwrap();
     let last = loads(&mut simulation);
     let mut figures = vec![
         Figure::zero("CD: worst load of the first step", limit, first),

@@ -33,7 +33,7 @@ pub fn rigid_overlap(bench: Bench, _: Length) -> Vec<Figure> {
             let energy = kinetic(&simulation.grains().unwrap(), &masses) / allowed;
             (least, most) = (energy.min(least), worse(most, energy));
         }
-        let unsolved = simulation.solved().unwrap().unconverged as f64;
+        let unsolved = simulation.solver_statistics().unwrap().unconverged as f64;
         let grains = simulation.grains().unwrap();
         let overlap = 2.0 - (grains[1].position - grains[0].position).length() / R;
         let limit = bench.pick(1e-6, 1e-4);
@@ -108,7 +108,7 @@ pub fn rigid_friction(bench: Bench, _: Length) -> Vec<Figure> {
         }
         let mut simulation = bench.start(&given);
         simulation.advance(60).unwrap();
-        let (solved, sample) = (*simulation.solved().unwrap(), simulation.sample().unwrap());
+        let (solved, sample) = (*simulation.solver_statistics().unwrap(), simulation.sample().unwrap());
         let unsolved = if mu == 0.0 { (0.0, 0.0) } else { (30.0, 30.0) };
         figures.push(Figure::new(
             format!("CD, μ = {mu}: of 60 steps, not solved"),
@@ -155,7 +155,7 @@ fn settling(bench: Bench, given: Assembly) -> Vec<Figure> {
     let mut simulation = bench.start(&given);
     let steps = (time / simulation.dt()).round();
     simulation.advance(steps as u64).unwrap();
-    let (solved, sample) = (*simulation.solved().unwrap(), simulation.sample().unwrap());
+    let (solved, sample) = (*simulation.solver_statistics().unwrap(), simulation.sample().unwrap());
     let unsolved = solved.unconverged as f64;
     let mut figures = vec![
         Figure::new(format!("CD: of {steps} steps, not solved"), 0.5 * steps, 0.5 * steps, unsolved),

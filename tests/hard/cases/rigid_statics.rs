@@ -8,7 +8,7 @@ use packstone::{
     scene::{Assembly, Grain, Surface},
     simulation::Simulation,
     solve::Solver,
-    state::{INDEX, NONE},
+    state::{INDEX, NONE, array},
 };
 
 /// Stiffness of a spring that this weight compresses by this part of R, N/m.
@@ -29,7 +29,7 @@ fn short_step(part: f64) -> f64 {
 /// Forces of walls on the only grain, N.
 fn wall_forces(simulation: &mut Simulation) -> Vec<DVec3> {
     let dt = simulation.dt();
-    let state = simulation.read(&["list_start", "neighbour", "spring"]).unwrap();
+    let state = simulation.read(&[&array::LIST_START, &array::NEIGHBOUR, &array::SPRING]).unwrap();
     let slots = state.row(0).filter(|slot| state.neighbour[*slot] != NONE);
     let mut forces: Vec<(u32, DVec3)> =
         slots.map(|slot| (state.neighbour[slot] & INDEX, state.spring[slot].0 / dt)).collect();
@@ -56,7 +56,7 @@ pub fn rigid_wedge(bench: Bench, _: Length) -> Vec<Figure> {
         (scene.grains[0].spin, scene.grains[0].velocity) = (spin * DVec3::Z, aside * DVec3::X);
         let mut simulation = bench.start(&scene);
         simulation.advance(60).unwrap();
-        residual = worse(residual, simulation.solved().unwrap().last_residual);
+        residual = worse(residual, simulation.solver_statistics().unwrap().last_residual);
         let g = simulation.grains().unwrap()[0];
         fastest = worse(fastest, g.velocity.length().max(R * g.spin.length()) / (G * dt));
         let mut pressing = 0.0;
@@ -220,7 +220,7 @@ pub fn rigid_layer(bench: Bench, _: Length) -> Vec<Figure> {
     let limit = n.sqrt() * tolerance;
     let mut simulation = bench.start(&given);
     simulation.advance(20).unwrap();
-    let solved = *simulation.solved().unwrap();
+    let solved = *simulation.solver_statistics().unwrap();
     let mut figures = vec![
         Figure::new("grains", 400.0, 0.0, n),
         Figure::zero("CD: force of floor and neighbours, over m g, worst error", limit, uneven(&mut simulation)),
@@ -262,7 +262,7 @@ pub fn rigid_squeezed(bench: Bench, _: Length) -> Vec<Figure> {
     };
     let mut simulation = bench.start(&given);
     simulation.advance(10).unwrap();
-    let solved = *simulation.solved().unwrap();
+    let solved = *simulation.solver_statistics().unwrap();
     let g = simulation.grains().unwrap()[0];
     let mut figures = vec![
         Figure::new("CD: of 10 steps, told to be unsolved", 10.0, 0.0, solved.unconverged as f64),

@@ -1,6 +1,6 @@
 //! A step of contact dynamics by the solvers of [`crate::solve`], in f64 on the host: grains in place of a matrix.
 
-use super::{Simulation, rigid::Look};
+use super::runner::Runner;
 use crate::{
     body::{
         grains::{arm_of, clump},
@@ -14,9 +14,9 @@ use crate::{
         response::{free_spin_of, free_velocity_of, grain_of, inverse_inertia_of},
     },
     scene::Relaxation,
-    solve::{Operator, Options, Problem, Record, Solution, Solver, gauss_seidel, solve},
+    solve::{Operator, Options, Problem, Solution, Solver, gauss_seidel, solve},
     space::walls::wall_velocity,
-    state::{INDEX, Packed, Spin, State, Velocity},
+    state::{INDEX, Packed, Spin, State, Velocity, array::*, present},
 };
 use glam::{DMat3, DVec3};
 use std::{ops::Mul, time::Instant};
@@ -204,7 +204,7 @@ impl<I: Inertia> Operator for Grains<I> {
 }
 
 /// Whether a solver is the engine's own passes.
-pub(super) fn on_engine(solver: Solver) -> bool {
+pub fn on_engine(solver: Solver) -> bool {
     matches!(solver, Solver::Jacobi | Solver::JacobiAccelerated | Solver::ColouredAccelerated)
 }
 
@@ -293,46 +293,39 @@ fn solve_grains<I: Inertia>(
     Ok(solution)
 }
 
-impl Simulation {
-    /// All passes of a step, after those that it took before: how many there are now.
-    pub(super) fn relax_on_host(&mut self, relaxation: &Relaxation, passes: u32, began: Instant) -> Result<u32> {
-        const READ: [&str; 23] = [
-            "position",
-            "velocity",
-            "spin",
-            "clump_of_id",
-            "member_offset",
-            "center",
-            "center_low",
-            "orientation",
-            "orientation_low",
-            "inverse_moments",
-            "clump_velocity",
-            "clump_velocity_next",
-            "clump_spin",
-            "clump_spin_next",
-            "wall",
-            "id",
-            "material",
-            "list_start",
-            "neighbour",
-            "contact_geometry",
-            "effective_mass",
-            "spring",
-            "solver_state",
-        ];
-        let present = |names: &[&'static str], s: &State| -> Vec<&'static str> {
-            names.iter().copied().filter(|name| !s.column(name).is_empty()).collect()
-        };
-        let names = present(&READ, &self.state);
-        self.engine.read(&names, &mut self.state)?;
-        let left = Relaxation { max_iterations: relaxation.max_iterations - passes, ..*relaxation };
-        let solution = solve_state(&mut self.state, &left, self.step, began)?;
-        self.solved.local_failures += solution.local_failures as u64;
-        let look = |r: &Record| Look { passes: passes + r.pass as u32, residual: r.residual, seconds: r.seconds };
-        self.looks.extend(solution.history.iter().map(look));
-        let names = present(&["spring", "pass_velocity", "pass_spin"], &self.state);
-        self.engine.write(&names, &self.state)?;
-        Ok(passes + solution.passes as u32)
-    }
+/// The passes of a step. Times in the answer are since `began`.
+///
+/// # Errors
+/// [`crate::Error::Device`] if arrays cannot be moved, and what the solver says.
+pub fn solve_step(runner: &mut Runner, relaxation: &Relaxation, began: Instant) -> Result<Solution> {
+    let needed = [
+        &POSITION,
+        &VELOCITY,
+        &SPIN,
+        &CLUMP_OF_ID,
+        &MEMBER_OFFSET,
+        &CENTER,
+        &CENTER_LOW,
+        &ORIENTATION,
+        &ORIENTATION_LOW,
+        &INVERSE_MOMENTS,
+        &CLUMP_VELOCITY,
+        &CLUMP_VELOCITY_NEXT,
+        &CLUMP_SPIN,
+        &CLUMP_SPIN_NEXT,
+        &WALL,
+        &ID,
+        &MATERIAL,
+        &LIST_START,
+        &NEIGHBOUR,
+        &CONTACT_GEOMETRY,
+        &EFFECTIVE_MASS,
+        &SPRING,
+        &SOLVER_STATE,
+    ];
+    let model = runner.state.model;
+    runner.read(&present(&model, &needed))?;
+    let solution = solve_state(&mut runner.state, relaxation, runner.step, began)?;
+    runner.engine.write(&present(&model, &[&SPRING, &PASS_VELOCITY, &PASS_SPIN]), &runner.state)?;
+    Ok(solution)
 }

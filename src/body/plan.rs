@@ -1,0 +1,46 @@
+//! What comes next becomes what is.
+
+use crate::{
+    model::Model,
+    plan::{Plan, plan, swap},
+    state::array::*,
+};
+
+/// For bodies; a sort moves them alone.
+pub fn exchange_bodies(model: &Model) -> Plan {
+    swap(
+        model,
+        [
+            (&POSITION, &POSITION_NEXT),
+            (&POSITION_LOW, &POSITION_LOW_NEXT),
+            (&VELOCITY, &VELOCITY_NEXT),
+            (&SPIN, &SPIN_NEXT),
+        ],
+    )
+}
+
+/// For bodies and clumps, at the end of a step; and whether later steps are halted.
+pub fn exchange(model: &Model) -> Plan {
+    let clumps = [
+        (&CENTER, &CENTER_NEXT),
+        (&CENTER_LOW, &CENTER_LOW_NEXT),
+        (&ORIENTATION, &ORIENTATION_NEXT),
+        (&ORIENTATION_LOW, &ORIENTATION_LOW_NEXT),
+        (&CLUMP_VELOCITY, &CLUMP_VELOCITY_NEXT),
+        (&CLUMP_SPIN, &CLUMP_SPIN_NEXT),
+    ];
+    plan([exchange_bodies(model), swap(model, clumps), swap(model, [(&HALT, &HALT_NEXT)])])
+}
+
+/// Velocities alone.
+pub fn exchange_velocities(model: &Model) -> Plan {
+    swap(
+        model,
+        [
+            (&VELOCITY, &VELOCITY_NEXT),
+            (&SPIN, &SPIN_NEXT),
+            (&CLUMP_VELOCITY, &CLUMP_VELOCITY_NEXT),
+            (&CLUMP_SPIN, &CLUMP_SPIN_NEXT),
+        ],
+    )
+}

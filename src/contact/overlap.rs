@@ -1,0 +1,59 @@
+//! Overlaps of the pairs in the lists, and what rounding may do to the forces that follow from them: for `check`.
+
+use super::{
+    geometry::{branch_vector, sphere_separation},
+    materials::pair_of,
+    normal::normal_force,
+};
+use crate::{
+    space::{precision::position_low_of, walls::wall_separation},
+    stage::Floor,
+    state::{INDEX, NONE, State, array::*},
+};
+
+/// Two surfaces.
+pub struct Overlap {
+    /// Over the sum of radii, > 0 where they touch.
+    pub relative: f64,
+    /// Of the normal spring, N.
+    pub force: f64,
+}
+
+/// Those of grain i with its neighbours.
+pub fn overlaps(s: &State, i: usize) -> impl Iterator<Item = Overlap> {
+    let entries = s.list_start[i] as usize..(s.list_start[i + 1] as usize).min(s.neighbour.len());
+    let bodies = s.sizes.bodies;
+    let here = &s.position[i];
+    let entries = s.neighbour[entries.start.min(entries.end)..entries.end].iter().take_while(|entry| **entry != NONE);
+    entries.map(|entry| (entry & INDEX) as usize).filter(move |j| *j < bodies + s.sizes.walls).map(move |j| {
+        let (gap, size) = if j < bodies {
+            let there = &s.position[j];
+            let rest = position_low_of(s, i).radius + position_low_of(s, j).radius;
+            let touch = sphere_separation(branch_vector(s, i, j), here.radius, there.radius, rest);
+            (touch.gap, here.radius + there.radius)
+        } else {
+            (wall_separation(&s.wall[j - bodies], here, position_low_of(s, i)).gap, here.radius)
+        };
+        Overlap { relative: -gap / size, force: normal_force(&pair_of(s, i, j), gap.min(0.0)) }
+    })
+}
+
+/// The deepest, over the sum of radii.
+pub fn deepest(s: &State) -> f64 {
+    (0..s.sizes.bodies).flat_map(|i| overlaps(s, i)).map(|o| o.relative).fold(0.0, f64::max)
+}
+
+/// What a contact makes inherits the rounding of its normal force, however small it is itself: at rest, forces of many times
+/// a grain's weight balance to it.
+pub const FORCE_FLOORS: &[Floor] =
+    &[(&[&FORCE, &SPRING, &MEMBER_FORCE], largest_force), (&[&TORQUE, &MEMBER_TORQUE], largest_torque)];
+
+/// N
+fn largest_force(s: &State) -> f64 {
+    (0..s.sizes.bodies).flat_map(|i| overlaps(s, i)).map(|o| o.force).fold(0.0, f64::max)
+}
+
+/// N m
+fn largest_torque(s: &State) -> f64 {
+    largest_force(s) * s.position.iter().map(|p| p.radius).fold(0.0, f64::max)
+}

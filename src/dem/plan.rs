@@ -1,0 +1,26 @@
+//! A step of the discrete element method, section 2.1. Before it positions are at n, velocities at n - 1/2, springs at n - 1.
+
+use super::*;
+use crate::{
+    body::plan::{exchange, exchange_velocities},
+    model::{Grains, Model},
+    plan::*,
+    space::MOVE_WALLS,
+};
+
+/// Contact forces and leapfrog.
+pub fn step(model: &Model) -> Plan {
+    let clumps = model.grains == Grains::Clumps;
+    plan([
+        run(&ADVANCE).when(!clumps),
+        plan([run(&MEMBER_FORCES), run(&INTEGRATE_CLUMPS), run(&PLACE_MEMBERS)]).when(clumps),
+        run(&MOVE_WALLS).when(model.moving_walls),
+        exchange(model),
+    ])
+}
+
+/// Once, at time 0: velocities half a step back.
+pub fn start(model: &Model) -> Plan {
+    let clumps = model.grains == Grains::Clumps;
+    plan([run(if clumps { &HALF_KICK_CLUMPS } else { &HALF_KICK }), exchange_velocities(model)])
+}

@@ -1,0 +1,22 @@
+//! What is looked at between two steps.
+
+use super::*;
+use crate::{
+    model::{Grains, Model},
+    plan::*,
+};
+
+/// Sums for a row of the history.
+pub fn sums(model: &Model) -> Plan {
+    plan([run(&MEASURE), run(&MEASURE_CLUMPS).when(model.grains == Grains::Clumps)])
+}
+
+/// Velocities at step n, in `velocity_next` and `spin_next`.
+pub fn velocities(model: &Model) -> Plan {
+    run(if model.grains == Grains::Clumps { &SYNCHRONISE_CLUMPS } else { &SYNCHRONISE })
+}
+
+/// Contact forces and moments.
+pub fn forces() -> Plan {
+    run(&CONTACT_FORCES)
+}

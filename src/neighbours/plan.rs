@@ -1,0 +1,52 @@
+//! Steps under neighbour lists. Nothing in them can go wrong without trace or return: lists that do not fit are not walked and
+//! are made again; a step that uses up their margin halts those that follow.
+
+use super::*;
+use crate::{
+    body::plan::exchange_bodies,
+    model::{Model, Tangential},
+    plan::*,
+    state::array::*,
+};
+
+/// New lists if the old ones have served, then steps, and how far they have brought the grains.
+pub fn chunk(model: &Model, step: Plan) -> Plan {
+    plan([
+        repeat(Loop::IfListsAreUsedUp, sort(model)),
+        repeat(
+            Loop::UntilListsFit,
+            plan([
+                forget(),
+                repeat(Loop::IfListsAreUsedUp, lists()),
+                repeat(Loop::Steps, step),
+                run(&DISPLACEMENT_CHECK),
+            ]),
+        ),
+    ])
+}
+
+/// What the device is to tell the host, forgotten.
+pub fn forget() -> Plan {
+    clear([&COUNTERS, &HALT, &HALT_NEXT])
+}
+
+/// What contacts remember to the history, bodies into the order of the cells.
+fn sort(model: &Model) -> Plan {
+    let frictional = model.tangential == Tangential::Coulomb;
+    plan([
+        plan([run(&HISTORY_COUNT), run_all(&SCAN_HISTORY), run(&HISTORY_STORE)]).when(frictional),
+        clear([&CELL_START]),
+        run(&BIN),
+        run_all(&SCAN_CELLS),
+        run(&SORT),
+        run(&ORDER_CELLS),
+        run(&PERMUTE),
+        swap(model, [(&ID, &ID_NEXT)]),
+        exchange_bodies(model),
+    ])
+}
+
+/// Neighbour lists, with the history of their contacts.
+fn lists() -> Plan {
+    plan([run(&COUNT_NEIGHBOURS), run_all(&SCAN_LISTS), run(&FILL_NEIGHBOURS)])
+}

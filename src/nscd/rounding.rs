@@ -1,0 +1,35 @@
+//! What rounding may do to a step of contact dynamics: for `check`.
+
+use crate::{
+    stage::{Check, Floor, Tolerance},
+    state::{State, array::*},
+};
+
+/// Sums over contacts that are solved.
+pub const SUMS: Check = Check { tolerance: Tolerance::Cancellation(&RESIDUAL_SUMS), ..Check::ROUNDING };
+
+/// Spins of clumps are sums of what single members give them, and these may nearly cancel.
+pub const SPIN_FLOORS: &[Floor] =
+    &[(&[&PASS_SPIN, &PASS_SPIN_BEFORE, &EXTRAPOLATED_SPIN, &CLUMP_SPIN_NEXT], largest_spin_from_a_member)];
+
+/// rad/s
+fn largest_spin_from_a_member(s: &State) -> f64 {
+    let of_member = |member_id: usize| {
+        let (i, c) = (s.index_of_id[member_id] as usize, s.clump_of_id[member_id] as usize);
+        s.inverse_moments[c].0.max_element()
+            * (s.member_offset[member_id].0.length() * s.member_force[i].length() + s.member_torque[i].0.length())
+    };
+    (0..s.sizes.bodies).map(of_member).fold(0.0, f64::max)
+}
+
+/// Tangential at the Coulomb limit is beyond it by rounding.
+pub fn largest_normal_impulse(s: &State) -> f64 {
+    s.residual_sums.iter().map(|sums| sums.pressing).fold(0.0, f64::max)
+}
+
+/// Squares of what is left where velocities cancel, (m/s)²: d(x²) = 2 x dx, and dx is a rounding of velocities.
+pub fn cancelled_velocities(s: &State) -> f64 {
+    let v = s.extrapolated_velocity.iter().map(|m| m.v.length()).fold(0.0, f64::max);
+    let left = s.pass_residual.iter().copied().fold(0.0, f64::max).sqrt();
+    2.0 * v * left.max(64.0 * s.model.precision.epsilon() * v)
+}

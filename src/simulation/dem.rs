@@ -1,0 +1,36 @@
+//! Steps of the discrete element method.
+
+use super::{lists::NeighbourLists, runner::Runner};
+use crate::{
+    error::{Error, Result},
+    plans::Plans,
+};
+
+/// One chunk of at most `steps`: the steps done.
+///
+/// # Errors
+/// [`Error::Run`] if a grain is lost or moves too fast; the state is then the last good one.
+pub fn advance(plans: &Plans, runner: &mut Runner, lists: &mut NeighbourLists, steps: u64) -> Result<u64> {
+    if lists.are_used_up() {
+        lists.set_margin(&mut runner.state.params);
+    }
+    let steps = if runner.step == 0 { 1 } else { steps.clamp(1, u64::from(lists.steps())) as u32 };
+    let counters = lists.run(plans, runner, steps)?;
+    if counters.lost_body > 0 {
+        let reason = runner.lost_grain(counters.lost_body, runner.step + u64::from(counters.steps_done))?;
+        if counters.steps_done > 0 {
+            // The state before the step that lost the grain is where the step after it would have been written.
+            runner.execute(&plans.swaps, 1)?;
+            runner.step += u64::from(counters.steps_done - 1);
+            lists.discard();
+        }
+        return Err(reason);
+    }
+    if counters.steps_done == 0 {
+        // A defect, which must not turn into a loop without end.
+        let engine = runner.engine.name();
+        return Err(Error::Device(format!("{engine} did none of {steps} steps and gave no reason")));
+    }
+    runner.step += u64::from(counters.steps_done);
+    Ok(u64::from(counters.steps_done))
+}

@@ -1,0 +1,281 @@
+//! The life of the neighbour lists: how far they reach beyond contact, for how many steps, and how long they are.
+
+use super::{options::Options, runner::Runner};
+use crate::{
+    error::{Error, Result},
+    plan::{Driver, Loop, Op},
+    plans::Plans,
+    scene::{Assembly, Wall},
+    state::{ARRAYS, Array, Counters, Length, Params},
+};
+
+/// Steps that lists should live: long enough that making them does not matter, short enough that they need not reach far.
+const LIFE: f64 = 50.0;
+/// The part of the margin that a chunk is planned to use; it ends early where that was too bold.
+const BOLDNESS: f64 = 0.8;
+/// The smallest margin, in mean radii.
+const SMALLEST_MARGIN: f64 = 0.02;
+
+/// Devices round short buffers up, and kernels ask how long they are.
+pub const LEAST_LENGTH: usize = 16;
+
+/// Neighbour lists reach a margin ("skin") beyond contact, and are made anew before a grain has used up its half of it.
+pub struct NeighbourLists {
+    /// What the scene allows, m; lists are made with less where grains are slow.
+    largest_margin: f64,
+    smallest_margin: f64,
+    /// Of the fastest grain in the last chunk, and of the fastest wall, m.
+    displacement_per_step: f64,
+    wall_displacement_per_step: f64,
+    /// Entries that there are, and that the next lists get.
+    entries: usize,
+    next_entries: usize,
+    least_entries: usize,
+    /// Entries of the history that there are.
+    history: usize,
+    /// Contacts at the end of the last chunk: what the history has to hold.
+    active_contacts: u32,
+    /// Steps that lists may serve at most, that the next ones are made for, that the present ones have left and have served.
+    most_steps: u32,
+    steps_planned: u32,
+    steps_left: u32,
+    steps_served: u32,
+    /// Whether grains may have moved out of the reach of the lists.
+    margin_used_up: bool,
+    repeated_chunks: u64,
+    lost_contacts: u64,
+}
+
+/// Of the fastest wall in a step, m.
+///
+/// # Errors
+/// [`Error::Scene`] if that is more than lists can follow.
+fn wall_displacement(assembly: &Assembly, p: &Params) -> Result<f64> {
+    let speed = |w: &Wall| w.velocity.length();
+    let Some(wall) = assembly.walls.iter().max_by(|a, b| speed(a).total_cmp(&speed(b))) else { return Ok(0.0) };
+    let displacement = speed(wall) * p.dt;
+    if displacement > p.step_limit {
+        return Err(Error::Scene(format!(
+            "wall {} moves {displacement:e} m in a step of {:e} s; at most {:e} m can be followed: use a smaller solver.dt or a larger \
+             solver.margin",
+            wall.name, p.dt, p.step_limit
+        )));
+    }
+    Ok(displacement)
+}
+
+/// A length for this many entries and a few more.
+fn with_room(needed: u32) -> usize {
+    needed as usize + needed as usize / 32 + LEAST_LENGTH
+}
+
+impl NeighbourLists {
+    /// None yet, but arrays of this many entries.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if a wall is too fast.
+    pub fn new(assembly: &Assembly, params: &Params, options: &Options, entries: usize) -> Result<NeighbourLists> {
+        let largest_margin = params.margin;
+        Ok(NeighbourLists {
+            largest_margin,
+            smallest_margin: (SMALLEST_MARGIN * largest_margin / assembly.solver.margin).min(largest_margin),
+            displacement_per_step: 0.0,
+            wall_displacement_per_step: wall_displacement(assembly, params)?,
+            entries,
+            next_entries: entries,
+            least_entries: options.entries.unwrap_or(0),
+            history: LEAST_LENGTH,
+            active_contacts: 0,
+            most_steps: options.longest_chunk.max(1),
+            steps_planned: 1,
+            steps_left: 0,
+            steps_served: 0,
+            margin_used_up: false,
+            repeated_chunks: 0,
+            lost_contacts: 0,
+        })
+    }
+
+    /// Back to time 0; arrays stay as long as they are.
+    pub fn rewind(&mut self, p: &mut Params) {
+        (p.margin, p.displacement_limit) = (self.largest_margin, 0.5 * self.largest_margin);
+        (self.active_contacts, self.steps_planned, self.steps_left, self.margin_used_up) = (0, 1, 0, false);
+        (self.repeated_chunks, self.lost_contacts) = (0, 0);
+    }
+
+    /// The first lists, of grains of which the fastest moves this far in a step, m.
+    pub fn start(&mut self, plans: &Plans, runner: &mut Runner, displacement_per_step: f64) -> Result<Counters> {
+        // Nothing is known yet of what forces will do to the speeds.
+        self.displacement_per_step = displacement_per_step.max(self.largest_margin / LIFE);
+        self.run(plans, runner, 0)
+    }
+
+    /// Whether they have to be made anew before the next step.
+    pub fn are_used_up(&self) -> bool {
+        self.steps_left == 0
+    }
+
+    /// Whether they have served no step yet.
+    pub fn are_new(&self) -> bool {
+        self.steps_served == 0
+    }
+
+    /// Whether grains may have moved out of their reach.
+    pub fn margin_is_used_up(&self) -> bool {
+        self.margin_used_up
+    }
+
+    /// Let lists reach as far as they must to live a while, and plan for how many steps that is.
+    pub fn set_margin(&mut self, p: &mut Params) {
+        let fastest = self.displacement_per_step.max(self.wall_displacement_per_step).max(f64::MIN_POSITIVE);
+        p.margin = (2.0 * fastest * LIFE / BOLDNESS).clamp(self.smallest_margin, self.largest_margin);
+        p.displacement_limit = 0.5 * p.margin;
+        let walls = p.displacement_limit / self.wall_displacement_per_step;
+        let steps = (BOLDNESS * p.displacement_limit / fastest).min(walls).min(f64::from(self.most_steps));
+        self.steps_planned = (steps as u32).max(1);
+    }
+
+    /// Steps until they have to be made anew; if they have to be now, those after that.
+    pub fn steps(&self) -> u32 {
+        if self.are_used_up() { self.steps_planned } else { self.steps_left }
+    }
+
+    /// New lists if it is time, and then this many steps, or fewer if a grain comes to the end of the lists' reach or is lost.
+    pub fn run(&mut self, plans: &Plans, runner: &mut Runner, steps: u32) -> Result<Counters> {
+        if self.active_contacts as usize > self.history {
+            self.history = with_room(self.active_contacts);
+            resize(runner, Length::History, self.history)?;
+        }
+        let rebuild = self.are_used_up();
+        let mut chunk = Chunk { lists: self, runner, plans, steps, rebuild, counters: Counters::default() };
+        plans.chunk.walk(&mut chunk)?;
+        let counters = chunk.counters;
+        runner.execute(&plans.swaps, steps.saturating_sub(counters.steps_done))?;
+        if rebuild {
+            let needed = counters.entries_needed as usize;
+            let ample = with_room(counters.entries_needed).max(self.least_entries);
+            self.next_entries = if 8 * needed < 7 * self.entries { ample } else { self.entries };
+            let forgotten = self.active_contacts.saturating_sub(counters.restored_contacts);
+            self.lost_contacts += u64::from(forgotten) + u64::from(counters.unlisted);
+            (self.steps_left, self.steps_served) = (self.steps_planned, 0);
+        }
+        self.note_displacements(&counters, &runner.state.params);
+        self.steps_left = if self.margin_used_up { 0 } else { self.steps_left - counters.steps_done };
+        self.repeated_chunks += u64::from(counters.steps_done < steps);
+        Ok(counters)
+    }
+
+    /// How far grains have gone, and how many contacts there are.
+    pub fn note_displacements(&mut self, counters: &Counters, p: &Params) {
+        self.active_contacts = counters.active_contacts;
+        self.steps_served += counters.steps_done;
+        let displacement = f64::from(f32::from_bits(counters.max_displacement));
+        self.margin_used_up = !(displacement <= 1.0);
+        if self.steps_served > 0 {
+            self.displacement_per_step = displacement * p.displacement_limit / f64::from(self.steps_served);
+        }
+    }
+
+    /// A step of contact dynamics, which runs none of theirs, is done.
+    pub fn serve_step(&mut self) {
+        self.steps_left = self.steps_left.saturating_sub(1);
+    }
+
+    /// A step of contact dynamics was taken back, to be done again with longer ones.
+    pub fn repeat_step(&mut self) {
+        self.steps_left = 0;
+        self.repeated_chunks += 1;
+    }
+
+    /// They are those of another state.
+    pub fn discard(&mut self) {
+        (self.margin_used_up, self.steps_left) = (true, 0);
+    }
+
+    pub fn entries(&self) -> usize {
+        self.entries
+    }
+
+    /// Entries of the history: as long as it is, and as many as are in use.
+    pub fn history(&self) -> (usize, usize) {
+        (self.history, self.active_contacts as usize)
+    }
+
+    pub fn repeated_chunks(&self) -> u64 {
+        self.repeated_chunks
+    }
+
+    pub fn lost_contacts(&self) -> u64 {
+        self.lost_contacts
+    }
+
+    fn resize_entries(&mut self, runner: &mut Runner, entries: usize) -> Result<()> {
+        self.entries = entries;
+        resize(runner, Length::Entries, entries)
+    }
+}
+
+/// Give all arrays of a kind of length another one; their content is lost.
+pub fn resize(runner: &mut Runner, kind: Length, len: usize) -> Result<()> {
+    let of_kind = |a: &&&'static Array| a.length == kind && (a.needed)(&runner.state.model);
+    ARRAYS.iter().filter(of_kind).try_for_each(|array| runner.engine.resize(array, len))
+}
+
+/// Walks the plan of a chunk.
+struct Chunk<'a> {
+    lists: &'a mut NeighbourLists,
+    runner: &'a mut Runner,
+    plans: &'a Plans,
+    steps: u32,
+    rebuild: bool,
+    counters: Counters,
+}
+
+impl Driver for Chunk<'_> {
+    fn run(&mut self, op: Op) -> Result<()> {
+        self.runner.push(op);
+        Ok(())
+    }
+
+    fn rounds(&mut self, of: Loop, done: u32) -> Result<u32> {
+        match (of, done) {
+            (Loop::IfListsAreUsedUp, 0) => Ok(u32::from(self.rebuild)),
+            (Loop::UntilListsFit, 0) => self.make_room(),
+            (Loop::UntilListsFit, 1) => self.make_more_room(),
+            (Loop::UntilListsFit, _) => self.look().map(|()| 0),
+            (Loop::Steps, 0) => Ok(self.steps),
+            _ => Ok(0),
+        }
+    }
+}
+
+impl Chunk<'_> {
+    fn look(&mut self) -> Result<()> {
+        self.runner.submit()?;
+        self.counters = self.runner.engine.counters()?;
+        Ok(())
+    }
+
+    /// What the next lists need, so far as is known.
+    fn make_room(&mut self) -> Result<u32> {
+        if self.rebuild && self.lists.next_entries != self.lists.entries {
+            self.runner.submit()?;
+            self.lists.resize_entries(self.runner, self.lists.next_entries)?;
+        }
+        Ok(1)
+    }
+
+    /// More if they have turned out too short: whether they have to be made again.
+    fn make_more_room(&mut self) -> Result<u32> {
+        self.look()?;
+        let needed = self.counters.entries_needed;
+        if needed as usize <= self.lists.entries {
+            return Ok(0);
+        }
+        self.lists.repeated_chunks += 1;
+        // Lists that do not fit are not walked: nothing has happened but the exchanges of arrays.
+        self.runner.execute(&self.plans.swaps, self.steps)?;
+        self.lists.resize_entries(self.runner, with_room(needed))?;
+        Ok(1)
+    }
+}

@@ -1,0 +1,259 @@
+//! A step of contact dynamics: passes over the contacts until their residual is small enough.
+
+use super::{
+    host_solver,
+    lists::{NeighbourLists, resize},
+    runner::Runner,
+};
+use crate::{
+    error::{Error, Result},
+    plan::{Driver, Loop, Op},
+    plans::Plans,
+    scene::Relaxation,
+    state::{Length, SolverState, array},
+};
+use std::time::Instant;
+
+/// Fewest and most passes that are begun without a look at the residual.
+const LEAST_AT_ONCE: u32 = 4;
+const MOST_AT_ONCE: u32 = 256;
+
+/// By colours velocities gather rounding until the residual is computed, and momentum adds it up twice: in single precision it
+/// would stay above 5e-4.
+const MOST_BY_COLORS: u32 = 16;
+/// The same for sweeps over a colour, of which a pass has as many as there are colours: a grain may have hundreds of contacts.
+const MOST_SWEEPS: u32 = 8192;
+
+/// Most solutions of a step on the host, each with the pairs that the one before has brought together.
+const HOST_ROUNDS: u32 = 16;
+
+/// How the contacts of the steps so far have been solved.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SolverStatistics {
+    pub steps: u64,
+    /// Steps that ended with a residual above the tolerance.
+    pub unconverged: u64,
+    /// Passes of all steps, and of the last one.
+    pub iterations: u64,
+    pub last_iterations: u32,
+    /// Relative residual of the natural map: sum over the steps, largest, and of the last one.
+    pub residual_sum: f64,
+    pub residual_max: f64,
+    pub last_residual: f64,
+    /// Largest friction beyond the Coulomb limit over the largest normal impulse, of the last step.
+    pub last_excess: f64,
+    /// Solvers that solve contacts one by one: updates that found no solution, also those of steps done again.
+    pub local_failures: u64,
+}
+
+impl SolverStatistics {
+    fn add(&mut self, passes: u32, end: &SolverState, tolerance: f64) {
+        let residual = end.residual;
+        self.steps += 1;
+        self.unconverged += u64::from(!(residual <= tolerance));
+        self.iterations += u64::from(passes);
+        self.residual_sum += residual;
+        self.residual_max = if residual.is_nan() { f64::INFINITY } else { self.residual_max.max(residual) };
+        (self.last_iterations, self.last_residual, self.last_excess) = (passes, residual, end.coulomb_excess);
+    }
+}
+
+/// The residual after some passes of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResidualRecord {
+    /// Passes so far.
+    pub passes: u32,
+    /// Relative residual of the natural map.
+    pub residual: f64,
+    /// Wall time since contacts were looked for in the lists, s.
+    pub seconds: f64,
+}
+
+/// Steps of contact dynamics.
+pub struct Nscd {
+    pub relaxation: Relaxation,
+    pub statistics: SolverStatistics,
+    /// Of the last step; the last entry is what it ended with.
+    pub residual_history: Vec<ResidualRecord>,
+}
+
+impl Nscd {
+    pub fn new(relaxation: Relaxation) -> Nscd {
+        Nscd { relaxation, statistics: SolverStatistics::default(), residual_history: Vec::new() }
+    }
+
+    /// One step.
+    ///
+    /// # Errors
+    /// [`Error::Run`] if a grain is lost or moves too fast; the state is then the last good one.
+    pub fn advance(&mut self, plans: &Plans, runner: &mut Runner, lists: &mut NeighbourLists) -> Result<()> {
+        loop {
+            if lists.are_used_up() {
+                lists.set_margin(&mut runner.state.params);
+                let counters = lists.run(plans, runner, 0)?;
+                if counters.lost_body > 0 {
+                    return Err(runner.lost_grain(counters.lost_body, runner.step)?);
+                }
+            }
+            let mut step = Step::new(self, runner, plans, lists.are_new());
+            plans.step.walk(&mut step)?;
+            let (passes, end) = (step.passes, step.end);
+            runner.submit()?;
+            let counters = runner.engine.counters()?;
+            lists.note_displacements(&counters, &runner.state.params);
+            if counters.lost_body > 0 {
+                let reason = runner.lost_grain(counters.lost_body, runner.step)?;
+                runner.execute(&plans.swaps, 1)?;
+                lists.discard();
+                return Err(reason);
+            }
+            if !lists.margin_is_used_up() {
+                self.statistics.add(passes, &end, runner.state.params.tolerance);
+                lists.serve_step();
+                runner.step += 1;
+                return Ok(());
+            }
+            // Back, and once more with lists that reach to where the step ends.
+            runner.execute(&plans.swaps, 1)?;
+            lists.repeat_step();
+        }
+    }
+}
+
+/// Walks the plan of a step.
+struct Step<'a> {
+    nscd: &'a mut Nscd,
+    runner: &'a mut Runner,
+    plans: &'a Plans,
+    lists_are_new: bool,
+    began: Instant,
+    on_host: bool,
+    /// Passes so far, and those to do before the next look.
+    passes: u32,
+    batch: u32,
+    /// What the last look has seen.
+    end: SolverState,
+    /// Colours, and contacts that have one.
+    colors: u32,
+    colored: u32,
+}
+
+impl<'a> Step<'a> {
+    fn new(nscd: &'a mut Nscd, runner: &'a mut Runner, plans: &'a Plans, lists_are_new: bool) -> Step<'a> {
+        nscd.residual_history.clear();
+        Step {
+            lists_are_new,
+            began: Instant::now(),
+            on_host: !host_solver::on_engine(nscd.relaxation.solver),
+            passes: 0,
+            // Most steps take about as many passes as the one before; to learn of fewer, begin with fewer.
+            batch: (nscd.statistics.last_iterations * 3 / 4).clamp(LEAST_AT_ONCE, MOST_AT_ONCE),
+            end: SolverState { residual: f64::INFINITY, ..SolverState::default() },
+            colors: 0,
+            colored: 0,
+            nscd,
+            runner,
+            plans,
+        }
+    }
+}
+
+impl Driver for Step<'_> {
+    fn run(&mut self, op: Op) -> Result<()> {
+        self.runner.push(op);
+        Ok(())
+    }
+
+    fn rounds(&mut self, of: Loop, done: u32) -> Result<u32> {
+        match (of, done) {
+            (Loop::IfListsAreNew, 0) => Ok(u32::from(self.lists_are_new)),
+            (Loop::Times(n), 0) => Ok(n),
+            (Loop::UntilSolved | Loop::UntilColored, 0) => Ok(1),
+            (Loop::UntilSolved, done) => self.is_solved(done).map(|solved| u32::from(!solved)),
+            // Those that the step begins with, and those that the last look has found.
+            (Loop::IfContactsAreNew, 0) => Ok(u32::from(self.passes == 0 || self.end.late_contacts > 0)),
+            (Loop::UntilColored, _) => self.is_colored().map(|colored| u32::from(!colored)),
+            (Loop::ForEachColor, 0) => Ok(self.colors),
+            (Loop::Passes, 0) if self.on_host => self.solve_on_host().map(|()| 0),
+            (Loop::Passes, 0) => Ok(self.passes_at_once()),
+            _ => Ok(0),
+        }
+    }
+}
+
+impl Step<'_> {
+    /// Passes to do before the next look.
+    fn passes_at_once(&self) -> u32 {
+        let batch = self.batch.min(self.nscd.relaxation.max_iterations - self.passes);
+        match MOST_SWEEPS.checked_div(self.colors) {
+            Some(most) => batch.min(MOST_BY_COLORS).min(most.max(1)),
+            None => batch,
+        }
+    }
+
+    /// All passes with the contacts that there are.
+    fn solve_on_host(&mut self) -> Result<()> {
+        self.runner.submit()?;
+        let passes = self.passes;
+        let left = Relaxation { max_iterations: self.nscd.relaxation.max_iterations - passes, ..self.nscd.relaxation };
+        let solution = host_solver::solve_step(self.runner, &left, self.began)?;
+        self.nscd.statistics.local_failures += solution.local_failures as u64;
+        self.nscd.residual_history.extend(solution.history.iter().map(|record| ResidualRecord {
+            passes: passes + record.pass as u32,
+            residual: record.residual,
+            seconds: record.seconds,
+        }));
+        self.passes += solution.passes as u32;
+        Ok(())
+    }
+
+    /// Look at the residual: whether that is it. `round`: how many looks there have been.
+    fn is_solved(&mut self, round: u32) -> Result<bool> {
+        self.runner.submit()?;
+        let before = (self.passes, self.end.residual);
+        self.end = self.runner.read(&[&array::SOLVER_STATE])?.solver_state[0];
+        let SolverState { residual, late_contacts, .. } = self.end;
+        if !self.on_host {
+            self.passes = self.end.passes;
+        }
+        let seconds = self.began.elapsed().as_secs_f64();
+        self.nscd.residual_history.push(ResidualRecord { passes: self.passes, residual, seconds });
+        let tolerance = self.runner.state.params.tolerance;
+        if residual <= tolerance || self.passes >= self.nscd.relaxation.max_iterations {
+            return Ok(true);
+        }
+        if self.on_host {
+            // Pairs that were left out may have met; then once more, with them.
+            return Ok(late_contacts == 0 || round == HOST_ROUNDS);
+        }
+        // As many as it takes if the residual goes on falling as it has since the last look, but no more than a quarter of
+        // what there were.
+        let fall = (before.1 / residual).ln() / f64::from(self.passes - before.0);
+        let needed = (residual / tolerance).ln() / fall;
+        let needed = if needed > 0.0 { needed.ceil() as u32 } else { u32::MAX };
+        self.batch = needed.min(self.passes / 4).clamp(LEAST_AT_ONCE, MOST_AT_ONCE);
+        Ok(residual.is_nan())
+    }
+
+    /// Look at the colours: whether all contacts have one.
+    fn is_colored(&mut self) -> Result<bool> {
+        self.runner.submit()?;
+        let coloring = self.runner.read(&[&array::COLORING_STATE])?.coloring_state[0];
+        if self.runner.state.sizes.make_room(&coloring) {
+            for kind in [Length::Contacts, Length::Colors] {
+                resize(self.runner, kind, self.runner.state.sizes.of(kind))?;
+            }
+            self.plans.reset_colors.iter().for_each(|op| self.runner.push(*op));
+            self.colored = 0;
+        } else if coloring.uncolored == 0 {
+            (self.colors, self.colored) = (coloring.colors, 0);
+            return Ok(true);
+        } else if coloring.contacts == self.colored {
+            // A defect, which must not turn into a loop without end: a contact that only one of its grains knows of.
+            return Err(Error::Device(format!("{} cannot colour the contacts", self.runner.engine.name())));
+        } else {
+            self.colored = coloring.contacts;
+        }
+        Ok(false)
+    }
+}

@@ -1,0 +1,38 @@
+//! How to run a scene, as opposed to what.
+
+use crate::{gpu::Arrays, model::Precision};
+
+/// Which engine to run on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EngineChoice {
+    /// The best adapter, else the CPU.
+    #[default]
+    Auto,
+    Gpu,
+    Cpu,
+}
+
+/// How to run, as opposed to what.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    pub engine: EngineChoice,
+    pub precision: Precision,
+    /// List entries there are at least; more are made when needed. None: as many as are needed.
+    pub entries: Option<usize>,
+    /// Most steps that neighbour lists may serve.
+    pub longest_chunk: u32,
+    /// What arrays are on a device.
+    pub arrays: Arrays,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options {
+            engine: EngineChoice::Auto,
+            precision: Precision::Single,
+            entries: None,
+            longest_chunk: 200,
+            arrays: Arrays::Auto,
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! What runs: a state, the engine that holds it, and the operations that wait to be submitted.
+
+use crate::{
+    engine::Engine,
+    error::{Error, Result},
+    plan::{Op, Plan},
+    space::dimension::outside,
+    state::{Array, Params, State, array::*},
+};
+
+pub struct Runner {
+    pub engine: Box<dyn Engine>,
+    /// The host's mirror; only as fresh as the last read.
+    pub state: State,
+    /// Steps done.
+    pub step: u64,
+    /// Operations of many steps are submitted together.
+    queue: Vec<Op>,
+}
+
+impl Runner {
+    pub fn new(engine: Box<dyn Engine>, state: State) -> Runner {
+        Runner { engine, state, step: 0, queue: Vec::new() }
+    }
+
+    /// The parameters of the next step: at time 0 springs have not been stretched yet.
+    fn params(&self) -> Params {
+        let p = &self.state.params;
+        Params { history_dt: if self.step == 0 { 0.0 } else { p.dt }, ..*p }
+    }
+
+    /// To be done with the next submission.
+    pub fn push(&mut self, op: Op) {
+        self.queue.push(op);
+    }
+
+    /// Have the engine do all that waits.
+    pub fn submit(&mut self) -> Result<()> {
+        let params = self.params();
+        let done = if self.queue.is_empty() { Ok(()) } else { self.engine.execute(&params, &self.queue) };
+        self.queue.clear();
+        done
+    }
+
+    /// Submit operations, this many times.
+    pub fn execute(&mut self, ops: &[Op], times: u32) -> Result<()> {
+        (0..times).for_each(|_| self.queue.extend(ops));
+        self.submit()
+    }
+
+    /// Submit a plan without loops.
+    pub fn execute_plan(&mut self, plan: &Plan) -> Result<()> {
+        self.execute(&plan.ops(), 1)
+    }
+
+    /// Read arrays into the host's mirror.
+    pub fn read(&mut self, arrays: &[&'static Array]) -> Result<&State> {
+        self.engine.read(arrays, &mut self.state)?;
+        Ok(&self.state)
+    }
+
+    /// Why the run cannot go on after this step, from the device's mark of the grain.
+    pub fn lost_grain(&mut self, mark: u32, step: u64) -> Result<Error> {
+        self.read(&[&POSITION, &VELOCITY, &ID])?;
+        let p = &self.state.params;
+        let lost = p.bodies - mark;
+        let at = self.state.id.iter().position(|id| *id == lost).unwrap_or(0);
+        let x = self.state.position[at].x;
+        let stride = self.state.velocity[at].v.length() * p.dt;
+        let reason = if !x.is_finite() {
+            format!("grain {lost} has no position any more (not a number)")
+        } else if stride > p.step_limit {
+            format!(
+                "grain {lost} moves {stride:e} m in one step, {:.2} of its radius; at most {:e} m can be followed safely (half of \
+                 solver.margin, or of the smallest radius)",
+                stride / self.state.position[at].radius,
+                p.step_limit
+            )
+        } else if outside(x, p.lower, p.upper) {
+            format!("grain {lost} has left the domain at {x} m")
+        } else {
+            format!("the centre of grain {lost} is beyond a wall at {x} m")
+        };
+        let reason = format!("{reason}; is the time step ({:e} s) too large?", p.dt);
+        Ok(Error::Run { step, time: step as f64 * p.dt, reason })
+    }
+}

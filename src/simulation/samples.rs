@@ -1,0 +1,131 @@
+//! What a simulation hands out: sums, grains, clumps, forces and walls now.
+
+use super::Simulation;
+use crate::{
+    body::grains,
+    error::Result,
+    measure::{Sample, masses},
+    model::{Grains, Rotation},
+    scene::{Clump, Grain, Surface, Wall},
+    space::precision::position_low_of,
+    state::{Array, RotationIterations, array::*, present},
+};
+use glam::{DQuat, DVec3};
+
+impl Simulation {
+    /// Lists that reach, for a look at the contacts between two chunks.
+    fn refresh(&mut self) -> Result<()> {
+        if self.lists.margin_is_used_up() {
+            self.lists.set_margin(&mut self.runner.state.params);
+            self.lists.run(&self.plans, &mut self.runner, 0)?;
+        }
+        Ok(())
+    }
+
+    /// Sums over the grains now.
+    pub fn sample(&mut self) -> Result<Sample> {
+        self.refresh()?;
+        self.runner.execute_plan(&self.plans.sums)?;
+        self.runner.read(&[&PARTIAL_SUMS])?;
+        let free = match &self.assembly.clumps[..] {
+            [] => self.assembly.grains.iter().filter(|g| !g.fixed).count(),
+            clumps => clumps.iter().filter(|c| !c.fixed).count(),
+        };
+        let sample = Sample::new(self.step(), self.time(), free, &self.runner.state.partial_sums);
+        let Some(solved) = self.solver_statistics() else { return Ok(sample) };
+        let p = &self.runner.state.params;
+        let masses = masses(&self.assembly).into_iter().zip(&self.assembly.grains).filter(|(_, g)| !g.fixed);
+        let mass: f64 = masses.map(|(m, _)| m).sum();
+        let pull = p.gravity.length().max(sample.contact_force * free as f64 / f64::max(mass, f64::MIN_POSITIVE));
+        Ok(Sample {
+            iterations: Some(solved.last_iterations),
+            residual: Some(solved.last_residual),
+            coulomb_excess: Some(solved.last_excess),
+            step_energy: 0.5 * mass * (pull * p.dt).powi(2),
+            ..sample
+        })
+    }
+
+    /// All grains now, in input order, with velocities and spins brought to the time of the positions.
+    pub fn grains(&mut self) -> Result<Vec<Grain>> {
+        self.refresh()?;
+        self.runner.execute_plan(&self.plans.velocities)?;
+        let arrays = [&POSITION, &POSITION_LOW, &VELOCITY_NEXT, &SPIN_NEXT, &ID];
+        let s = self.runner.read(&present(&self.runner.state.model, &arrays))?;
+        let mut grains = self.assembly.grains.clone();
+        for i in 0..s.sizes.bodies {
+            let grain = &mut grains[s.id[i] as usize];
+            grain.position = s.position[i].x + position_low_of(s, i).x;
+            grain.velocity = s.velocity_next[i].v;
+            grain.spin = s.spin_next.get(i).map_or(grain.spin, |spin| spin.0);
+        }
+        Ok(grains)
+    }
+
+    /// All clumps now, in input order, with velocities and spins brought to the time of the positions; empty in a scene without.
+    pub fn clumps(&mut self) -> Result<Vec<Clump>> {
+        if self.runner.state.model.grains == Grains::Spheres {
+            return Ok(Vec::new());
+        }
+        self.refresh()?;
+        self.runner.execute_plan(&self.plans.velocities)?;
+        let arrays =
+            [&CENTER, &CENTER_LOW, &ORIENTATION, &ORIENTATION_LOW, &CLUMP_VELOCITY_NEXT, &CLUMP_SPIN_NEXT];
+        let s = self.runner.read(&present(&self.runner.state.model, &arrays))?;
+        let mut clumps = self.assembly.clumps.clone();
+        for (c, clump) in clumps.iter_mut().enumerate() {
+            let here = grains::clump(s, c);
+            let principal = DQuat::from_vec4(here.orientation).normalize();
+            clump.position = here.center.x + here.center.low;
+            clump.velocity = s.clump_velocity_next[c].v;
+            clump.spin = grains::global_spin(s, here.inverse_moments, here.orientation, s.clump_spin_next[c].0);
+            clump.orientation = principal * self.assembly.shapes[clump.shape as usize].frame.inverse();
+        }
+        Ok(clumps)
+    }
+
+    /// How hard the iterations for the rotation of clumps had to work so far, the predictor-corrector (2.24)-(2.31) or in contact dynamics
+    /// that of the gyroscopic term: most rounds for a clump, and how often one ended before it met the tolerance. None in a scene without clumps.
+    pub fn rotation_rounds(&mut self) -> Result<Option<(u32, u32)>> {
+        if self.runner.state.model.grains == Grains::Spheres {
+            return Ok(None);
+        }
+        let s = self.runner.read(&[&ROTATION_ITERATIONS])?;
+        let RotationIterations { most, capped } = s.rotation_iterations[0];
+        Ok(Some((most, capped)))
+    }
+
+    /// Contact force (N) and its moment about the centre (N m) on every grain now, in input order; walls and dashpots
+    /// included, weight and global damping not.
+    pub fn forces(&mut self) -> Result<Vec<(DVec3, DVec3)>> {
+        self.refresh()?;
+        let bodies = self.runner.state.sizes.bodies;
+        let rotating = self.runner.state.model.rotation == Rotation::Sphere;
+        let arrays: &[&'static Array] = if rotating { &[&FORCE, &TORQUE] } else { &[&FORCE] };
+        arrays.iter().try_for_each(|array| self.runner.engine.resize(array, bodies))?;
+        self.runner.execute_plan(&self.plans.forces)?;
+        self.runner.read(&[arrays, &[&ID]].concat())?;
+        arrays.iter().try_for_each(|array| self.runner.engine.resize(array, 1))?;
+        let s = &self.runner.state;
+        let mut forces = vec![(DVec3::ZERO, DVec3::ZERO); bodies];
+        for i in 0..bodies {
+            forces[s.id[i] as usize] = (s.force[i], s.torque.get(i).map_or(DVec3::ZERO, |t| t.0));
+        }
+        Ok(forces)
+    }
+
+    /// Walls now.
+    pub fn walls(&mut self) -> Result<Vec<Wall>> {
+        let mut walls = self.assembly.walls.clone();
+        if self.runner.state.model.moving_walls {
+            self.runner.read(&[&WALL])?;
+            for (wall, now) in walls.iter_mut().zip(&self.runner.state.wall) {
+                match &mut wall.surface {
+                    Surface::Plane { point, .. } => *point = now.point + now.low,
+                    Surface::Cylinder { center, .. } => *center = now.point + now.low,
+                }
+            }
+        }
+        Ok(walls)
+    }
+}
