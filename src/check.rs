@@ -242,7 +242,9 @@ impl Checker {
                 row.calls += 1;
                 row.passed &= passed;
             }
-            None => self.rows.push(Row { stage: stage.name, array: array.name, worst, rms, tolerance, calls: 1, passed }),
+            None => {
+                self.rows.push(Row { stage: stage.name, array: array.name, worst, rms, tolerance, calls: 1, passed })
+            }
         }
     }
 }

@@ -3,10 +3,12 @@
 pub mod compose;
 pub mod device;
 pub mod images;
+pub mod layout;
 pub mod pipeline;
 pub mod stopwatch;
 
-pub use compose::{Binding, Layout, Program, compose};
+pub use compose::{Program, compose};
 pub use device::{AdapterSummary, Arrays, Device, adapters};
+pub use layout::{Binding, Layout};
 pub use pipeline::workgroups;
 pub use stopwatch::Stopwatch;

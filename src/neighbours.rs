@@ -15,7 +15,7 @@ mod sort;
 
 use crate::{stage::*, state::*};
 
-/// History 1: springs per grain.
+/// History 1: contacts per grain.
 pub static HISTORY_COUNT: Stage =
     Stage::new("neighbours", "history_count", history_count::history_count, bodies_plus_one);
 
@@ -54,11 +54,14 @@ pub static SCAN_HISTORY: [Stage; 3] = [
     },
 ];
 
-/// History 2: the springs.
+/// History 2: the contacts.
 pub static HISTORY_STORE: Stage = Stage::new("neighbours", "history_store", history_store::history_store, bodies);
 
 /// Broad phase 1: histogram over cells.
-pub static BIN: Stage = Stage { check: Check { unordered: &[&array::CELL_RANK], ..Check::ROUNDING }, ..Stage::new("neighbours", "bin", bin::bin, bodies) };
+pub static BIN: Stage = Stage {
+    check: Check { unordered: &[&array::CELL_RANK], ..Check::ROUNDING },
+    ..Stage::new("neighbours", "bin", bin::bin, bodies)
+};
 
 /// Prefix sum of `cell_start`.
 pub static SCAN_CELLS: [Stage; 3] = [
@@ -91,7 +94,10 @@ pub static SCAN_CELLS: [Stage; 3] = [
 ];
 
 /// Broad phase 2: scatter to cells.
-pub static SORT: Stage = Stage { check: Check { unordered: &[&array::SORTED], ..Check::ROUNDING }, ..Stage::new("neighbours", "sort", sort::sort, bodies) };
+pub static SORT: Stage = Stage {
+    check: Check { unordered: &[&array::SORTED], ..Check::ROUNDING },
+    ..Stage::new("neighbours", "sort", sort::sort, bodies)
+};
 
 /// Broad phase 3: ascending numbers inside cells.
 pub static ORDER_CELLS: Stage = Stage::new("neighbours", "order_cells", order_cells::order_cells, |sizes| sizes.cells);
@@ -99,7 +105,7 @@ pub static ORDER_CELLS: Stage = Stage::new("neighbours", "order_cells", order_ce
 /// Broad phase 4: grains into that order.
 pub static PERMUTE: Stage = Stage::new("neighbours", "permute", permute::permute, bodies);
 
-/// Neighbour lists 1: slots per grain.
+/// Neighbour lists 1: entries per grain.
 pub static COUNT_NEIGHBOURS: Stage = Stage {
     check: Check { undecided: Undecided::Reach, ..Check::ROUNDING },
     ..Stage::new("neighbours", "count_neighbours", count_neighbours::count_neighbours, bodies_plus_one)
@@ -135,12 +141,12 @@ pub static SCAN_LISTS: [Stage; 3] = [
     },
 ];
 
-/// Neighbour lists 2: entries and springs.
+/// Neighbour lists 2: entries and their history.
 pub static FILL_NEIGHBOURS: Stage = Stage {
     check: Check { undecided: Undecided::Reach, ..Check::ROUNDING },
     ..Stage::new("neighbours", "fill_neighbours", fill_neighbours::fill_neighbours, bodies)
 };
 
-/// How far grains went in a chunk, and how many springs there are.
+/// How far grains went in a chunk, and how many active contacts there are.
 pub static DISPLACEMENT_CHECK: Stage =
     Stage::new("neighbours", "displacement_check", displacement_check::displacement_check, bodies);

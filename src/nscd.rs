@@ -52,15 +52,13 @@ pub static POWER_ITERATION_EIGENVALUE: Stage = Stage {
     ..Stage::new("nscd", "power_iteration_eigenvalue", power_iteration_eigenvalue::power_iteration_eigenvalue, |_| 1)
 };
 
-/// Contact dynamics 2: the relaxation of a step begins.
+/// Contact dynamics 2: the passes of a step begin.
 pub static INIT_SOLVER: Stage =
     Stage { dispatch: Dispatch::OneGroup, ..Stage::new("nscd", "init_solver", init_solver::init_solver, |_| 1) };
 
 /// Contact dynamics 3: a pass.
-pub static JACOBI_PASS: Stage = Stage {
-    check: SUMS,
-    ..Stage::new("nscd", "jacobi_pass", jacobi_pass::jacobi_pass, bodies)
-};
+pub static JACOBI_PASS: Stage =
+    Stage { check: SUMS, ..Stage::new("nscd", "jacobi_pass", jacobi_pass::jacobi_pass, bodies) };
 
 /// Contact dynamics 3, coloured: the contacts of one colour.
 pub static GAUSS_SEIDEL_PASS: Stage = Stage {
@@ -69,16 +67,12 @@ pub static GAUSS_SEIDEL_PASS: Stage = Stage {
 };
 
 /// Contact dynamics 3, coloured: velocities after all colours.
-pub static AFTER_SWEEP: Stage = Stage {
-    check: SUMS,
-    ..Stage::new("nscd", "after_sweep", after_sweep::after_sweep, bodies)
-};
+pub static AFTER_SWEEP: Stage =
+    Stage { check: SUMS, ..Stage::new("nscd", "after_sweep", after_sweep::after_sweep, bodies) };
 
 /// Contact dynamics of clumps 3, coloured: members follow the first of them.
-pub static SYNC_MEMBERS: Stage = Stage {
-    check: SUMS,
-    ..Stage::new("nscd", "sync_members", sync_members::sync_members, clumps)
-};
+pub static SYNC_MEMBERS: Stage =
+    Stage { check: SUMS, ..Stage::new("nscd", "sync_members", sync_members::sync_members, clumps) };
 
 /// Colors of contacts 4: impulses back into the lists.
 pub static SCATTER_IMPULSES: Stage = Stage::new("nscd", "scatter_impulses", scatter_impulses::scatter_impulses, bodies);
@@ -108,7 +102,7 @@ pub static RESIDUAL: Stage = Stage {
     ..Stage::new("nscd", "residual", residual::residual, bodies)
 };
 
-/// Contact dynamics 7: the judgement.
+/// Contact dynamics 7: its norm, and whether momentum may go on.
 pub static REDUCE_RESIDUAL: Stage = Stage {
     dispatch: Dispatch::OneGroup,
     ..Stage::new("nscd", "reduce_residual", reduce_residual::reduce_residual, |_| 1)

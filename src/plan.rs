@@ -169,22 +169,34 @@ impl Plan {
         Plan(self.0.iter().flat_map(|item| body(item).0).collect())
     }
 
+    /// Operations fill lines; the bodies of loops are indented.
     fn print(&self, f: &mut fmt::Formatter<'_>, indent: usize) -> fmt::Result {
-        let indentation = "  ".repeat(indent);
+        const WIDTH: usize = 116;
         let mut line = String::new();
+        let end = |f: &mut fmt::Formatter<'_>, line: &mut String| match std::mem::take(line) {
+            line if line.is_empty() => Ok(()),
+            line => writeln!(f, "{:indent$}{line}", ""),
+        };
         for item in &self.0 {
             match item {
-                Item::Do(op) => write!(line, "{}{op}", if line.is_empty() { &indentation } else { ", " })?,
-                Item::Repeat(of, body) => {
+                Item::Do(op) => {
+                    let op = op.to_string();
                     if !line.is_empty() {
-                        writeln!(f, "{}", std::mem::take(&mut line))?;
+                        line.push(',');
                     }
-                    writeln!(f, "{indentation}{}:", of.label())?;
-                    body.print(f, indent + 1)?;
+                    if indent + line.len() + op.len() > WIDTH {
+                        end(f, &mut line)?;
+                    }
+                    write!(line, "{}{op}", if line.is_empty() { "" } else { " " })?;
+                }
+                Item::Repeat(of, body) => {
+                    end(f, &mut line)?;
+                    writeln!(f, "{:indent$}{}:", "", of.label())?;
+                    body.print(f, indent + 2)?;
                 }
             }
         }
-        if line.is_empty() { Ok(()) } else { writeln!(f, "{line}") }
+        end(f, &mut line)
     }
 }
 
@@ -200,7 +212,7 @@ impl fmt::Display for Op {
         match self {
             Op::Run(stage) => write!(f, "{}", stage.name),
             Op::Clear(array) => write!(f, "clear {}", array.name),
-            Op::Swap(a, b) => write!(f, "swap {} <-> {}", a.name, b.name),
+            Op::Swap(a, b) => write!(f, "{} <-> {}", a.name, b.name),
         }
     }
 }

@@ -67,8 +67,8 @@ impl Plans {
             Method::DiscreteElements => [("start", &self.start), ("chunk of steps", &self.chunk)],
             Method::ContactDynamics => [("neighbour lists", &self.chunk), ("step", &self.step)],
         };
-        let looks = [("sums", &self.sums), ("velocities", &self.velocities), ("contact forces", &self.forces)];
-        own.into_iter().chain(looks).collect()
+        let measurements = [("sums", &self.sums), ("velocities", &self.velocities), ("contact forces", &self.forces)];
+        own.into_iter().chain(measurements).collect()
     }
 
     /// All operations, in order.

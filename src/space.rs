@@ -11,6 +11,16 @@ use crate::{
     state::{State, Wall, array},
 };
 
+use glam::DVec3;
+
+/// What two surfaces know of each other; `n` points from the grain of interest to the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Separation {
+    /// m, < 0 is overlap (erratum E1).
+    pub gap: f64,
+    pub n: DVec3,
+}
+
 /// Moving walls.
 pub static MOVE_WALLS: Stage = Stage {
     check: Check { floors: &[(&[&array::WALL], way_of_walls)], ..Check::ROUNDING },

@@ -550,10 +550,7 @@ impl Array {
 }
 
 /// Those of the arrays that a model needs.
-pub fn present<'a>(
-    model: &Model,
-    arrays: impl IntoIterator<Item = &'a &'static Array>,
-) -> Vec<&'static Array> {
+pub fn present<'a>(model: &Model, arrays: impl IntoIterator<Item = &'a &'static Array>) -> Vec<&'static Array> {
     arrays.into_iter().copied().filter(|a| (a.needed)(model)).collect()
 }
 

@@ -1,6 +1,7 @@
 //! The house rules that a compiler does not check.
 
 use std::{
+    collections::{HashMap, HashSet},
     fs,
     path::{Path, PathBuf},
 };
@@ -29,27 +30,42 @@ fn relative(path: &Path) -> String {
     path.strip_prefix(root()).unwrap().to_str().unwrap().replace('\\', "/")
 }
 
-/// Each layer may import those before it. `gpu` knows no physics.
+/// Each layer may import those before it. `gpu` and `solve` know no simulation.
 const LAYERS: &[(&str, u32)] = &[
     ("error", 0),
     ("shaders", 0),
     ("memory", 1),
     ("gpu", 1),
-    ("cd", 2),
+    ("solve", 2),
     ("scene", 3),
     ("model", 4),
     ("state", 5),
-    ("laws", 6),
-    ("time_step", 7),
-    ("kernels", 7),
-    ("plan", 8),
-    ("measure", 8),
-    ("engine", 9),
-    ("simulation", 10),
-    ("render", 10),
-    ("check", 11),
-    ("io", 11),
-    ("bench", 12),
+    ("stage", 6),
+    ("plan", 7),
+    ("space", 8),
+    ("body", 9),
+    ("contact", 10),
+    ("time_step", 11),
+    ("neighbours", 11),
+    ("dem", 12),
+    ("nscd", 13),
+    ("measure", 14),
+    ("plans", 15),
+    ("engine", 16),
+    ("simulation", 17),
+    ("render", 17),
+    ("check", 18),
+    ("io", 18),
+    ("bench", 19),
+];
+
+/// Where the WGSL of several files is one in Rust, or has its place in another file.
+const ELSEWHERE: &[(&str, &str)] = &[
+    ("gpu/dispatch.wgsl", "src/gpu/pipeline.rs"),
+    ("measure/sums.wgsl", "src/measure/measure.rs"),
+    ("neighbours/lists.wgsl", "src/state.rs"),
+    ("neighbours/scan_", "src/neighbours/scan.rs"),
+    ("solve/", "src/solve/"),
 ];
 
 #[test]
@@ -64,7 +80,7 @@ fn imports_point_downward() {
         }
         let own = rank(&module).unwrap_or_else(|| panic!("{name}: give `{module}` a place in LAYERS"));
         let text = fs::read_to_string(&path).unwrap();
-        let code: String = text.lines().filter(|l| !l.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
+        let code = code(&text);
         for used in imported(&code) {
             if used == module {
                 continue;
@@ -73,7 +89,7 @@ fn imports_point_downward() {
             let Some(other) = rank(&used) else { continue };
             assert!(other < own, "{name} imports `{used}`, which is not below `{module}`");
         }
-        if module == "gpu" || (module == "cd" && name != "src/cd/device.rs") {
+        if module == "gpu" || (module == "solve" && name != "src/solve/device.rs") {
             let own_errors_only =
                 imported(&code).iter().all(|used| [module.as_str(), "error", "Error"].contains(&used.as_str()));
             assert!(own_errors_only, "{name}: {module} is a leaf");
@@ -123,28 +139,129 @@ fn every_shader_is_embedded_and_names_its_twin() {
         assert!(embedded.contains(&short), "{name} is not in src/shaders.rs");
         let text = fs::read_to_string(&path).unwrap();
         let first = text.lines().next().unwrap();
-        if short.starts_with("precision/") || short.starts_with("scalar/") {
+        if short.starts_with("space/precision/") || short.starts_with("space/scalar/") {
             continue; // the twin is always f64
         }
         let twin = first.strip_prefix("// twin: ").unwrap_or_else(|| panic!("{name} does not name its twin"));
         let twin = twin.split_whitespace().next().unwrap();
         assert!(root().join(twin).is_file(), "{name} names {twin}, which does not exist");
+        let elsewhere = ELSEWHERE.iter().any(|(shader, rust)| short.starts_with(shader) && twin.starts_with(rust));
+        let place = short.rsplit_once('/').map_or("", |(place, _)| place);
+        let slot = place.contains('/') && twin == format!("src/{place}.rs");
+        let mirrored = twin == format!("src/{}.rs", short.strip_suffix(".wgsl").unwrap()) || slot;
+        assert!(mirrored || elsewhere, "{name} has its twin in {twin}");
         let head: String = fs::read_to_string(root().join(twin)).unwrap().lines().take(6).collect();
-        let folder = short.split('/').next().unwrap();
-        let known = [short.to_owned(), format!("shaders/{folder}"), "WGSL".to_owned()];
+        let known = [short.to_owned(), format!("shaders/{place}"), "WGSL".to_owned()];
         assert!(known.iter().any(|k| head.contains(k.as_str())), "{twin} does not name {name}");
     }
 }
 
 #[test]
 fn every_kernel_twin_has_its_shader() {
-    for path in files("src/kernels", "rs") {
-        let stem = path.file_stem().unwrap().to_str().unwrap().to_owned();
-        let shaders = files("shaders", "wgsl");
-        let has = |p: &PathBuf| {
-            let s = p.file_stem().unwrap().to_str().unwrap();
-            s == stem || s.starts_with(&format!("{stem}_"))
-        };
-        assert!(shaders.iter().any(has), "src/kernels/{stem}.rs has no shader");
+    let mut twins = 0;
+    for path in files("src", "rs") {
+        let text = fs::read_to_string(&path).unwrap();
+        // A slot's twin names the folder of its alternatives.
+        let Some(rest) = text.strip_prefix("//! Twin of `shaders/") else { continue };
+        let (shader, _) = rest.split_once('`').unwrap();
+        assert!(root().join("shaders").join(shader).exists(), "{}: no shaders/{shader}", relative(&path));
+        twins += 1;
     }
+    assert!(twins > 40, "only {twins} twins were found: the search is broken");
+}
+
+/// Without comments and tests.
+fn code(text: &str) -> String {
+    let text = text.split("#[cfg(test)]\nmod ").next().unwrap();
+    text.lines().filter(|l| !l.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
+}
+
+/// All paths of a tree of imports, as segments: `a::{b, c::d}` has a::b and a::c::d.
+fn paths(tree: &str, before: &[String], found: &mut Vec<Vec<String>>) {
+    let word = |text: &str| text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
+    let mut at = before.to_vec();
+    let mut rest = tree;
+    loop {
+        let segment = word(rest);
+        rest = &rest[segment.len()..];
+        if !segment.is_empty() {
+            at.push(segment);
+        }
+        match rest.strip_prefix("::") {
+            Some(more) => rest = more,
+            None => break,
+        }
+    }
+    let Some(group) = rest.strip_prefix('{') else { return found.push(at) };
+    let (mut depth, mut start) = (0, 0);
+    for (k, c) in group.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' | ',' if depth == 0 => {
+                let part = group[start..k].trim();
+                if !part.is_empty() {
+                    paths(part, &at, found);
+                }
+                start = k + 1;
+                if c == '}' {
+                    break;
+                }
+            }
+            '}' => depth -= 1,
+            _ => {}
+        }
+    }
+}
+
+/// The modules that a file imports from by `crate::` and `super::`. What it has of its own children it owns.
+fn imported_modules(module: &[String], code: &str, modules: &HashSet<Vec<String>>) -> HashSet<Vec<String>> {
+    let mut found = Vec::new();
+    for (at, _) in code.match_indices("crate::") {
+        paths(&code[at + 7..], &[], &mut found);
+    }
+    for (at, _) in code.match_indices("super::").filter(|(at, _)| !code[..*at].ends_with("super::")) {
+        let rest = code[at..].trim_start_matches("super::");
+        let levels = (code.len() - at - rest.len()) / "super::".len();
+        paths(rest, &module[..module.len().saturating_sub(levels)], &mut found);
+    }
+    let module_of = |mut path: Vec<String>| {
+        while !path.is_empty() && !modules.contains(&path) {
+            path.pop();
+        }
+        path
+    };
+    found.into_iter().map(module_of).filter(|m| !m.is_empty() && m != module).collect()
+}
+
+#[test]
+fn imports_do_not_run_in_circles() {
+    let module = |path: &Path| -> Vec<String> {
+        let name = relative(path);
+        name.strip_prefix("src/").unwrap().strip_suffix(".rs").unwrap().split('/').map(str::to_owned).collect()
+    };
+    let files: Vec<_> = files("src", "rs").into_iter().map(|path| (module(&path), path)).collect();
+    let modules: HashSet<_> = files.iter().map(|(module, _)| module.clone()).collect();
+    let imports: HashMap<_, _> = files
+        .iter()
+        .map(|(module, path)| {
+            (module.clone(), imported_modules(module, &code(&fs::read_to_string(path).unwrap()), &modules))
+        })
+        .collect();
+    assert!(imports.values().map(HashSet::len).sum::<usize>() > 400, "the search is broken");
+    let reach = |from: &Vec<String>| {
+        let (mut seen, mut open) = (HashSet::new(), vec![from]);
+        while let Some(here) = open.pop() {
+            open.extend(imports[here].iter().filter(|next| seen.insert((*next).clone())));
+        }
+        seen
+    };
+    let reached: HashMap<_, _> = modules.iter().map(|module| (module, reach(module))).collect();
+    let mut circles: Vec<String> = Vec::new();
+    for module in modules.iter().filter(|m| reached[m].contains(*m)) {
+        let others =
+            reached[module].iter().filter(|other| imports[module].contains(*other) && reached[other].contains(module));
+        circles.extend(others.map(|other| format!("{} -> {}", module.join("/"), other.join("/"))));
+    }
+    circles.sort();
+    assert!(circles.is_empty(), "imports run in circles:\n{}", circles.join("\n"));
 }

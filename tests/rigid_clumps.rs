@@ -343,7 +343,9 @@ fn solvers_agree() {
                 let contacts = simulation.sample().unwrap().contacts;
                 assert!(contacts > 4, "{name}: only {contacts} have met");
                 // What the host has found is what the stages judge.
-                if let ([.., found, judged], false) = (simulation.residual_history(), on_device || solver == Solver::Socp) {
+                if let ([.., found, judged], false) =
+                    (simulation.residual_history(), on_device || solver == Solver::Socp)
+                {
                     close(&name, found.residual, judged.residual, tolerance, 1e-3);
                 }
                 let grains = simulation.grains().unwrap();

@@ -1,4 +1,4 @@
-// twin: src/contact/law.rs
+// twin: src/body/bodies.rs
 // The grains, in the order of the cells at the last rebuild. What a kernel changes it writes to an array of the same
 // name and `_next`; the plan then exchanges the two.
 var<storage, read> position: array<Position>;   // N, at step n

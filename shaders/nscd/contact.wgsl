@@ -52,7 +52,7 @@ struct ResidualSums {
     imposed_speed: Real,   // m/s, largest velocity that a wall, a fixed grain, a spin or an overlap asks for
     lipschitz_bound: Real,     // what no eigenvalue of W exceeds
     residual: Real,  // m²/s²
-    turn: Real,      // J, > 0: momentum carries the wrong way
+    restart_criterion: Real, // J, > 0: momentum carries the wrong way
     curvature: Real,      // J, of the pass: its velocities in the metric of the masses
     step_squared: Real,       // J, its impulses in the metric of W_kk
     pressing: Real,  // N s, largest

@@ -5,10 +5,10 @@ use super::{
     trial::{Backend, Cost, Setting, automatic_step, scene},
 };
 use crate::{
-    solve::{Order, Solver},
     error::{Error, Result},
     scene::{Assembly, Method, Relaxation, TimeStep},
     simulation::{ResidualRecord, Simulation},
+    solve::{Order, Solver},
 };
 use glam::DVec3;
 
@@ -157,7 +157,7 @@ fn step(simulation: &mut Simulation) -> Result<ResidualRecord> {
 
 impl Run {
     fn row(&self, case: &str, contender: &Contender) -> RelaxationRow {
-        let to = MARKS.map(|mark| self.history.iter().find(|look| look.residual <= mark));
+        let to = MARKS.map(|mark| self.history.iter().find(|record| record.residual <= mark));
         let (passes, seconds) = (to.map(|l| l.map(|l| l.passes)), to.map(|l| l.map(|l| l.seconds)));
         let ResidualRecord { passes: all, residual, seconds: total } = self.end;
         RelaxationRow {
@@ -184,22 +184,22 @@ impl Run {
     fn curve(&self, case: &str, contender: &Contender) -> Vec<ResidualRow> {
         let ratio = f64::from(self.end.passes.max(2)).powf(1.0 / KEPT);
         let mut next = 0.0;
-        let kept = self.history.iter().enumerate().filter(|(k, look)| {
-            let keep = f64::from(look.passes) >= next || k + 1 == self.history.len();
+        let kept = self.history.iter().enumerate().filter(|(k, record)| {
+            let keep = f64::from(record.passes) >= next || k + 1 == self.history.len();
             if keep {
-                next = f64::from(look.passes) * ratio;
+                next = f64::from(record.passes) * ratio;
             }
             keep
         });
-        let row = |look: &ResidualRecord| ResidualRow {
+        let row = |record: &ResidualRecord| ResidualRow {
             case: case.to_owned(),
             solver: contender.name(),
             engine: contender.backend.engine(),
             precision: contender.backend.precision().label(),
-            passes: look.passes,
-            seconds: look.seconds,
-            residual: look.residual,
+            passes: record.passes,
+            seconds: record.seconds,
+            residual: record.residual,
         };
-        kept.map(|(_, look)| row(look)).collect()
+        kept.map(|(_, record)| row(record)).collect()
     }
 }

@@ -203,10 +203,10 @@ fn counters(a: &[f64], b: &[f64]) -> (f64, f64) {
 /// Positions with their residues: the difference over the largest displacement of this step, which is what must not be
 /// lost. (Either part alone may differ by a whole unit in the last place of the position.)
 fn positions(twin: &State, device: &State, undecided: &[bool]) -> (f64, f64) {
-    let way = twin.velocity_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * twin.params.dt;
+    let displacement = twin.velocity_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * twin.params.dt;
     // Members of clumps are put at the ends of arms, anew in every step, with 34 bits of the longest of these.
     let arm = twin.member_offset.iter().map(|arm| arm.0.length()).fold(0.0, f64::max);
-    let largest = way.max(arm * 2f64.powi(-15)).max(twin.params.quantum / 64.0);
+    let largest = displacement.max(arm * 2f64.powi(-15)).max(twin.params.quantum / 64.0);
     let decided = (0..twin.sizes.bodies).filter(|i| !undecided.get(*i).is_some_and(|u| *u));
     let difference = |i: usize| {
         let rest = twin.position_low_next[i].x - device.position_low_next[i].x;

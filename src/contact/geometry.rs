@@ -1,5 +1,6 @@
 //! Twin of `shaders/contact/geometry.wgsl`: geometry of two grains.
 
+pub use crate::space::Separation;
 use crate::{
     space::{
         boundary::nearest_image,
@@ -9,14 +10,6 @@ use crate::{
     state::{Position, State},
 };
 use glam::{BVec3, DVec3};
-
-/// What two surfaces know of each other; `n` points from the grain of interest to the other.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Separation {
-    /// m, < 0 is overlap (erratum E1).
-    pub gap: f64,
-    pub n: DVec3,
-}
 
 /// Gap and normal of two grains with this branch vector, from centre to centre.
 #[inline(always)]

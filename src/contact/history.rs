@@ -1,4 +1,4 @@
-//! Twin of `shaders/contact/history/`: what contacts remember, and how it is kept when lists are made anew. Entries and history of a
+//! Twin of `shaders/contact/tangential/`: what contacts remember, and how it is kept when lists are made anew. Entries and history of a
 //! grain's list are passed in, because the kernel's grain owns them.
 
 use crate::state::{ACTIVE, INDEX, NONE, Packed, State};

@@ -120,7 +120,10 @@ fn collect_layouts(dims: usize, programs: &[(&'static Stage, Program)]) -> Resul
                 return Err(Error::Shader {
                     file: stage.file(),
                     line: 1,
-                    message: format!("`{}` has members {:?}, its Rust twin {names:?}", binding.name, binding.layout.names),
+                    message: format!(
+                        "`{}` has members {:?}, its Rust twin {names:?}",
+                        binding.name, binding.layout.names
+                    ),
                 });
             }
             match array {
@@ -351,7 +354,8 @@ fn fit(
 ) -> Result<()> {
     let limits = device.device.limits();
     for (stage, program) in programs {
-        let used = program.bindings.iter().filter(|b| stage.array(&b.name).is_some_and(|a| images.contains(a))).count() as u32;
+        let used =
+            program.bindings.iter().filter(|b| stage.array(&b.name).is_some_and(|a| images.contains(a))).count() as u32;
         let allowed = limits.max_storage_textures_per_shader_stage;
         if used > allowed {
             return Err(Error::Device(format!(
@@ -397,8 +401,12 @@ impl Engine for Gpu {
     fn execute(&mut self, params: &Params, ops: &[Op]) -> Result<()> {
         self.dirty = true;
         let len = |array: &Array| self.buffers.get(array).map_or(0, |b| b.len as u32);
-        let params =
-            Params { entries: len(&array::NEIGHBOUR), history: len(&array::HISTORY_OTHER), colors: len(&array::COLOR_COUNT), ..*params };
+        let params = Params {
+            entries: len(&array::NEIGHBOUR),
+            history: len(&array::HISTORY_OTHER),
+            colors: len(&array::COLOR_COUNT),
+            ..*params
+        };
         let bytes = self.layouts.params.encode(1, |sink| params.put(self.dims, &mut |x| sink(x)));
         self.device.queue.write_buffer(&self.params, 0, &bytes);
         if self.times.is_some() {
@@ -467,7 +475,9 @@ impl Engine for Gpu {
 
     fn read(&mut self, arrays: &[&'static Array], state: &mut State) -> Result<()> {
         for &array in arrays {
-            let (Some(layout), Some(buffer)) = (self.layouts.arrays.get(array), self.buffers.get(array)) else { continue };
+            let (Some(layout), Some(buffer)) = (self.layouts.arrays.get(array), self.buffers.get(array)) else {
+                continue;
+            };
             let bytes = self.fetch(buffer, layout)?;
             let column: &mut dyn Column = state.column_mut(array);
             column.resize(buffer.len);

@@ -24,8 +24,8 @@ pub fn bytes(model: &Model, stage: &Stage, sizes: &Sizes, stride: impl Fn(&'stat
 mod tests {
     use super::*;
     use crate::{
-        engine::gpu::layouts,
         dem::ADVANCE,
+        engine::gpu::layouts,
         model::Precision,
         plans::Plans,
         scene::Scene,
@@ -43,10 +43,10 @@ mod tests {
         Model::of(&Scene::parse(&text, "two", Path::new("."), &[]).unwrap().assemble().unwrap(), precision)
     }
 
-    /// Ten grains with 60 slots and the numbers that all share: list_start has one more, `halt` is read and `halt_next`
+    /// Ten grains with 60 list entries and the numbers that all share: list_start has one more, `halt` is read and `halt_next`
     /// written, the seven counters are read and written.
-    fn advance(per_grain: u64, per_slot: u64) -> u64 {
-        10 * per_grain + 60 * per_slot + 4 + (4 + 4) + 2 * 7 * 4
+    fn advance(per_grain: u64, per_entry: u64) -> u64 {
+        10 * per_grain + 60 * per_entry + 4 + (4 + 4) + 2 * 7 * 4
     }
 
     #[test]

@@ -8,7 +8,7 @@
 //! Four floats are a texel; a smaller element is as many texels of one scalar, because only those can be both read and
 //! written by a kernel. The bytes are those of the buffer, in rows of [`ROW`] texels.
 
-use super::compose::{Binding, LaneKind, Layout};
+use super::layout::{Binding, LaneKind, Layout};
 use naga::{Block, Expression, Function, GlobalVariable, Handle, Module, Range, Span, Statement, Type, TypeInner};
 use std::collections::HashMap;
 use wgpu::TextureFormat;

@@ -1,4 +1,4 @@
-//! Kernels on a device: pipelines, what they are bound to, and the workgroups of a dispatch (`shaders/dispatch.wgsl`).
+//! Kernels on a device: pipelines, what they are bound to, and the workgroups of a dispatch (`shaders/gpu/dispatch.wgsl`).
 
 use super::{Device, Program};
 use crate::error::{Error, Result};

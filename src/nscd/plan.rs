@@ -75,13 +75,10 @@ fn color(model: &Model) -> Plan {
 fn pass(model: &Model) -> Plan {
     let clumps = model.grains == Grains::Clumps;
     let sweep = plan([run(&GAUSS_SEIDEL_PASS), swap(model, [(&COLOR_CURSOR, &COLOR_CURSOR_NEXT)])]);
-    let impulse = if model.colored {
-        (&COLORED_IMPULSE, &COLORED_IMPULSE_BEFORE)
-    } else {
-        (&SPRING, &IMPULSE_BEFORE)
-    };
+    let impulse = if model.colored { (&COLORED_IMPULSE, &COLORED_IMPULSE_BEFORE) } else { (&SPRING, &IMPULSE_BEFORE) };
     plan([
-        plan([repeat(Loop::ForEachColor, sweep), run(&AFTER_SWEEP), run(&SYNC_MEMBERS).when(clumps)]).when(model.colored),
+        plan([repeat(Loop::ForEachColor, sweep), run(&AFTER_SWEEP), run(&SYNC_MEMBERS).when(clumps)])
+            .when(model.colored),
         plan([run(&JACOBI_PASS), run(&CLUMP_RESPONSE).when(clumps)]).when(!model.colored),
         swap(model, [impulse, (&PASS_VELOCITY, &PASS_VELOCITY_BEFORE), (&PASS_SPIN, &PASS_SPIN_BEFORE)]),
         run(&MOMENTUM_RESTART),

@@ -27,9 +27,9 @@ struct Contact {
     /// The other grain. None: a wall, with the velocity of its surface, m/s.
     second: Option<usize>,
     wall: DVec3,
-    /// Slots of the two in their lists.
+    /// Entries of the two in their lists.
     entry: usize,
-    slot_to: Option<usize>,
+    entry_to: Option<usize>,
     /// From first to second, and two tangents; in the plane the second one leads out of it.
     axes: [DVec3; 3],
     /// m, from the centres of the grains to the contact point.
@@ -59,7 +59,7 @@ trait Inertia: Copy + Mul<DVec3, Output = DVec3> {}
 impl Inertia for f64 {}
 impl Inertia for DMat3 {}
 
-/// A grain as impulses meet it.
+/// What impulses do to a grain.
 struct Grain<I> {
     /// Velocity, m/s, and spin, rad/s, without any impulse.
     free: (DVec3, DVec3),
@@ -95,10 +95,10 @@ impl<I: Inertia> Grains<I> {
     }
 
     fn add_contact(&mut self, s: &State, i: usize, j: usize, entry: usize, of_body: impl Fn(usize) -> (usize, DVec3)) {
-        let (met, effective_mass) = (s.contact_geometry[entry], s.effective_mass[entry]);
+        let (geometry, effective_mass) = (s.contact_geometry[entry], s.effective_mass[entry]);
         let tangents = match self.dims {
-            2 => (DVec3::new(-met.n.y, met.n.x, 0.0), DVec3::Z),
-            _ => met.n.any_orthonormal_pair(),
+            2 => (DVec3::new(-geometry.n.y, geometry.n.x, 0.0), DVec3::Z),
+            _ => geometry.n.any_orthonormal_pair(),
         };
         let wall = j.checked_sub(s.sizes.bodies);
         let back = |j: usize| list_entries(s, j).find(|&back| (s.neighbour[back] & INDEX) as usize == i);
@@ -112,13 +112,14 @@ impl<I: Inertia> Grains<I> {
         self.contact_ids.push(Contact {
             first,
             second: second.map(|(second, _)| second),
-            wall: wall.map_or(DVec3::ZERO, |w| wall_velocity(&s.wall[w], s.position[i].x + effective_mass.arm * met.n)),
+            wall: wall
+                .map_or(DVec3::ZERO, |w| wall_velocity(&s.wall[w], s.position[i].x + effective_mass.arm * geometry.n)),
             entry,
-            slot_to: if wall.is_none() { back(j) } else { None },
-            axes: [met.n, tangents.0, tangents.1],
-            arm: to_first + effective_mass.arm * met.n,
-            arm_to: second.map_or(DVec3::ZERO, |(_, to_second)| to_second - effective_mass.arm_to * met.n),
-            bias_velocity: met.bias_velocity,
+            entry_to: if wall.is_none() { back(j) } else { None },
+            axes: [geometry.n, tangents.0, tangents.1],
+            arm: to_first + effective_mass.arm * geometry.n,
+            arm_to: second.map_or(DVec3::ZERO, |(_, to_second)| to_second - effective_mass.arm_to * geometry.n),
+            bias_velocity: geometry.bias_velocity,
             friction: pair_of(s, i, j).friction,
         });
     }
@@ -208,7 +209,7 @@ pub fn on_engine(solver: Solver) -> bool {
     matches!(solver, Solver::Jacobi | Solver::JacobiAccelerated | Solver::ColouredAccelerated)
 }
 
-/// Solve the contacts that a state has met, and leave impulses and velocities in it. Times in the answer are since `began`.
+/// Solve the contacts of a state, and leave impulses and velocities in it. Times in the answer are since `began`.
 fn solve_state(s: &mut State, relaxation: &Relaxation, step: u64, began: Instant) -> Result<Solution> {
     match s.model.grains {
         Kind::Spheres => {
@@ -286,7 +287,7 @@ fn solve_grains<I: Inertia>(
     for (m, r) in grains.contact_ids.iter().zip(&solution.r) {
         let impulse = m.impulse(*r);
         s.spring[m.entry] = Packed(impulse);
-        if let Some(entry) = m.slot_to {
+        if let Some(entry) = m.entry_to {
             s.spring[entry] = Packed(-impulse);
         }
     }

@@ -59,7 +59,7 @@ impl Simulation {
         Ok(Profile { stages, grains: sizes.bodies, steps, wall_seconds, clock: self.runner.engine.clock() })
     }
 
-    /// Sizes with only as many slots and entries of the history as there is something in.
+    /// Sizes with only as many entries of lists of the history as there is something in.
     fn sizes_in_use(&mut self) -> Result<Sizes> {
         let s = self.runner.read(&[&LIST_START])?;
         let entries = s.list_start[s.sizes.bodies] as usize;

@@ -69,8 +69,7 @@ impl Simulation {
         }
         self.refresh()?;
         self.runner.execute_plan(&self.plans.velocities)?;
-        let arrays =
-            [&CENTER, &CENTER_LOW, &ORIENTATION, &ORIENTATION_LOW, &CLUMP_VELOCITY_NEXT, &CLUMP_SPIN_NEXT];
+        let arrays = [&CENTER, &CENTER_LOW, &ORIENTATION, &ORIENTATION_LOW, &CLUMP_VELOCITY_NEXT, &CLUMP_SPIN_NEXT];
         let s = self.runner.read(&present(&self.runner.state.model, &arrays))?;
         let mut clumps = self.assembly.clumps.clone();
         for (c, clump) in clumps.iter_mut().enumerate() {

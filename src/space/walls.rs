@@ -1,9 +1,11 @@
 //! Twin of `shaders/space/walls/`: planes and vertical cylinders.
 
-use crate::state::{Position, PositionLow, State, Wall};
 use crate::{
-    contact::geometry::Separation,
-    space::dimension::{first_axis, from_horizontal, horizontal},
+    space::{
+        Separation,
+        dimension::{first_axis, from_horizontal, horizontal},
+    },
+    state::{Position, PositionLow, State, Wall},
 };
 use glam::{DVec2, DVec3};
 

@@ -1,0 +1,86 @@
+//! What a kernel is bound to, and how its elements lie in memory.
+
+/// A variable that an entry point uses.
+#[derive(Clone, Debug)]
+pub struct Binding {
+    pub name: String,
+    /// The uniform buffer.
+    pub uniform: bool,
+    /// A storage image that holds the array of this name.
+    pub image: bool,
+    /// Whether the kernel reads it.
+    pub read: bool,
+    /// Whether the kernel writes it.
+    pub written: bool,
+    /// An array without atomics whose length is not asked for. Images allow less: see [`super::images`].
+    pub elementwise: bool,
+    pub layout: Layout,
+}
+
+/// How elements lie in memory.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Layout {
+    /// Bytes from one element to the next, or the size of a single value.
+    pub stride: usize,
+    /// Scalars of an element in declaration order.
+    pub lanes: Vec<Lane>,
+    /// Member names if the element is a struct.
+    pub names: Vec<String>,
+}
+
+/// A scalar inside an element.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lane {
+    pub offset: usize,
+    pub kind: LaneKind,
+}
+
+/// Type of a scalar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LaneKind {
+    F32,
+    F64,
+    U32,
+}
+
+impl Layout {
+    /// Bytes of the lanes that `write` feeds, element by element.
+    pub fn encode(&self, elements: usize, write: impl FnOnce(&mut dyn FnMut(f64))) -> Vec<u8> {
+        let mut bytes = vec![0; (elements * self.stride).next_multiple_of(4)];
+        let (mut base, mut k) = (0, 0);
+        write(&mut |x| {
+            let Lane { offset, kind } = self.lanes[k];
+            let at = base + offset;
+            match kind {
+                LaneKind::F32 => bytes[at..at + 4].copy_from_slice(&(x as f32).to_ne_bytes()),
+                LaneKind::F64 => bytes[at..at + 8].copy_from_slice(&x.to_ne_bytes()),
+                LaneKind::U32 => bytes[at..at + 4].copy_from_slice(&(x as u32).to_ne_bytes()),
+            }
+            k += 1;
+            if k == self.lanes.len() {
+                (base, k) = (base + self.stride, 0);
+            }
+        });
+        bytes
+    }
+
+    /// The lanes in these bytes, one per call.
+    pub fn decode<'a>(&'a self, bytes: &'a [u8]) -> impl FnMut() -> f64 + 'a {
+        let (mut base, mut k) = (0, 0);
+        move || {
+            let Lane { offset, kind } = self.lanes[k];
+            let at = base + offset;
+            let four = || bytes[at..at + 4].try_into().expect("four bytes");
+            let value = match kind {
+                LaneKind::F32 => f64::from(f32::from_ne_bytes(four())),
+                LaneKind::F64 => f64::from_ne_bytes(bytes[at..at + 8].try_into().expect("eight bytes")),
+                LaneKind::U32 => f64::from(u32::from_ne_bytes(four())),
+            };
+            k += 1;
+            if k == self.lanes.len() {
+                (base, k) = (base + self.stride, 0);
+            }
+            value
+        }
+    }
+}
