@@ -8,6 +8,7 @@ use crate::{
     body::grains::{member_ids, same_grain},
     contact::{
         geometry::{branch_vector, sphere_separation},
+        law::ContactState,
         materials::pair_of,
         normal::normal_force,
     },
@@ -195,7 +196,10 @@ impl Checker<'_> {
                 self.grow(&lists, self.state.list_start[bodies] as usize)?;
             }
             Op::Run(stage) if stage.name == "history_store" => {
-                self.grow(&["history_other", "history_spring"], self.state.history_start[bodies] as usize)?;
+                self.grow(
+                    &["history_other", "history_tangential_force", "history_impulse"],
+                    self.state.history_start[bodies] as usize,
+                )?;
             }
             _ => {}
         }
@@ -296,15 +300,17 @@ fn entries(s: &State, i: usize) -> impl Iterator<Item = Entry> {
     let here = &s.position[i];
     let entries = s.neighbour[entries.start.min(entries.end)..entries.end].iter().take_while(|entry| **entry != NONE);
     entries.map(|entry| (entry & INDEX) as usize).filter(move |j| *j < bodies + s.sizes.walls).map(move |j| {
-        let (gap, size) = if j < bodies {
+        let (gap, size, radius) = if j < bodies {
             let there = &s.position[j];
             let rest = position_low_of(s, i).radius + position_low_of(s, j).radius;
             let touch = sphere_separation(branch_vector(s, i, j), here.radius, there.radius, rest);
-            (touch.gap, here.radius + there.radius)
+            let size = here.radius + there.radius;
+            (touch.gap, size, here.radius * there.radius / size)
         } else {
-            (wall_separation(&s.wall[j - bodies], here, position_low_of(s, i)).gap, here.radius)
+            (wall_separation(&s.wall[j - bodies], here, position_low_of(s, i)).gap, here.radius, here.radius)
         };
-        Entry { overlap: -gap / size, force: normal_force(&pair_of(s, i, j), gap.min(0.0)) }
+        let c = ContactState { gap: gap.min(0.0), radius, ..ContactState::default() };
+        Entry { overlap: -gap / size, force: normal_force(s.model.normal, &pair_of(s, i, j), &c) }
     })
 }
 
@@ -385,7 +391,9 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
         | ("synchronise_clumps", "clump_velocity_next" | "clump_spin_next") => undecided[k / width],
         ("synchronise_clumps", _) => undecided[twin.clump_of_id[twin.id[k / width] as usize] as usize],
         ("measure_clumps", _) => (k / width..undecided.len()).step_by(crate::state::PARTIAL_SUMS).any(|c| undecided[c]),
-        ("advance" | "member_forces" | "fill_neighbours", "spring" | "neighbour") => undecided[owner(twin, k / width)],
+        ("advance" | "member_forces" | "fill_neighbours", "tangential_force" | "impulse" | "neighbour") => {
+            undecided[owner(twin, k / width)]
+        }
         ("measure", _) => (k / width..undecided.len()).step_by(crate::state::PARTIAL_SUMS).any(|i| undecided[i]),
         _ => false,
     };
@@ -398,7 +406,9 @@ fn compare(twin: &State, device: &State, stage: &Stage, array: &str, undecided: 
     // many times a grain's weight balance to it.
     let contact_force = || (0..twin.sizes.bodies).flat_map(|i| entries(twin, i)).map(|e| e.force).fold(0.0, f64::max);
     let floor = match (stage.name, array) {
-        ("advance" | "member_forces" | "contact_forces", "force" | "spring" | "member_force") => contact_force(),
+        ("advance" | "member_forces" | "contact_forces", "force" | "tangential_force" | "member_force") => {
+            contact_force()
+        }
         ("member_forces" | "contact_forces", "torque" | "member_torque") => {
             contact_force() * twin.position.iter().map(|p| p.radius).fold(0.0, f64::max)
         }

@@ -1,7 +1,7 @@
 //! The plan: what happens, in order. The function below is the first thing to read.
 
 use crate::{
-    model::{Grains, Method, Model, Precision, Rotation, Tangential},
+    model::{Grains, History, Method, Model, Precision, Rotation},
     stage::Stage,
 };
 use std::fmt;
@@ -81,12 +81,12 @@ pub fn plan(model: &Model) -> Plan {
     };
     use Op::{Clear, Run};
 
-    let frictional = model.tangential == Tangential::Coulomb;
+    let remembering = model.history == History::Kept;
 
     let begin = vec![Clear("counters"), Clear("halt"), Clear("halt_next")];
 
     let mut sort = Vec::new();
-    if frictional {
+    if remembering {
         sort.push(Run(&HISTORY_COUNT));
         sort.extend(SCAN_HISTORY.iter().map(Run));
         sort.push(Run(&HISTORY_STORE));
@@ -216,7 +216,7 @@ fn swaps<const N: usize>(pairs: [(bool, &'static str, &'static str); N]) -> impl
 /// What a pass has written becomes the last, and the last what was before.
 fn turns(model: &Model) -> impl Iterator<Item = Op> + use<> {
     swaps([
-        (!model.colored, "spring", "impulse_before"),
+        (!model.colored, "impulse", "impulse_before"),
         (model.colored, "colored_impulse", "colored_impulse_before"),
         (true, "pass_velocity", "pass_velocity_before"),
         (model.rotation == Rotation::Sphere, "pass_spin", "pass_spin_before"),

@@ -282,8 +282,8 @@ impl Simulation {
     fn run(&mut self, steps: u32) -> Result<Counters> {
         if self.springs as usize > self.history_len {
             self.history_len = with_room(self.springs);
-            for array in ["history_other", "history_spring"] {
-                self.engine.resize(array, self.history_len)?;
+            for array in ARRAYS.iter().filter(|a| a.length == Length::History && (a.needed)(&self.state.model)) {
+                self.engine.resize(array.name, self.history_len)?;
             }
         }
         let params = self.params();

@@ -3,7 +3,7 @@
 //! The CPU engine works on this struct; the GPU engine keeps buffers of the same names, whose layout it reads from the
 //! WGSL text, so that no struct is described twice. On the CPU a plane is space with z = 0.
 
-use crate::model::{Grains, Materials, Method, Model, Precision, Rotation, Tangential, Walls};
+use crate::model::{Grains, History, Materials, Method, Model, Precision, Rotation, Tangential, Walls};
 use glam::{DVec3, DVec4, UVec3};
 use std::any::Any;
 
@@ -505,7 +505,10 @@ fn single(m: &Model) -> bool {
     m.precision == Precision::Single
 }
 fn frictional(m: &Model) -> bool {
-    m.tangential == Tangential::Coulomb
+    m.tangential != Tangential::None && !rigid(m)
+}
+fn remembering(m: &Model) -> bool {
+    m.history == History::Kept
 }
 fn rotating(m: &Model) -> bool {
     m.rotation == Rotation::Sphere
@@ -580,10 +583,12 @@ state! {
     tile_sum: u32, Tiles, "sums of the prefix sum", always;
     list_start: u32, BodiesPlusOne, "index into neighbour", always;
     neighbour: u32, Entries, "index and flag; wall w is bodies + w", always;
-    spring: Packed, Entries, "N, contact dynamics N s", frictional;
-    history_start: u32, BodiesPlusOne, "index into history_other", frictional;
-    history_other: u32, History, "index before the sort", frictional;
-    history_spring: Packed, History, "as spring", frictional;
+    tangential_force: Packed, Entries, "N", frictional;
+    impulse: Packed, Entries, "N s", rigid;
+    history_start: u32, BodiesPlusOne, "index into history_other", remembering;
+    history_other: u32, History, "index before the sort", remembering;
+    history_tangential_force: Packed, History, "N", frictional;
+    history_impulse: Packed, History, "N s", rigid;
     contact_geometry: ContactGeometry, Entries, "1, m/s", rigid;
     effective_mass: EffectiveMass, Entries, "m, m, 1/kg, 1/kg", rigid;
     delassus_eigenvalue: f64, Entries, "1/kg", rigid_clumped;

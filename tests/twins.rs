@@ -9,10 +9,10 @@ use packstone::{
     Result,
     body::{bodies::body, rotation::integrate_sphere_spin},
     check::{Report, check},
+    contact::{contacts::contacts_of, law::contact_of},
     dem::leapfrog::integrate_velocity,
     engine::{cpu::apply, gpu::layouts},
     gpu::Arrays,
-    contact::{contacts::contacts_of, law::contact_of},
     model::{
         Boundary, Damping as DampingSlot, Dimension, Grains, Gyroscopic, Materials, Method as MethodSlot, Model,
         Precision, Rotation, Tangential, Walls,
@@ -88,7 +88,11 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
         solver: Solver {
             method: if rigid {
                 Method::ContactDynamics(Relaxation {
-                    solver: if model.colored { solve::Solver::ColouredAccelerated } else { solve::Solver::JacobiAccelerated },
+                    solver: if model.colored {
+                        solve::Solver::ColouredAccelerated
+                    } else {
+                        solve::Solver::JacobiAccelerated
+                    },
                     order: solve::Order::default(),
                     tolerance: 1e-4,
                     max_iterations: 30,
@@ -252,7 +256,11 @@ fn many_contacts_at_a_time_are_as_one_by_one() {
         for i in 0..before.sizes.bodies {
             let here = body(&before, i);
             let sum = contacts_of(&before, i, &here, contact_of);
-            assert_eq!(state.velocity[i].v, integrate_velocity(&before, &here.velocity, sum.force), "{model:?}, grain {i}");
+            assert_eq!(
+                state.velocity[i].v,
+                integrate_velocity(&before, &here.velocity, sum.force),
+                "{model:?}, grain {i}"
+            );
             let spin = integrate_sphere_spin(&before, &here, sum.torque);
             assert!(state.spin.get(i).is_none_or(|s| s.0 == spin), "{model:?}, spin of grain {i}");
         }

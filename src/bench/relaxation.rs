@@ -5,10 +5,10 @@ use super::{
     trial::{Backend, Cost, Setting, automatic_step, scene},
 };
 use crate::{
-    solve::{Order, Solver},
     error::{Error, Result},
     scene::{Assembly, Method, Relaxation, TimeStep},
     simulation::{Simulation, rigid::Look},
+    solve::{Order, Solver},
 };
 use glam::DVec3;
 

@@ -24,8 +24,8 @@ pub fn bytes(model: &Model, stage: &Stage, sizes: &Sizes, stride: impl Fn(&str) 
 mod tests {
     use super::*;
     use crate::{
-        engine::gpu::layouts,
         dem::ADVANCE,
+        engine::gpu::layouts,
         model::Precision,
         plan::plan,
         scene::Scene,

@@ -256,7 +256,7 @@ fn solve_grains<I: Inertia>(
     if grains.is_empty() {
         return Ok(Solution::default());
     }
-    let start: Vec<DVec3> = grains.contact_ids.iter().map(|m| m.in_frame(s.spring[m.entry].0)).collect();
+    let start: Vec<DVec3> = grains.contact_ids.iter().map(|m| m.in_frame(s.impulse[m.entry].0)).collect();
     let options = Options {
         tolerance: relaxation.tolerance,
         max_iterations: relaxation.max_iterations as usize,
@@ -285,9 +285,9 @@ fn solve_grains<I: Inertia>(
     }
     for (m, r) in grains.contact_ids.iter().zip(&solution.r) {
         let impulse = m.impulse(*r);
-        s.spring[m.entry] = Packed(impulse);
+        s.impulse[m.entry] = Packed(impulse);
         if let Some(entry) = m.slot_to {
-            s.spring[entry] = Packed(-impulse);
+            s.impulse[entry] = Packed(-impulse);
         }
     }
     Ok(solution)
@@ -318,7 +318,7 @@ impl Simulation {
             "neighbour",
             "contact_geometry",
             "effective_mass",
-            "spring",
+            "impulse",
             "solver_state",
         ];
         let present = |names: &[&'static str], s: &State| -> Vec<&'static str> {
@@ -331,7 +331,7 @@ impl Simulation {
         self.solved.local_failures += solution.local_failures as u64;
         let look = |r: &Record| Look { passes: passes + r.pass as u32, residual: r.residual, seconds: r.seconds };
         self.looks.extend(solution.history.iter().map(look));
-        let names = present(&["spring", "pass_velocity", "pass_spin"], &self.state);
+        let names = present(&["impulse", "pass_velocity", "pass_spin"], &self.state);
         self.engine.write(&names, &self.state)?;
         Ok(passes + solution.passes as u32)
     }
