@@ -49,6 +49,7 @@
 //! implements: the classic discrete element method of Cundall and Strack, in the sign conventions given there
 //! ([`laws`]). `ARCHITECTURE.md` says what to touch to add a law, a kernel or a scene key.
 
+#[cfg(feature = "bench")]
 pub mod bench;
 pub mod cd;
 pub mod check;
@@ -62,6 +63,7 @@ pub mod measure;
 pub mod memory;
 pub mod model;
 pub mod plan;
+#[cfg(feature = "render")]
 pub mod render;
 pub mod scene;
 pub mod shaders;

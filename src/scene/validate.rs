@@ -141,8 +141,11 @@ fn method(solver: &schema::Solver, check: &Check) -> Result<Method> {
         return Err(check.origin.bad("solver.max_iterations", 0, "must be at least 1"));
     }
     let correction = solver.max_correction_velocity;
+    let relaxation: cd::Solver =
+        word("relaxation", solver.relaxation.as_deref(), cd::Solver::JacobiAccelerated, check)?;
+    relaxation.check_built().map_err(|error| check.origin.wrong("solver.relaxation", error))?;
     Ok(Method::ContactDynamics(Relaxation {
-        solver: word("relaxation", solver.relaxation.as_deref(), cd::Solver::JacobiAccelerated, check)?,
+        solver: relaxation,
         order: word("order", solver.order.as_deref(), cd::Order::default(), check)?,
         tolerance: check.positive("solver.tolerance", solver.tolerance.unwrap_or(1e-3), "")?,
         max_iterations: solver.max_iterations.unwrap_or(1000),
