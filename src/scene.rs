@@ -10,6 +10,7 @@ mod neighbours;
 mod overrides;
 mod populate;
 mod radius;
+mod rows;
 mod schema;
 mod shape;
 mod table;
