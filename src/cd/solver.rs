@@ -1,6 +1,8 @@
 //! One interface for all solvers, and the watch that none of them escapes: what is returned is the best iterate there
 //! was, with the residual it has.
 
+#[cfg(feature = "socp")]
+use super::socp;
 use super::{
     contact::Contact,
     gauss_seidel::{self, Order},
@@ -9,8 +11,6 @@ use super::{
     problem::Problem,
     residual,
 };
-#[cfg(feature = "socp")]
-use super::socp;
 use crate::error::{Error, Result};
 use glam::DVec3;
 use std::time::Instant;
@@ -61,9 +61,9 @@ impl Solver {
     /// [`Error::Problem`] with the cargo feature that is missing.
     pub fn check_built(self) -> Result<()> {
         match self {
-            Solver::Socp if cfg!(not(feature = "socp")) => {
-                Err(Error::Problem("packstone was built without the cargo feature `socp`, which the solver needs".into()))
-            }
+            Solver::Socp if cfg!(not(feature = "socp")) => Err(Error::Problem(
+                "packstone was built without the cargo feature `socp`, which the solver needs".into(),
+            )),
             _ => Ok(()),
         }
     }

@@ -221,7 +221,8 @@ fn check_shape(k: usize, shape: &Shape, check: &Check) -> Result<()> {
         return Err(check.origin.wrong(&at("members"), "must have at least one"));
     }
     if shape.exposed.len() != shape.members.len() {
-        let rule = format!("has {} entries, must have one for each of {} members", shape.exposed.len(), shape.members.len());
+        let rule =
+            format!("has {} entries, must have one for each of {} members", shape.exposed.len(), shape.members.len());
         return Err(check.origin.wrong(&at("exposed"), rule));
     }
     for (m, member) in shape.members.iter().enumerate() {

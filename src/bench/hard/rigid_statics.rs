@@ -1,15 +1,15 @@
 //! Few rigid grains whose equilibrium is known, and springs beside them.
 
+use super::common::*;
 use super::{Figure, Length, relaxation, scene, solved_to, sprung, worse};
-use crate::common::*;
-use glam::DVec3;
-use packstone::{
+use crate::{
     cd::Solver,
     measure::masses,
     scene::{Assembly, Grain, Surface},
     simulation::Simulation,
     state::{INDEX, NONE},
 };
+use glam::DVec3;
 
 /// Stiffness of a spring that this weight compresses by this part of R, N/m.
 fn stiffness(scene: &Assembly, part: f64) -> f64 {

@@ -1,8 +1,8 @@
 //! Contact dynamics and DEM of the same scenes: packings and a collapse.
 
+use super::common::*;
 use super::{Figure, Length, changed_scene, sprung};
-use crate::common::*;
-use packstone::{
+use crate::{
     laws::contact::{body, closed_contacts},
     measure::backbone,
     scene::{Assembly, Dashpot},
@@ -25,7 +25,7 @@ fn pairs(simulation: &mut Simulation) -> Vec<(u32, u32)> {
 }
 
 /// Volume of a sphere below a height, m³.
-fn below(grain: &packstone::scene::Grain, height: f64) -> f64 {
+fn below(grain: &crate::scene::Grain, height: f64) -> f64 {
     let t = (height - grain.position.z + grain.radius).clamp(0.0, 2.0 * grain.radius);
     PI / 3.0 * t * t * (3.0 * grain.radius - t)
 }
