@@ -4,6 +4,7 @@
 
 mod agreement;
 mod clumps;
+#[doc(hidden)] // for the tests
 pub mod common;
 mod contact;
 mod fast;
@@ -15,6 +16,7 @@ mod rigid_crowds;
 mod rigid_statics;
 mod sizes;
 mod steps;
+#[doc(hidden)] // for the tests
 pub mod stiffness;
 
 use crate::{
