@@ -56,6 +56,8 @@ struct HardArgs {
 }
 
 fn hard(args: &HardArgs) -> anyhow::Result<ExitCode> {
+    let folder = hard::folder();
+    anyhow::ensure!(folder.is_dir(), "{}: is no folder; hard cases need packstone's source tree", folder.display());
     let length = if args.short { hard::Length::Short } else { hard::Length::Full };
     let printed = match &args.case {
         Some(case) => hard::print([hard::named(case)?], length, &mut std::io::stdout()),

@@ -316,7 +316,7 @@ fn check_clumps(clumps: &[Clump], shapes: &[Shape], domain: &Domain, check: &Che
                 return Err(check.origin.wrong("domain", message));
             }
         }
-        check_in_domain("clump", id, clump.position, domain, check)?;
+        check_in_domain("clump", id, clump.position, domain, [true; 3], check)?;
     }
     Ok(())
 }
@@ -325,8 +325,10 @@ fn check_grains(assembly: &Assembly, check: &Check) -> Result<()> {
     let Assembly { domain, walls, grains, clumps, solver: Solver { allow_overlap, .. }, .. } = assembly;
     let largest = grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
     check_periods(domain, largest, check)?;
+    // Members may stand out of a period that the centre of their clump is in.
+    let bounded = domain.periodic.map(|periodic| !periodic || clumps.is_empty());
     for (id, grain) in grains.iter().enumerate() {
-        check_in_domain("grain", id, grain.position, domain, check)?;
+        check_in_domain("grain", id, grain.position, domain, bounded, check)?;
         for wall in walls {
             check_at_wall(id, grain, wall, *allow_overlap, check)?;
         }
@@ -354,8 +356,15 @@ fn check_periods(domain: &Domain, largest: f64, check: &Check) -> Result<()> {
     Ok(())
 }
 
-fn check_in_domain(what: &str, id: usize, position: DVec3, domain: &Domain, check: &Check) -> Result<()> {
-    for (axis, name) in AXES.iter().enumerate() {
+fn check_in_domain(
+    what: &str,
+    id: usize,
+    position: DVec3,
+    domain: &Domain,
+    bounded: [bool; 3],
+    check: &Check,
+) -> Result<()> {
+    for (axis, name) in AXES.iter().enumerate().filter(|(axis, _)| bounded[*axis]) {
         let (low, high) = (domain.lower[axis], domain.upper[axis]);
         if !(low..=high).contains(&position[axis]) {
             let message = format!(
