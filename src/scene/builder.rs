@@ -363,7 +363,7 @@ impl Side {
 pub struct WallBuilder(schema::Wall);
 
 impl WallBuilder {
-    fn new(kind: schema::WallKind, material: &str) -> schema::Wall {
+    fn empty(kind: schema::WallKind, material: &str) -> schema::Wall {
         schema::Wall {
             kind,
             name: None,
@@ -385,7 +385,7 @@ impl WallBuilder {
         WallBuilder(schema::Wall {
             point: Some(per_axis(point)),
             normal: Some(per_axis(normal)),
-            ..WallBuilder::new(schema::WallKind::Plane, material)
+            ..WallBuilder::empty(schema::WallKind::Plane, material)
         })
     }
 
@@ -394,7 +394,7 @@ impl WallBuilder {
         WallBuilder(schema::Wall {
             lower: Some(per_axis(lower)),
             upper: Some(per_axis(upper)),
-            ..WallBuilder::new(schema::WallKind::Box, material)
+            ..WallBuilder::empty(schema::WallKind::Box, material)
         })
     }
 
@@ -403,7 +403,7 @@ impl WallBuilder {
         WallBuilder(schema::Wall {
             center: Some(center.to_vec()),
             radius: Some(radius),
-            ..WallBuilder::new(schema::WallKind::Cylinder, material)
+            ..WallBuilder::empty(schema::WallKind::Cylinder, material)
         })
     }
 
@@ -439,7 +439,7 @@ impl WallBuilder {
 pub struct ShapeBuilder(schema::Shape);
 
 impl ShapeBuilder {
-    fn new(name: &str) -> schema::Shape {
+    fn empty(name: &str) -> schema::Shape {
         schema::Shape {
             name: name.to_owned(),
             members: None,
@@ -460,22 +460,22 @@ impl ShapeBuilder {
     pub fn of_members<C: Into<PerAxis>>(name: &str, members: impl IntoIterator<Item = (C, f64)>) -> ShapeBuilder {
         let member = |(center, radius): (C, f64)| schema::Member { center: per_axis(center), radius };
         let members = Some(members.into_iter().map(member).collect());
-        ShapeBuilder(schema::Shape { members, ..ShapeBuilder::new(name) })
+        ShapeBuilder(schema::Shape { members, ..ShapeBuilder::empty(name) })
     }
 
     /// The spheres (disks) of a CSV table with the columns x, y, z (not in two dimensions) and radius.
     pub fn of_file(name: &str, path: &str) -> ShapeBuilder {
-        ShapeBuilder(schema::Shape { file: Some(path.to_owned()), ..ShapeBuilder::new(name) })
+        ShapeBuilder(schema::Shape { file: Some(path.to_owned()), ..ShapeBuilder::empty(name) })
     }
 
     /// By a rule of the library. Scenes have all of them under their own names already, with the defaults.
     pub fn of_kind(name: &str, kind: Kind) -> ShapeBuilder {
-        ShapeBuilder(schema::Shape { kind: Some(kind.label().to_owned()), ..ShapeBuilder::new(name) })
+        ShapeBuilder(schema::Shape { kind: Some(kind.label().to_owned()), ..ShapeBuilder::empty(name) })
     }
 
     /// A closed surface of triangles in an STL file, filled by spheres (three dimensions).
     pub fn of_mesh(name: &str, path: &str) -> ShapeBuilder {
-        ShapeBuilder(schema::Shape { mesh: Some(path.to_owned()), ..ShapeBuilder::new(name) })
+        ShapeBuilder(schema::Shape { mesh: Some(path.to_owned()), ..ShapeBuilder::empty(name) })
     }
 
     /// Mass properties at density 1: volume, centre of mass, and the inertia about it as `[Jxx, Jyy, Jzz, Jxy, Jxz, Jyz]`, in two
