@@ -1,5 +1,5 @@
 //! Hard cases for DEM (`packstone bench hard`). Each is a function that measures figures on one engine, with what theory expects
-//! and how far rounding or the scheme's order lets it be off. `tests/hard` makes each a test on all engines; [`print`] makes of the
+//! and how far rounding or the scheme's order lets it be off. `tests/hard` makes each a test on all engines; [`print()`] makes of the
 //! same figures the table of `docs/hard-cases.md`.
 
 mod agreement;
