@@ -58,7 +58,9 @@ fn message<T>(outcome: packstone::Result<T>) -> String {
 /// Debug output has every digit of every number.
 fn assert_same(built: packstone::Result<Assembly>, text: &str) {
     let read = file(text).unwrap_or_else(|error| panic!("{error}\n{text}"));
-    assert_eq!(format!("{:#?}", built.unwrap()), format!("{read:#?}"));
+    let built = built.unwrap();
+    assert_eq!(built, read);
+    assert_eq!(format!("{built:?}"), format!("{read:?}"));
 }
 
 #[test]
