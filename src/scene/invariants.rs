@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use super::check::{self, Check, show};
 use super::validate::{check_count, check_output, check_solver, check_start, check_stop, fold_ends};
 use super::walls::not_periodic;
-use super::{Assembly, Clump, Dashpot, Grain, Method, Origin, Shape, Surface, materials};
+use super::{Assembly, Clump, Dashpot, Grain, Method, Origin, Shape, Surface};
 use crate::Result;
 
 /// How far a direction may be from unit length, and a member from where its clump has it, in radii of the clump: rounding of single
@@ -67,9 +67,8 @@ impl Assembly {
     }
 
     fn check_materials(&self, check: &Check) -> Result<()> {
-        for material in &self.materials {
-            materials::check_name(&material.name, check)?;
-            check.positive(&format!("material.{}.density", material.name), material.density, " of kg/m³")?;
+        for (k, material) in self.materials.iter().enumerate() {
+            check.positive(&format!("material.{k}.density"), material.density, " of kg/m³")?;
         }
         let count = self.materials.len();
         if self.pairs.len() != count * count {

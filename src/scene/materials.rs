@@ -30,7 +30,7 @@ pub fn pairs(file: &File, check: &Check) -> Result<Vec<Pair>> {
 }
 
 /// Tables of grains hold the names of materials as they are, so that a name must not look like two values or two rows.
-pub fn check_name(name: &str, check: &Check) -> Result<()> {
+fn check_name(name: &str, check: &Check) -> Result<()> {
     let foreign = |c: char| c == ',' || c == '"' || c.is_control() || matches!(c, '\u{2028}' | '\u{2029}');
     if !name.is_empty() && name.trim() == name && !name.contains(foreign) {
         return Ok(());
