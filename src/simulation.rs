@@ -1,11 +1,13 @@
 //! Simulation = scene + plan + engine + state: advances in chunks, replays a chunk that did not fit, and hands out
 //! samples and states.
 
+mod columns;
 mod host;
 pub mod profile;
 pub mod rigid;
 mod setup;
 
+pub use columns::Columns;
 pub use setup::Setup;
 
 use crate::{
@@ -180,8 +182,11 @@ impl Simulation {
     /// Build a scene and bring it to time 0.
     ///
     /// # Errors
-    /// [`Error::Scene`] for a time step above the bound, [`Error::Device`] if there is no adapter or not enough memory.
-    pub fn new(assembly: Assembly, options: Options) -> Result<Simulation> {
+    /// [`Error::Scene`] for what [`Assembly::validate`] refuses and for a time step above the bound, [`Error::Device`] if there is
+    /// no adapter or not enough memory.
+    pub fn new(mut assembly: Assembly, options: Options) -> Result<Simulation> {
+        assembly.validate()?;
+        assembly.fold_ends();
         let (Setup { state, plan, dt_bound }, engine, notice) = build(&assembly, &options)?;
         let slots = state.sizes.entries;
         let most_passes = match assembly.solver.method {
@@ -458,6 +463,14 @@ impl Simulation {
             grain.spin = s.spin_next.get(i).map_or(grain.spin, |spin| spin.0);
         }
         Ok(grains)
+    }
+
+    /// The same as columns.
+    ///
+    /// # Errors
+    /// As [`Simulation::grains`].
+    pub fn columns(&mut self) -> Result<Columns> {
+        Ok(Columns::from(&self.grains()?[..]))
     }
 
     /// All clumps now, in input order, with velocities and spins brought to the time of the positions; empty in a scene without.

@@ -50,6 +50,7 @@ const LAYERS: &[(&str, u32)] = &[
     ("check", 11),
     ("io", 11),
     ("bench", 12),
+    ("prelude", 12),
 ];
 
 #[test]

@@ -3,7 +3,6 @@
 use encase::ShaderType;
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4, Vec4Swizzles};
 
-use super::cull::Disk;
 use super::stage::Stage;
 
 /// Samples per pixel in each direction.
@@ -16,6 +15,18 @@ const MARGIN: f32 = 0.045;
 const EYE: (f32, f32) = (-60.0, 24.0);
 /// The same of the key light: over the left shoulder of the viewer.
 const LIGHT: (f32, f32) = (-110.0, 52.0);
+
+/// A ball as an eye sees it: lengths across in cells of the coarse picture, depths in any unit.
+#[derive(Clone, Copy, Debug)]
+pub struct Disk {
+    pub center: Vec2,
+    /// Radius of a circle that the ball covers, and depth of the farthest point of what covers it.
+    pub covered: f32,
+    pub middle: f32,
+    /// Radius of a circle that holds all of the ball, and depth of its nearest point.
+    pub touched: f32,
+    pub near: f32,
+}
 
 /// The uniform of every pass; see `shaders/render.wgsl`, whose struct of this name has the same layout.
 #[derive(Clone, Copy, Debug, Default, ShaderType)]

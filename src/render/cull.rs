@@ -5,24 +5,12 @@ use std::ops::Range;
 
 use glam::{UVec2, Vec2, Vec4};
 
-use super::camera::{self, Camera, View};
+use super::camera::{self, Camera, Disk, View};
 use super::neighbours::{REACH, near_wall};
 use super::stage::{Face, Stage};
 
 /// Longer side of the coarse picture by which hidden grains are found.
 const CULL_CELLS: u32 = 1024;
-
-/// A ball as an eye sees it: lengths across in cells of the coarse picture, depths in any unit.
-#[derive(Clone, Copy, Debug)]
-pub struct Disk {
-    pub center: Vec2,
-    /// Radius of a circle that the ball covers, and depth of the farthest point of what covers it.
-    pub covered: f32,
-    pub middle: f32,
-    /// Radius of a circle that holds all of the ball, and depth of its nearest point.
-    pub touched: f32,
-    pub near: f32,
-}
 
 /// For each cell, the smallest depth at which all of it is covered by some ball.
 pub struct Curtain {

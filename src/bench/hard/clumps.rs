@@ -1,13 +1,13 @@
 //! Clumps: a body that turns for very long, and packings of grains that are no spheres.
 
+use super::common::*;
 use super::{Figure, Length, changed_scene, worse};
-use crate::common::*;
-use glam::DVec3;
-use packstone::{
+use crate::{
     body::grains,
     measure::packing_fraction,
     scene::{Clump, Shape},
 };
+use glam::DVec3;
 
 /// A free body with J = (1, 2, 3), ω Δt = 1e-3, 10^7 steps: the quaternion stays one, energy and angular momentum stay where they
 /// are but for what the scheme lets them oscillate by.
