@@ -2,11 +2,7 @@
 //!
 //! `cargo run --release --example packing`
 
-use packstone::{
-    measure::packing_fraction,
-    scene::Scene,
-    simulation::{EngineChoice, Options, Simulation},
-};
+use packstone::prelude::*;
 
 fn main() -> packstone::Result<()> {
     let (smooth, rough) = (packing(0.0)?, packing(0.5)?);
@@ -18,35 +14,15 @@ fn main() -> packstone::Result<()> {
 
 /// Packing fraction and coordination number of 800 spheres at rest, periodic sideways.
 fn packing(friction: f64) -> packstone::Result<(f64, f64)> {
-    let text = format!(
-        r#"
-        dimension = 3
-        [domain]
-        lower = [0, 0, 0]
-        upper = [0.016, 0.016, 0.3]
-        boundary = ["periodic", "periodic", "open"]
-        [material.glass]
-        density = 2500
-        normal_stiffness = 2000
-        friction = {friction}
-        restitution = 0.3
-        [[wall]]
-        kind = "plane"
-        material = "glass"
-        point = [0, 0, 0]
-        normal = [0, 0, 1]
-        [[population]]
-        material = "glass"
-        count = 800
-        radius = {{ uniform = [0.9e-3, 1.1e-3] }}
-        velocity_spread = 0.1
-        [solver]
-        damping = 20
-        [stop]
-        time = 0.15
-        "#
-    );
-    let assembly = Scene::parse(&text, "packing", ".".as_ref(), &[])?.assemble()?;
+    let glass = MaterialBuilder::new(2500.0).normal_stiffness(2000.0).friction(friction).restitution(0.3);
+    let assembly = Scene::builder(3)
+        .domain([0.0; 3], [0.016, 0.016, 0.3], [Face::Periodic, Face::Periodic, Face::Open])
+        .material("glass", glass)
+        .wall(WallBuilder::plane("glass", [0.0; 3], [0.0, 0.0, 1.0]))
+        .population(PopulationBuilder::new("glass", 800, Radii::uniform(0.9e-3, 1.1e-3)).velocity_spread(0.1))
+        .solver(SolverBuilder::discrete_elements().damping(20.0))
+        .stop_time(0.15)
+        .assemble()?;
     let mut simulation = Simulation::new(assembly, Options { engine: EngineChoice::Cpu, ..Options::default() })?;
     if friction == 0.0 {
         println!("{}", simulation.notice());

@@ -4,10 +4,7 @@
 //!
 //! `cargo run --release --example superball`
 
-use packstone::{
-    scene::Scene,
-    simulation::{EngineChoice, Options, Simulation},
-};
+use packstone::prelude::*;
 
 fn main() -> packstone::Result<()> {
     let (friction, v_n) = (0.3, 0.005); // slow, so that the overlap stays far below the radius
@@ -23,37 +20,20 @@ fn main() -> packstone::Result<()> {
 
 /// Tangential velocity of the contact point after the bounce, in units of friction × normal speed.
 fn bounce(psi: f64, friction: f64, v_n: f64) -> packstone::Result<f64> {
-    let text = format!(
-        r#"
-        dimension = 3
-        gravity = [0, 0, 0]
-        [material.rubber]
-        density = 1000
-        normal_stiffness = 1e5
-        friction = {friction}
-        [[wall]]
-        kind = "plane"
-        material = "rubber"
-        point = [0, 0, 0]
-        normal = [0, 0, 1]
-        [[grain]]
-        position = [0, 0, 0.01]
-        velocity = [{v_t}, 0, -{v_n}]
-        radius = 0.01
-        material = "rubber"
-        [solver]
-        dt = 1e-6
-        [stop]
-        time = 2e-3
-        "#,
-        v_t = psi * friction * v_n,
-    );
-    let assembly = Scene::parse(&text, "superball", ".".as_ref(), &[])?.assemble()?;
+    let ball = GrainBuilder::new("rubber", [0.0, 0.0, 0.01], 0.01).velocity([psi * friction * v_n, 0.0, -v_n]);
+    let assembly = Scene::builder(3)
+        .gravity([0.0; 3])
+        .material("rubber", MaterialBuilder::new(1000.0).normal_stiffness(1e5).friction(friction))
+        .wall(WallBuilder::plane("rubber", [0.0; 3], [0.0, 0.0, 1.0]))
+        .grain(ball)
+        .solver(SolverBuilder::discrete_elements().dt(1e-6))
+        .stop_time(2e-3)
+        .assemble()?;
     let options = Options { engine: EngineChoice::Cpu, ..Options::default() };
     let mut simulation = Simulation::new(assembly, options)?;
     simulation.advance(2000)?;
-    let grain = simulation.grains()?[0];
+    let grains = simulation.columns()?;
     // Contact point: v + ω × (-R e_z).
-    let slip = grain.velocity.x - grain.spin.y * grain.radius;
+    let slip = grains.velocity[0].x - grains.spin[0].y * grains.radius[0];
     Ok(slip / (friction * v_n))
 }

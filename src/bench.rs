@@ -7,6 +7,7 @@
 mod copy;
 mod ensembles;
 mod front;
+pub mod hard;
 mod invariants;
 mod lattice;
 mod local;

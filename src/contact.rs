@@ -1,6 +1,7 @@
 //! Contact: what two surfaces do to each other, and what they remember.
 
 pub mod batch;
+pub mod cohesion;
 pub mod contacts;
 pub mod damping;
 pub mod geometry;
@@ -9,4 +10,5 @@ pub mod law;
 pub mod materials;
 pub mod normal;
 pub mod overlap;
+pub mod rolling;
 pub mod tangential;

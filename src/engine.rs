@@ -15,8 +15,8 @@ use crate::{
     state::{Array, Counters, Params, State},
 };
 
-/// What a simulation needs from the machine it runs on.
-pub trait Engine {
+/// What a simulation needs from the machine it runs on. It can go to another thread.
+pub trait Engine: Send {
     /// `cpu` or `gpu`.
     fn name(&self) -> &'static str;
     /// The adapter, or the number of threads.

@@ -3,42 +3,38 @@
 //!
 //! # A first packing
 //!
-//! A scene is a TOML text (keys: `docs/scene.md`). It is validated into an [`Assembly`](scene::Assembly), which a
+//! A scene is built in code, or read from a TOML text ([`Scene::load`](scene::Scene::load)); keys, defaults and checks are the same
+//! (`docs/scene.md`). All quantities are in SI units. It is validated into an [`Assembly`](scene::Assembly), which a
 //! [`Simulation`](simulation::Simulation) advances:
 //!
 //! ```
-//! use packstone::{scene::Scene, simulation::{EngineChoice, Options, Simulation}};
+//! use packstone::prelude::*;
 //!
-//! let text = r#"
-//!     dimension = 3
-//!     [material.glass]
-//!     density = 2500          # kg/m³
-//!     normal_stiffness = 2e3  # N/m
-//!     friction = 0.5
-//!     restitution = 0.3
-//!     [[wall]]
-//!     kind = "plane"
-//!     material = "glass"
-//!     point = [0, 0, 0]
-//!     normal = [0, 0, 1]
-//!     [[grain]]
-//!     position = [0, 0, 1.2e-3]
-//!     radius = 1e-3
-//!     material = "glass"
-//!     [stop]
-//!     time = 0.1
-//! "#;
-//! let scene = Scene::parse(text, "one grain", ".".as_ref(), &[])?;
+//! let glass = MaterialBuilder::new(2500.0) // kg/m³
+//!     .normal_stiffness(2e3) // N/m
+//!     .friction(0.5)
+//!     .restitution(0.3);
+//! let assembly = Scene::builder(3)
+//!     .material("glass", glass)
+//!     .wall(WallBuilder::plane("glass", [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]))
+//!     .grain(GrainBuilder::new("glass", [0.0, 0.0, 1.2e-3], 1e-3))
+//!     .stop_time(0.1)
+//!     .assemble()?;
 //! let options = Options { engine: EngineChoice::Cpu, ..Options::default() };
-//! let mut simulation = Simulation::new(scene.assemble()?, options)?;
+//! let mut simulation = Simulation::new(assembly, options)?;
 //! simulation.advance((0.1 / simulation.dt()) as u64)?;
 //!
 //! // At rest the spring carries the weight: overlap = m g / k.
-//! let grain = simulation.grains()?[0];
+//! let grains = simulation.columns()?;
 //! let weight = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * 1e-9 * 9.81;
-//! assert!((1e-3 - grain.position.z - weight / 2e3).abs() < 1e-12);
+//! assert!((1e-3 - grains.position[0].z - weight / 2e3).abs() < 1e-12);
 //! # Ok::<(), packstone::Error>(())
 //! ```
+//!
+//! # Cargo features
+//!
+//! All are on by default. `cli` is the program `packstone`; `bench` measures errors beside speed, `render` draws pictures, `fclib`
+//! reads contact problems from HDF5 files, `socp` solves them by cone programs. Without any of them all of the simulator is there.
 //!
 //! # How it is built
 //!
@@ -49,6 +45,7 @@
 //! implements: the classic discrete element method of Cundall and Strack, in the sign conventions given there
 //! ([`contact`]). `ARCHITECTURE.md` says what to touch to add a law, a kernel or a scene key.
 
+#[cfg(feature = "bench")]
 pub mod bench;
 pub mod body;
 pub mod check;
@@ -65,6 +62,8 @@ pub mod neighbours;
 pub mod nscd;
 pub mod plan;
 pub mod plans;
+pub mod prelude;
+#[cfg(feature = "render")]
 pub mod render;
 pub mod scene;
 pub mod shaders;
@@ -76,3 +75,5 @@ pub mod state;
 pub mod time_step;
 
 pub use error::{Error, Result};
+/// Vectors and quaternions of the interface.
+pub use glam;

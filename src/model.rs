@@ -73,7 +73,19 @@ slot!(
     Damping in "contact/damping" { None = "none", Restitution = "restitution", MassScaled = "mass_scaled" }
 );
 slot!(
-    /// Tangential contact law; owns what a contact remembers: its spring, or in contact dynamics its impulse, friction or not.
+    /// Whether contacts remember anything; what, those say who own it.
+    History in "contact/history" { None = "none", Kept = "kept" }
+);
+slot!(
+    /// Rolling resistance.
+    Rolling in "contact/rolling" { None = "none" }
+);
+slot!(
+    /// Attraction of surfaces.
+    Cohesion in "contact/cohesion" { None = "none" }
+);
+slot!(
+    /// Tangential contact law; owns the tangential force.
     Tangential in "contact/tangential" { None = "none", Coulomb = "coulomb" }
 );
 slot!(
@@ -107,6 +119,9 @@ pub struct Model {
     pub normal: Normal,
     pub damping: Damping,
     pub tangential: Tangential,
+    pub rolling: Rolling,
+    pub cohesion: Cohesion,
+    pub history: History,
     pub rotation: Rotation,
     pub grains: Grains,
     pub gyroscopic: Gyroscopic,
@@ -144,6 +159,9 @@ impl Model {
                 Some(DashpotLaw::MassScaled(_)) => Damping::MassScaled,
             },
             tangential: if frictional || rigid { Tangential::Coulomb } else { Tangential::None },
+            rolling: Rolling::None,
+            cohesion: Cohesion::None,
+            history: if frictional || rigid { History::Kept } else { History::None },
             rotation: if frictional || spinning { Rotation::Sphere } else { Rotation::None },
             grains: if clumped { Grains::Clumps } else { Grains::Spheres },
             gyroscopic: if clumped && gyroscopic { Gyroscopic::Kept } else { Gyroscopic::Dropped },
@@ -163,7 +181,7 @@ impl Model {
     }
 
     /// The slots as (slot, alternative), for people.
-    pub fn slots(&self) -> [(&'static str, &'static str); 12] {
+    pub fn slots(&self) -> [(&'static str, &'static str); 15] {
         [
             ("precision", self.precision.label()),
             ("dimension", self.dimension.label()),
@@ -172,6 +190,9 @@ impl Model {
             ("normal", self.normal.label()),
             ("damping", self.damping.label()),
             ("tangential", self.tangential.label()),
+            ("rolling", self.rolling.label()),
+            ("cohesion", self.cohesion.label()),
+            ("history", self.history.label()),
             ("rotation", self.rotation.label()),
             ("grains", self.grains.label()),
             ("gyroscopic", self.gyroscopic.label()),
@@ -193,9 +214,7 @@ impl Model {
             self.boundary.file(),
             "neighbours/grid.wgsl",
             "contact/geometry.wgsl",
-            self.normal.file(),
-            self.damping.file(),
-            self.tangential.file(),
+            self.history.file(),
             self.rotation.file(),
             self.grains.file(),
             self.materials.file(),
@@ -203,22 +222,27 @@ impl Model {
             "contact/contacts.wgsl",
             "measure/sums.wgsl",
         ];
-        files.extend(match (self.method, self.grains) {
-            (Method::DiscreteElements, Grains::Spheres) => {
-                &["contact/law.wgsl", "dem/leapfrog.wgsl", "measure/energies/spheres.wgsl"][..]
-            }
-            (Method::DiscreteElements, Grains::Clumps) => &[
+        match self.method {
+            Method::DiscreteElements => files.extend([
                 "contact/law.wgsl",
+                self.normal.file(),
+                self.damping.file(),
+                self.tangential.file(),
+                self.rolling.file(),
+                self.cohesion.file(),
                 "dem/leapfrog.wgsl",
-                "dem/predictor_corrector.wgsl",
-                "measure/energies/clumps.wgsl",
-            ],
+            ]),
+            Method::ContactDynamics => files.extend(["nscd/contact.wgsl", "nscd/impulse.wgsl"]),
+        }
+        files.extend(match (self.method, self.grains) {
+            (Method::DiscreteElements, Grains::Spheres) => &["measure/energies/spheres.wgsl"][..],
+            (Method::DiscreteElements, Grains::Clumps) => {
+                &["dem/predictor_corrector.wgsl", "measure/energies/clumps.wgsl"]
+            }
             (Method::ContactDynamics, Grains::Spheres) => {
-                &["nscd/contact.wgsl", "nscd/response/spheres.wgsl", "measure/energies/spheres.wgsl"]
+                &["nscd/response/spheres.wgsl", "measure/energies/spheres.wgsl"]
             }
-            (Method::ContactDynamics, Grains::Clumps) => {
-                &["nscd/contact.wgsl", "nscd/response/clumps.wgsl", "measure/energies/clumps.wgsl"]
-            }
+            (Method::ContactDynamics, Grains::Clumps) => &["nscd/response/clumps.wgsl", "measure/energies/clumps.wgsl"],
         });
         if self.method == Method::ContactDynamics && self.grains == Grains::Clumps {
             files.push(self.gyroscopic.file());
@@ -264,6 +288,13 @@ impl Model {
                                         normal: if rigid { Normal::Rigid } else { Normal::Hooke },
                                         damping,
                                         tangential,
+                                        rolling: Rolling::None,
+                                        cohesion: Cohesion::None,
+                                        history: if rigid || tangential != Tangential::None {
+                                            History::Kept
+                                        } else {
+                                            History::None
+                                        },
                                         rotation,
                                         grains,
                                         gyroscopic,

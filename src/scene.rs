@@ -1,13 +1,16 @@
-//! Scene files: TOML text, `--set` overrides and grain tables in, a checked [`Assembly`] out.
+//! Scenes: files (TOML text, `--set` overrides and grain tables) or builders in, a checked [`Assembly`] out.
 
 mod assembly;
 mod bodies;
+pub mod builder;
 mod check;
+mod invariants;
 mod materials;
 mod neighbours;
 mod overrides;
 mod populate;
 mod radius;
+mod rows;
 mod schema;
 mod shape;
 mod table;
@@ -15,14 +18,16 @@ mod validate;
 mod walls;
 
 pub use assembly::*;
-pub use shape::{Member, Shape};
+pub use builder::SceneBuilder;
+pub use schema::{Face, Format, Placement};
+pub use shape::{Kind, Member, Shape};
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use crate::{Error, Result};
 
-/// A scene file that is well-formed: known keys, right types, finite numbers. The values are checked by [`Scene::assemble`].
+/// A scene, from a file or from a [`SceneBuilder`], that is well-formed: known keys, right types, finite numbers. The values are checked by [`Scene::assemble`].
 #[derive(Clone, Debug)]
 pub struct Scene {
     file: schema::File,
@@ -30,6 +35,24 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// A scene in code, of disks (2) or spheres (3): the same keys, defaults, checks and messages as in a file.
+    ///
+    /// ```
+    /// use packstone::prelude::*;
+    ///
+    /// let assembly = Scene::builder(3)
+    ///     .material("glass", MaterialBuilder::new(2500.0).normal_stiffness(2e3).friction(0.5))
+    ///     .wall(WallBuilder::plane("glass", [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]))
+    ///     .grain(GrainBuilder::new("glass", [0.0, 0.0, 1.2e-3], 1e-3))
+    ///     .stop_time(0.1)
+    ///     .assemble()?;
+    /// assert_eq!(assembly.grains.len(), 1);
+    /// # Ok::<(), packstone::Error>(())
+    /// ```
+    pub fn builder(dimension: usize) -> SceneBuilder {
+        SceneBuilder::new(dimension)
+    }
+
     /// Reads a scene file and applies overrides such as `solver.dt=1e-6`.
     /// Relative paths inside the scene are looked up next to the file.
     pub fn load(path: &Path, set: &[String]) -> Result<Scene> {

@@ -1,6 +1,7 @@
 //! Simulation = scene + plans + engine + state: advances in chunks, replays a chunk that did not fit, and hands out
 //! samples and states.
 
+mod columns;
 mod dem;
 mod host_solver;
 mod lists;
@@ -11,6 +12,7 @@ mod runner;
 mod samples;
 mod setup;
 
+pub use columns::Columns;
 pub use nscd::{ResidualRecord, SolverStatistics};
 pub use options::{EngineChoice, Options};
 pub use setup::Setup;
@@ -91,8 +93,11 @@ impl Simulation {
     /// Build a scene and bring it to time 0.
     ///
     /// # Errors
-    /// [`Error::Scene`] for a time step above the bound, [`Error::Device`] if there is no adapter or not enough memory.
-    pub fn new(assembly: Assembly, options: Options) -> Result<Simulation> {
+    /// [`Error::Scene`] for what [`Assembly::validate`] refuses and for a time step above the bound, [`Error::Device`] if there is
+    /// no adapter or not enough memory.
+    pub fn new(mut assembly: Assembly, options: Options) -> Result<Simulation> {
+        assembly.validate()?;
+        assembly.fold_ends();
         let (Setup { state, plans, dt_bound }, engine, notice) = build(&assembly, &options)?;
         let mut simulation = Simulation {
             lists: NeighbourLists::new(&assembly, &state.params, &options, state.sizes.entries)?,

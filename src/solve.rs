@@ -15,6 +15,7 @@ pub mod momentum;
 pub mod operator;
 pub mod problem;
 pub mod residual;
+#[cfg(feature = "socp")]
 pub mod socp;
 pub mod solver;
 

@@ -3,7 +3,7 @@
 //! The CPU engine works on this struct; the GPU engine keeps buffers of the same names, whose layout it reads from the
 //! WGSL text, so that no struct is described twice. On the CPU a plane is space with z = 0.
 
-use crate::model::{Grains, Materials, Method, Model, Precision, Rotation, Tangential, Walls};
+use crate::model::{Grains, History, Materials, Method, Model, Precision, Rotation, Tangential, Walls};
 use glam::{DVec3, DVec4, UVec3};
 use std::{
     any::Any,
@@ -561,7 +561,10 @@ fn single(m: &Model) -> bool {
     m.precision == Precision::Single
 }
 fn frictional(m: &Model) -> bool {
-    m.tangential == Tangential::Coulomb
+    m.tangential != Tangential::None && !rigid(m)
+}
+fn remembering(m: &Model) -> bool {
+    m.history == History::Kept
 }
 fn rotating(m: &Model) -> bool {
     m.rotation == Rotation::Sphere
@@ -636,10 +639,12 @@ state! {
     TILE_SUM tile_sum: u32, Tiles, "sums of the prefix sum", always;
     LIST_START list_start: u32, BodiesPlusOne, "index into neighbour", always;
     NEIGHBOUR neighbour: u32, Entries, "index and flag; wall w is bodies + w", always;
-    SPRING spring: Packed, Entries, "N, contact dynamics N s", frictional;
-    HISTORY_START history_start: u32, BodiesPlusOne, "index into history_other", frictional;
-    HISTORY_OTHER history_other: u32, History, "index before the sort", frictional;
-    HISTORY_SPRING history_spring: Packed, History, "as spring", frictional;
+    TANGENTIAL_FORCE tangential_force: Packed, Entries, "N", frictional;
+    IMPULSE impulse: Packed, Entries, "N s", rigid;
+    HISTORY_START history_start: u32, BodiesPlusOne, "index into history_other", remembering;
+    HISTORY_OTHER history_other: u32, History, "index before the sort", remembering;
+    HISTORY_TANGENTIAL_FORCE history_tangential_force: Packed, History, "N", frictional;
+    HISTORY_IMPULSE history_impulse: Packed, History, "N s", rigid;
     CONTACT_GEOMETRY contact_geometry: ContactGeometry, Entries, "1, m/s", rigid;
     EFFECTIVE_MASS effective_mass: EffectiveMass, Entries, "m, m, 1/kg, 1/kg", rigid;
     DELASSUS_EIGENVALUE delassus_eigenvalue: f64, Entries, "1/kg", rigid_clumped;

@@ -288,12 +288,25 @@ fn bad_input_is_refused_in_one_sentence() {
         (vec!["tune", "nowhere.toml", "--error", "1e-3"], "nowhere.toml"),
         (vec!["tune", scene, "--error", "1e-3", "--set", "solver.speed=1"], "speed"),
         (vec!["bench", "accuracy"], "there is no suite `accuracy`; there are local, trajectory, invariants"),
+        (vec!["bench", "hard", "easy"], "there is no hard case `easy`; there are confined_sphere, close_packing"),
         (vec!["bench", "local", "--quick", "--out", "Cargo.toml"], "Cargo.toml"),
     ] {
         let (code, out, err) = packstone(&arguments);
         assert_eq!(code, 2, "{arguments:?}: {err}");
         assert!(out.is_empty() && err.starts_with("error: ") && err.contains(words), "{arguments:?}: {err}");
     }
+}
+
+#[test]
+fn hard_cases_are_a_table() {
+    let (code, out, err) = packstone(&["bench", "hard", "confined_sphere", "--short"]);
+    assert_eq!(code, 0, "{err}");
+    let rows: Vec<&str> = out.lines().collect();
+    assert!(
+        rows[0].starts_with("| case | figure | expected | cpu f64") && rows[2].contains("`confined_sphere`: S1"),
+        "{out}"
+    );
+    assert!(rows.len() > 2 && !out.contains("missed"), "{out}");
 }
 
 #[test]

@@ -57,6 +57,7 @@ const LAYERS: &[(&str, u32)] = &[
     ("check", 18),
     ("io", 18),
     ("bench", 19),
+    ("prelude", 20),
 ];
 
 /// Where the WGSL of several files is one in Rust, or has its place in another file.

@@ -408,9 +408,16 @@ fn contacts_of_a_colour_share_no_clump() {
             simulation
         };
         let mut simulation = run();
-        let names =
-            ["contact_color", "colored_contact", "color_count", "coloring_state", "neighbour", "list_start", "id"];
-        let s = simulation.read(&names).unwrap();
+        let arrays = [
+            &array::CONTACT_COLOR,
+            &array::COLORED_CONTACT,
+            &array::COLOR_COUNT,
+            &array::COLORING_STATE,
+            &array::NEIGHBOUR,
+            &array::LIST_START,
+            &array::ID,
+        ];
+        let s = simulation.read(&arrays).unwrap();
         let turns = &s.colored_contact[..s.coloring_state[0].contacts as usize];
         let active = turns.iter().filter(|turn| turn.first != NONE).count();
         assert!(active > 12, "{}: only {active} contacts", bench.name);

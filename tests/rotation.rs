@@ -323,13 +323,10 @@ fn members_move_at_their_velocities() {
     for bench in engines() {
         let mut simulation = bench.start(&scene);
         simulation.advance(10).unwrap();
-        let arrays: &[&'static str] = if bench.is_single() {
-            &["position", "position_low", "velocity", "spin"]
-        } else {
-            &["position", "velocity", "spin"]
-        };
+        let arrays = [&array::POSITION, &array::POSITION_LOW, &array::VELOCITY, &array::SPIN];
+        let arrays = present(simulation.model(), &arrays);
         let read = |simulation: &mut packstone::simulation::Simulation| {
-            let s = simulation.read(arrays).unwrap();
+            let s = simulation.read(&arrays).unwrap();
             let x = |i: usize| s.position[i].x + s.position_low.get(i).map_or(DVec3::ZERO, |r| r.x);
             (0..3).map(|i| (x(i), s.velocity[i].v)).collect::<Vec<_>>()
         };
@@ -416,6 +413,7 @@ fn energy_is_accounted_for() {
 /// What a run writes at its end is what the next one can start from.
 #[test]
 fn clumps_go_on_from_a_table() {
+    use packstone::state::{array, present};
     use packstone::{io::csv::write_clumps, scene::Scene};
     let head = "gravity = [0, 0, 0]\n[material.a]\ndensity = 2500\nnormal_stiffness = 1e4\n[stop]\nsteps = 1\n[[shape]]\n\
                 name = \"boomerang\"\nmembers = [{ center = [0, 0, 0], radius = 1 }, { center = [1.2, 0.3, 0.1], radius = 1 }, \

@@ -1,17 +1,20 @@
 // twin: src/contact/contacts.rs
 // The contacts of a body, by whatever law its method has.
 
+/// A contact, seen from the grain of interest.
 struct Contact {
-    gap: Real,        // m
-    closed: bool,     // if not, nothing below means anything
-    force: Vec,       // N, on the grain of interest
-    arm: Vec,         // m, from its centre to the contact point
-    spring: Vec,      // N, the tangential part of the force
-    damping: Vec,     // N, what the dashpot adds to the force
-    dissipation: Real // W, of dashpot and sliding
+    gap: Real,         // m
+    active: bool,      // if not, nothing below means anything
+    force: Vec,        // N, on the grain of interest
+    arm: Vec,          // m, from its centre to the contact point
+    torque: Spin,      // N m, about its centre: of the force, and the couple of rolling resistance
+    damping: Vec,      // N, the part of the force that is the normal dashpot's
+    dissipation: Real, // W, of dashpots and sliding
+    energy: Real,      // J, stored
+    history: History,
 }
 
-/// All contacts of grain i, in ascending order of the other's id. The springs stay as they are.
+/// All contacts of grain i, in ascending order of the other's id. What contacts remember stays as it is.
 fn contacts_of(i: u32, here: Body) -> ForceTorque {
     var sum = ForceTorque();
     let end = list_start[i + 1u];
@@ -21,9 +24,9 @@ fn contacts_of(i: u32, here: Body) -> ForceTorque {
             break;
         }
         let contact = contact_of(i, here, entry, tagged);
-        if (contact.closed) {
+        if (contact.active) {
             sum.force += contact.force;
-            sum.torque += moment(contact.arm, contact.force);
+            sum.torque += contact.torque;
         }
     }
     return sum;

@@ -1,29 +1,89 @@
 // twin: src/contact/law.rs
-// Method slot: the discrete element method. Contacts are springs and dashpots: everything of section 2.1 that acts between two
-// surfaces.
+// The law of contact of the discrete element method: everything of section 2.1 that acts between two surfaces. Its sub-models are slots:
+// normal, damping, tangential, rolling, cohesion. Each gets the state of the contact and what it remembers of it, and owns that memory.
 
-/// What two surfaces in contact do to the one that n points away from, N and W.
-struct ContactForce {
-    force: Vec,
-    spring: Vec,
-    damping: Vec,
-    dissipation: Real,
+/// All that the laws of contact know of two surfaces, seen from the first of the two.
+struct ContactState {
+    gap: Real,             // m, < 0 is overlap
+    gap_before: Real,      // m, a step ago
+    n: Vec,                // from the first to the second
+    n_before: Vec,         // a step ago
+    v: Vec,                // m/s, of the first past the second at the contact point
+    spin: Spin,            // rad/s, of the first relative to the second
+    inverse_mass: Real,    // 1/kg, 1/m_i + 1/m_j
+    radius: Real,          // m, effective: 1/R = 1/R_i + 1/R_j
+    rolling_inertia: Real, // 1/(kg m²), inverse: of both about the contact point
+    materials: u32,        // where their pair of materials is in tables of pairs
 }
 
-fn contact_force(pair: Pair, gap: Real, n: Vec, n_before: Vec, v_rel: Vec, inverse_mass: Real, old: Vec) -> ContactForce {
-    let approach = dot(v_rel, n);
-    let damping = dashpot_force(pair, approach, inverse_mass);
-    let pressing = normal_force(pair, gap) + damping;
-    let stretched = stretched_spring(old, pair, n, n_before, v_rel);
-    let spring = slid_spring(stretched, pair, pressing);
-    return ContactForce(spring - pressing * n, spring, -damping * n, damping * approach + sliding_power(old, stretched, spring, pair));
+/// What a contact remembers, on the first of the two.
+struct History {
+    tangential: TangentialHistory,
+    rolling: RollingHistory,
+}
+
+/// What two surfaces in contact do to the first of the two.
+struct ContactForce {
+    force: Vec,        // N
+    couple: Spin,      // N m
+    damping: Vec,      // N, the part of the force that is the normal dashpot's
+    dissipation: Real, // W, of dashpots and sliding
+    energy: Real,      // J, stored
+    history: History,
+}
+
+fn contact_force(pair: Pair, c: ContactState, old: History) -> ContactForce {
+    let approach = dot(c.v, c.n);
+    let stiffness = normal_stiffness(pair, c);
+    let damping = damping_force(pair, approach, c.inverse_mass, stiffness);
+    let pressing = normal_force(pair, c) + damping;
+    let tangential = tangential_contact(pair, c, pressing, old.tangential);
+    let rolling = rolling_contact(c, stiffness, pressing, old.rolling);
+    return ContactForce(
+        tangential.force - (pressing - cohesive_force(pair, c)) * c.n,
+        rolling.couple,
+        -damping * c.n,
+        damping * approach + tangential.dissipation + rolling.dissipation,
+        normal_energy(pair, c) + stored_energy(pair, c, tangential.history, rolling.history),
+        History(tangential.history, rolling.history),
+    );
+}
+
+/// Energy of what a contact remembers, J.
+fn stored_energy(pair: Pair, c: ContactState, tangential: TangentialHistory, rolling: RollingHistory) -> Real {
+    return tangential_energy(pair, c, tangential) + rolling_energy(c, normal_stiffness(pair, c), rolling);
+}
+
+/// What the contact at this entry remembers, on the grain of interest.
+fn history_of(entry: u32, tagged: u32) -> History {
+    return History(tangential_history(entry, tagged), rolling_history(entry, tagged));
+}
+
+fn set_history(entry: u32, h: History) {
+    set_tangential_history(entry, h.tangential);
+    set_rolling_history(entry, h.rolling);
+}
+
+/// As the other of the two sees it, if `back`.
+fn opposite(h: History, back: bool) -> History {
+    return History(opposite_tangential(h.tangential, back), opposite_rolling(h.rolling, back));
+}
+
+fn store_lanes(at: u32, entry: u32) {
+    store_tangential(at, entry);
+    store_rolling(at, entry);
+}
+
+fn restore_lanes(entry: u32, at: u32, same: bool) {
+    restore_tangential(entry, at, same);
+    restore_rolling(entry, at, same);
 }
 
 /// The contact of grain i with grain j.
 ///
 /// Both compute it from the same side, and the one it is not seen from turns the result around. So what acts on the two is
 /// opposite to the last bit, however a driver fuses and reorders sums.
-fn grain_contact(i: u32, here: Body, j: u32, old: Vec) -> Contact {
+fn grain_contact(i: u32, here: Body, j: u32, tagged: u32, old: History) -> Contact {
     let there = position[j];
     let low = position_low_of(j);
     let d = nearest_image(here.position.x, there.x, low.x - here.low.x);
@@ -31,60 +91,92 @@ fn grain_contact(i: u32, here: Body, j: u32, old: Vec) -> Contact {
     let branch = Point(select(d.x, -d.x, back), select(d.low, -d.low, back));
     let radius = select(here.position.radius, there.radius, back);
     let radius_to = select(there.radius, here.position.radius, back);
-    let touch = sphere_separation(i, j, branch, radius, radius_to, here.low.radius + low.radius);
+    let separation = sphere_separation(i, j, branch, radius, radius_to, here.low.radius + low.radius);
     var contact = Contact();
-    contact.gap = touch.gap;
-    contact.closed = touch.gap < 0;
-    if (contact.closed) {
+    contact.gap = separation.gap;
+    contact.active = is_active(separation.gap, (tagged & ACTIVE) != 0u);
+    if (contact.active) {
         // Erratum E7: one shared point, mid-overlap.
-        let arm = (radius + 0.5 * touch.gap) * touch.n;
-        let arm_to = -(radius_to + 0.5 * touch.gap) * touch.n;
+        let arm = (radius + 0.5 * separation.gap) * separation.n;
+        let arm_to = -(radius_to + 0.5 * separation.gap) * separation.n;
         let other = velocity[j];
         let spin = spin_of(j);
         let v = select(here.velocity.v - other.v, other.v - here.velocity.v, back);
         let surface = surface_velocity(select(here.spin, spin, back), arm);
         let v_rel = v + (surface - surface_velocity(select(spin, here.spin, back), arm_to));
-        let n_before = unit_or((branch.x + branch.low) + params.history_dt * v, touch.n);
-        let inverse_mass = here.velocity.inverse_mass + other.inverse_mass;
-        let p = contact_force(pair_of(i, j), touch.gap, touch.n, n_before, v_rel, inverse_mass, select(old, -old, back));
-        contact.force = select(p.force, -p.force, back);
-        contact.spring = select(p.spring, -p.spring, back);
+        let way = branch.x + branch.low;
+        var c = ContactState();
+        c.gap = separation.gap;
+        c.gap_before = separation.gap + lengthened(way, params.history_dt * v);
+        c.n = separation.n;
+        c.n_before = unit_or(way + params.history_dt * v, separation.n);
+        c.v = v_rel;
+        c.spin = select(here.spin - spin, spin - here.spin, back);
+        c.inverse_mass = here.velocity.inverse_mass + other.inverse_mass;
+        c.radius = radius * radius_to / (radius + radius_to);
+        let own = rolling_inertia(here.position.radius, here.velocity.inverse_mass);
+        c.rolling_inertia = own + rolling_inertia(there.radius, other.inverse_mass);
+        c.materials = pair_index(i, j);
+        let f = contact_force(pair_of(i, j), c, opposite(old, back));
+        contact.force = select(f.force, -f.force, back);
         contact.arm = select(arm, arm_to, back);
-        contact.damping = select(p.damping, -p.damping, back);
-        contact.dissipation = p.dissipation;
+        contact.torque = with_couple(moment(contact.arm, contact.force), select(f.couple, -f.couple, back));
+        contact.damping = select(f.damping, -f.damping, back);
+        contact.dissipation = f.dissipation;
+        contact.energy = f.energy;
+        contact.history = opposite(f.history, back);
     }
     return contact;
 }
 
 /// The contact of grain i with wall w.
-fn wall_contact(i: u32, here: Body, w: u32, old: Vec) -> Contact {
-    let touch = wall_separation(w, here.position, here.low);
+fn wall_contact(i: u32, here: Body, w: u32, tagged: u32, old: History) -> Contact {
+    let separation = wall_separation(w, here.position, here.low);
     var contact = Contact();
-    contact.gap = touch.gap;
-    contact.closed = touch.gap < 0;
-    if (contact.closed) {
-        contact.arm = (here.position.radius + 0.5 * touch.gap) * touch.n;
+    contact.gap = separation.gap;
+    contact.active = is_active(separation.gap, (tagged & ACTIVE) != 0u);
+    if (contact.active) {
+        contact.arm = (here.position.radius + 0.5 * separation.gap) * separation.n;
         let v = here.velocity.v - wall_velocity(w, here.position.x + contact.arm);
-        let v_rel = v + surface_velocity(here.spin, contact.arm);
-        let n_before = wall_normal_before(w, here.position.x - params.history_dt * here.velocity.v);
-        let pair = pair_of(i, params.bodies + w);
-        let p = contact_force(pair, touch.gap, touch.n, n_before, v_rel, here.velocity.inverse_mass, old);
-        contact.force = p.force;
-        contact.spring = p.spring;
-        contact.damping = p.damping;
-        contact.dissipation = p.dissipation;
+        var c = ContactState();
+        c.gap = separation.gap;
+        c.gap_before = separation.gap + params.history_dt * dot(v, separation.n);
+        c.n = separation.n;
+        c.n_before = wall_normal_before(w, here.position.x - params.history_dt * here.velocity.v);
+        c.v = v + surface_velocity(here.spin, contact.arm);
+        c.spin = relative_to_wall(here.spin, w);
+        c.inverse_mass = here.velocity.inverse_mass;
+        c.radius = here.position.radius;
+        c.rolling_inertia = rolling_inertia(here.position.radius, here.velocity.inverse_mass);
+        c.materials = pair_index(i, params.bodies + w);
+        let f = contact_force(pair_of(i, params.bodies + w), c, old);
+        contact.force = f.force;
+        contact.torque = with_couple(moment(contact.arm, f.force), f.couple);
+        contact.damping = f.damping;
+        contact.dissipation = f.dissipation;
+        contact.energy = f.energy;
+        contact.history = f.history;
     }
     return contact;
 }
 
-/// The contact of grain i with entry `entry` of its list.
+/// The contact of grain i at an entry of its list.
 fn contact_of(i: u32, here: Body, entry: u32, tagged: u32) -> Contact {
     let j = tagged & INDEX;
-    let old = spring_of(entry, tagged);
+    let old = history_of(entry, tagged);
     if (j < params.bodies) {
-        return grain_contact(i, here, j, old);
+        return grain_contact(i, here, j, tagged, old);
     }
-    return wall_contact(i, here, j - params.bodies, old);
+    return wall_contact(i, here, j - params.bodies, tagged, old);
+}
+
+/// Energy, J, of what a contact that has opened still remembers: the next step forgets it.
+fn forgotten_energy(i: u32, entry: u32, tagged: u32, gap: Real) -> Real {
+    var c = ContactState();
+    c.gap = gap;
+    c.materials = pair_index(i, tagged & INDEX);
+    let old = history_of(entry, tagged);
+    return stored_energy(pair_of(i, tagged & INDEX), c, old.tangential, old.rolling);
 }
 
 /// Velocity of a grain at the time of its position, m/s.
@@ -112,7 +204,7 @@ struct BodyForces {
 /// All contacts of body i, gathered in ascending order of the other's id. Their springs are kept.
 fn body_forces(i: u32, here: Body) -> BodyForces {
     let end = list_start[i + 1u];
-    var pushed = BodyForces();
+    var forces = BodyForces();
     var entry = list_start[i];
     for (; entry < end; entry++) {
         let tagged = neighbour[entry];
@@ -120,27 +212,27 @@ fn body_forces(i: u32, here: Body) -> BodyForces {
         if (j >= params.bodies) {
             break;
         }
-        let contact = grain_contact(i, here, j, spring_of(entry, tagged));
-        if (contact.closed) {
-            keep_spring(entry, contact.spring);
-            pushed.sum.force += contact.force;
-            pushed.sum.torque += moment(contact.arm, contact.force);
+        let contact = grain_contact(i, here, j, tagged, history_of(entry, tagged));
+        if (contact.active) {
+            set_history(entry, contact.history);
+            forces.sum.force += contact.force;
+            forces.sum.torque += contact.torque;
         }
-        set_active(entry, tagged, contact.closed);
+        set_active(entry, tagged, contact.active);
     }
     // Walls come last. Their loop ends in `break if`: where lanes go in step, as on software drivers, it costs those without
     // walls one pass over the body, and a check at the top would cost all one more.
     loop {
         if (entry < end && neighbour[entry] != NONE) {
             let tagged = neighbour[entry];
-            let contact = wall_contact(i, here, (tagged & INDEX) - params.bodies, spring_of(entry, tagged));
-            if (contact.closed) {
-                keep_spring(entry, contact.spring);
-                pushed.sum.force += contact.force;
-                pushed.sum.torque += moment(contact.arm, contact.force);
-                pushed.crossed |= contact.gap < -here.position.radius;
+            let contact = wall_contact(i, here, (tagged & INDEX) - params.bodies, tagged, history_of(entry, tagged));
+            if (contact.active) {
+                set_history(entry, contact.history);
+                forces.sum.force += contact.force;
+                forces.sum.torque += contact.torque;
+                forces.crossed |= contact.gap < -here.position.radius;
             }
-            set_active(entry, tagged, contact.closed);
+            set_active(entry, tagged, contact.active);
             entry++;
         } else {
             entry = end;
@@ -149,5 +241,5 @@ fn body_forces(i: u32, here: Body) -> BodyForces {
             break if entry >= end;
         }
     }
-    return pushed;
+    return forces;
 }

@@ -31,16 +31,15 @@ fn measure(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
                 single = velocity[j].inverse_mass == 0;
             }
             let share = select(Real(0.5), Real(1), single);
-            let pair = pair_of(i, j);
-            if (!contact.closed) {
-                // Opened since the last step, if it has a spring, whose energy the next step forgets.
-                sum.dissipation += share * spring_energy(spring_of(entry, tagged), pair) / params.dt;
+            if (!contact.active) {
+                // Opened since the last step, if it remembers something, whose energy the next step forgets.
+                sum.dissipation += share * forgotten_energy(i, entry, tagged, contact.gap) / params.dt;
                 continue;
             }
             force += contact.force;
-            torque += moment(contact.arm, contact.force);
+            torque += contact.torque;
             drag += contact.damping;
-            sum.elastic += share * (normal_energy(pair, contact.gap) + spring_energy(contact.spring, pair));
+            sum.elastic += share * contact.energy;
             let held = contact.force - contact.damping;
             sum.contact_force += share * sqrt(dot(held, held));
             sum.dissipation += share * contact.dissipation;

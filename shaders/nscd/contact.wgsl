@@ -274,8 +274,8 @@ fn natural_map(side: OrientedContact, impulse: Vec, weight: Real) -> Vec {
 fn contact_of(i: u32, here: Body, entry: u32, tagged: u32) -> Contact {
     let j = tagged & INDEX;
     var contact = Contact();
-    contact.closed = (tagged & ACTIVE) != 0u;
-    if (!contact.closed) {
+    contact.active = (tagged & ACTIVE) != 0u;
+    if (!contact.active) {
         return contact;
     }
     var touch = Separation();
@@ -285,9 +285,9 @@ fn contact_of(i: u32, here: Body, entry: u32, tagged: u32) -> Contact {
         touch = wall_separation(j - params.bodies, here.position, here.low);
     }
     contact.gap = touch.gap;
-    contact.force = spring_of(entry, tagged) * (1 / params.dt);
+    contact.force = warm_start_impulse(entry, tagged) * (1 / params.dt);
     contact.arm = (here.position.radius + 0.5 * touch.gap) * touch.n;
-    contact.spring = contact.force - dot(contact.force, touch.n) * touch.n;
+    contact.torque = moment(contact.arm, contact.force);
     return contact;
 }
 

@@ -17,7 +17,7 @@ fn gather_impulses(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_w
             break;
         }
         if ((tagged & ACTIVE) != 0u) {
-            let mine = kept_spring(entry);
+            let mine = impulse_of(entry);
             impulse += mine;
             twist += moment(effective_mass[entry].arm * contact_geometry[entry].n, mine);
         }

@@ -18,7 +18,7 @@ fn pass_of(i: u32) -> ResidualSums {
             continue;
         }
         let side = oriented_contact(i, entry, tagged & INDEX, here, spin);
-        let old = side.sign * kept_spring(entry);
+        let old = side.sign * impulse_of(entry);
         let start = old + solver_state.beta * (old - side.sign * unpacked(impulse_before[entry]));
         let next = disc_update(side, start, step);
         let mine = side.sign * next;

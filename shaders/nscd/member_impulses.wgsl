@@ -16,7 +16,7 @@ fn member_impulses(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_w
         if (tagged == NONE) {
             break;
         }
-        let impulse = kept_spring(entry);
+        let impulse = impulse_of(entry);
         let pressed = any(impulse != Vec());
         set_active(entry, tagged, pressed);
         if (pressed) {

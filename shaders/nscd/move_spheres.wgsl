@@ -17,7 +17,7 @@ fn move_spheres(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_work
         if (tagged == NONE) {
             break;
         }
-        let impulse = kept_spring(entry);
+        let impulse = impulse_of(entry);
         set_active(entry, tagged, any(impulse != Vec()));
     }
     let here = position[i];

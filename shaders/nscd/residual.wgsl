@@ -17,7 +17,7 @@ fn judged(i: u32) -> ResidualSums {
             set_active(entry, tagged, true);
             sums.late_contacts++;
         }
-        let impulse = side.sign * kept_spring(entry);
+        let impulse = side.sign * impulse_of(entry);
         let far = natural_map(side, impulse, natural_map_scale(entry, side.tangential));
         let pressing = -dot(impulse, side.n);
         let friction = impulse + pressing * side.n;

@@ -9,9 +9,9 @@ fn scatter_impulses(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_
         let contact = colored_contact[k];
         if (contact.first != NONE) {
             let impulse = unpacked(colored_impulse[k]);
-            keep_spring(contact.entry, impulse);
+            store_impulse(contact.entry, impulse);
             if (contact.back != NONE) {
-                keep_spring(contact.back, -impulse);
+                store_impulse(contact.back, -impulse);
             }
         }
     }

@@ -44,8 +44,8 @@ fn met(i: u32) -> ResidualSums {
             sums.imposed_speed = max(sums.imposed_speed, max(max(sqrt(dot(imposed_speed, imposed_speed)), rim), -bias_velocity));
         }
         contact_geometry[entry] = ContactGeometry(touch.n, bias_velocity);
-        let old = spring_of(entry, tagged);
-        keep_spring(entry, old);
+        let old = warm_start_impulse(entry, tagged);
+        store_impulse(entry, old);
         impulse_before[entry] = packed(old);
         sum.force += old;
         sum.torque += moment(l.arm * touch.n, old);

@@ -44,6 +44,7 @@ fn settling(bed: &Assembly, steps: u64) -> Result<Assembly> {
     trial.advance(steps)?;
     let mut now = bed.clone();
     now.grains = trial.simulation.grains()?;
+    now.solver.allow_overlap = true;
     for grain in &mut now.grains {
         for vector in [&mut grain.position, &mut grain.velocity, &mut grain.spin] {
             *vector = vector.as_vec3().as_dvec3();

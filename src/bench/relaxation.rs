@@ -71,7 +71,13 @@ fn settled(size: usize) -> Result<(Assembly, f64)> {
     bed.grains = simulation.grains()?;
     bed.grains.iter_mut().for_each(|grain| (grain.velocity, grain.spin) = (DVec3::ZERO, DVec3::ZERO));
     let factor = DT / automatic_step(&bed)?;
-    bed.solver = crate::scene::Solver { dt: TimeStep::Fixed(DT), damping: 0.0, margin: MARGIN, ..bed.solver };
+    bed.solver = crate::scene::Solver {
+        dt: TimeStep::Fixed(DT),
+        damping: 0.0,
+        margin: MARGIN,
+        allow_overlap: true,
+        ..bed.solver
+    };
     Ok((bed, factor))
 }
 

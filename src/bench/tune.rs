@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    scene::{Assembly, Grain},
+    scene::{Assembly, Grain, Solver},
 };
 use glam::DVec3;
 use serde::Serialize;
@@ -196,5 +196,7 @@ fn in_contact(scene: Assembly) -> Result<Start> {
     }
     let (grains, walls) = (trial.simulation.grains()?, trial.simulation.walls()?);
     let time = trial.simulation.time();
-    Ok(Start { assembly: Assembly { grains, walls, ..scene }, time, coordination_number })
+    // What grains have come to by themselves is a start.
+    let solver = Solver { allow_overlap: true, ..scene.solver };
+    Ok(Start { assembly: Assembly { grains, walls, solver, ..scene }, time, coordination_number })
 }

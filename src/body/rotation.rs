@@ -5,7 +5,7 @@ use crate::{
     space::dimension::{inverse_gyration, spin_squared, spin_velocity},
 };
 use crate::{
-    model::Rotation,
+    model::{Dimension, Rotation},
     state::{Position, State},
 };
 use glam::DVec3;
@@ -17,6 +17,16 @@ pub fn inverse_inertia(s: &State, position: &Position, inverse_mass: f64) -> f64
         return 0.0;
     }
     inverse_gyration(s.model.dimension) * inverse_mass / (position.radius * position.radius)
+}
+
+/// Inverse inertia about a point of the surface, 1/(kg m²): 1/(J + m R²); zero where nothing turns.
+#[inline(always)]
+pub fn rolling_inertia(rotation: Rotation, dimension: Dimension, radius: f64, inverse_mass: f64) -> f64 {
+    if rotation == Rotation::None {
+        return 0.0;
+    }
+    let c = inverse_gyration(dimension);
+    c / (1.0 + c) * inverse_mass / (radius * radius)
 }
 
 /// rad/s; zero where nothing turns.

@@ -5,21 +5,27 @@ use super::{
     run::{interrupted, listen},
     say,
 };
-use packstone::bench::{self, Effort, Point, Suite, report};
+use packstone::bench::{self, Effort, Point, Suite, hard, report};
 use std::{ops::ControlFlow, path::PathBuf, process::ExitCode};
 
 /// Speed beside error: fixed cases over engine, precision and time step
 #[derive(clap::Args)]
-#[command(after_help = "Suites:\n  \
+#[command(
+    args_conflicts_with_subcommands = true,
+    disable_help_subcommand = true,
+    after_help = "Suites:\n  \
     local       force and moment on the same state\n  \
     trajectory  closed forms, and a collapse against a fine reference\n  \
     invariants  energy and momenta of elastic gases, energy balance of rough grains\n  \
     ensembles   settled beds, averaged over seeds\n  \
     speed       particle-steps/s against the number of grains, stage by stage\n  \
     relaxation  contact dynamics: residual of a step against wall time, solver by solver\n\n\
-    Examples:\n  packstone bench --quick\n  packstone bench trajectory speed --out out/here\n\n\
-    Ctrl-C ends after the run that is under way, with a report of what was measured; a second one at once, without.")]
+    Examples:\n  packstone bench --quick\n  packstone bench trajectory speed --out out/here\n  packstone bench hard gas\n\n\
+    Ctrl-C ends after the run that is under way, with a report of what was measured; a second one at once, without."
+)]
 pub struct BenchArgs {
+    #[command(subcommand)]
+    command: Option<Command>,
     /// What to measure [default: all]
     #[arg(value_name = "SUITE")]
     suites: Vec<Suite>,
@@ -34,7 +40,40 @@ pub struct BenchArgs {
     json: bool,
 }
 
+#[derive(clap::Subcommand)]
+enum Command {
+    Hard(HardArgs),
+}
+
+/// The hard cases for DEM as the table of docs/hard-cases.md; needs the source tree, which has their scenes
+#[derive(clap::Args)]
+struct HardArgs {
+    /// Only this case
+    case: Option<String>,
+    /// The long ones a twentieth as long, which is what the tests do
+    #[arg(long)]
+    short: bool,
+}
+
+fn hard(args: &HardArgs) -> anyhow::Result<ExitCode> {
+    let folder = hard::folder();
+    anyhow::ensure!(folder.is_dir(), "{}: is no folder; hard cases need packstone's source tree", folder.display());
+    let length = if args.short { hard::Length::Short } else { hard::Length::Full };
+    let printed = match &args.case {
+        Some(case) => hard::print([hard::named(case)?], length, &mut std::io::stdout()),
+        None => hard::print(hard::ALL, length, &mut std::io::stdout()),
+    };
+    // That nobody reads any more (`| head`) is the end of it, but no error.
+    match printed {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.into()),
+        _ => Ok(ExitCode::SUCCESS),
+    }
+}
+
 pub fn bench(args: &BenchArgs) -> anyhow::Result<ExitCode> {
+    if let Some(Command::Hard(args)) = &args.command {
+        return hard(args);
+    }
     // A folder that cannot be had is better noticed before three quarters of an hour than after it.
     std::fs::create_dir_all(&args.out).map_err(|source| packstone::Error::Io { path: args.out.clone(), source })?;
     listen()?;

@@ -5,13 +5,15 @@ use crate::{
     body::{ForceTorque, rotation::spin_of},
     contact::{
         geometry::branch_vector,
+        history::{History, Lists},
         law::{GrainPair, Law, grain_contact},
         materials::pair_of,
+        tangential::TangentialHistory,
     },
     space::precision::position_low_of,
 };
 use crate::{
-    model::{Damping, Materials, Precision, Rotation, Tangential},
+    model::{Damping, Materials, Normal, Precision, Rotation, Tangential},
     state::{Pair, State},
 };
 use glam::DVec3;
@@ -36,11 +38,12 @@ struct GrainPairs {
     v: Rows,
     spin: Rows,
     spin_to: Rows,
-    old: Rows,
+    old_force: Rows,
     radius: Row,
     radius_to: Row,
     radii_rest: Row,
     inverse_mass: Row,
+    inverse_mass_to: Row,
     stiffness: Row,
     tangential_stiffness: Row,
     friction: Row,
@@ -50,7 +53,7 @@ struct GrainPairs {
 /// What comes of them.
 struct Contacts {
     gap: Row,
-    spring: Rows,
+    tangential_force: Rows,
     force: Rows,
     torque: Rows,
 }
@@ -65,8 +68,7 @@ pub struct Batch {
 pub struct Outcome {
     /// m; >= 0: no contact, and nothing below means anything.
     pub gap: f64,
-    /// N
-    pub spring: DVec3,
+    pub history: History,
     pub sum: ForceTorque,
 }
 
@@ -91,34 +93,39 @@ impl Batch {
                 v: rows,
                 spin: rows,
                 spin_to: rows,
-                old: rows,
+                old_force: rows,
                 radius: row,
                 radius_to: row,
                 radii_rest: row,
                 inverse_mass: row,
+                inverse_mass_to: row,
                 stiffness: [stiffness; LANES],
                 tangential_stiffness: [tangential_stiffness; LANES],
                 friction: [friction; LANES],
                 dashpot: [dashpot; LANES],
             },
-            contacts: Contacts { gap: row, spring: rows, force: rows, torque: rows },
+            contacts: Contacts { gap: row, tangential_force: rows, force: rows, torque: rows },
         }
     }
 
-    /// Contacts of grains, at most as many as there are lanes; `old` is the spring of a side a step ago, N.
+    /// Contacts of grains, at most as many as there are lanes, with what they remember.
     #[inline(always)]
-    pub fn compute(&mut self, s: &State, entries: &[ListEntry], old: impl Fn(&ListEntry) -> DVec3) {
-        self.pairs.fill(s, entries, old);
+    pub fn compute(&mut self, s: &State, entries: &[ListEntry], lists: &Lists) {
+        self.pairs.fill(s, entries, lists);
         let law = Law::of(s);
         // The compiler is told the choices one by one, so that the loop over the lanes has none.
         match law.tangential {
-            Tangential::None => self.compute_friction(Law { tangential: Tangential::None, ..law }),
-            Tangential::Coulomb => self.compute_friction(Law { tangential: Tangential::Coulomb, ..law }),
+            Tangential::None => {
+                self.compute_damping(Law { normal: Normal::Hooke, tangential: Tangential::None, ..law })
+            }
+            Tangential::Coulomb => {
+                self.compute_damping(Law { normal: Normal::Hooke, tangential: Tangential::Coulomb, ..law })
+            }
         }
     }
 
     #[inline(always)]
-    fn compute_friction(&mut self, law: Law) {
+    fn compute_damping(&mut self, law: Law) {
         match law.damping {
             Damping::None => self.compute_lanes(Law { damping: Damping::None, ..law }),
             Damping::Restitution => self.compute_lanes(Law { damping: Damping::Restitution, ..law }),
@@ -130,11 +137,11 @@ impl Batch {
     fn compute_lanes(&mut self, law: Law) {
         let Batch { pairs, contacts } = self;
         for lane in 0..LANES {
-            let contact = grain_contact(law, &pairs.at(lane));
+            let contact = grain_contact(law, &pairs.at(lane), false);
             let mut sum = ForceTorque::default();
             sum.add(&contact);
             contacts.gap[lane] = contact.gap;
-            set(&mut contacts.spring, lane, contact.spring);
+            set(&mut contacts.tangential_force, lane, contact.history.tangential.force);
             set(&mut contacts.force, lane, sum.force);
             set(&mut contacts.torque, lane, sum.torque);
         }
@@ -145,14 +152,15 @@ impl Batch {
     pub fn outcome(&self, lane: usize) -> Outcome {
         let c = &self.contacts;
         let sum = ForceTorque { force: at(&c.force, lane), torque: at(&c.torque, lane) };
-        Outcome { gap: c.gap[lane], spring: at(&c.spring, lane), sum }
+        let tangential = TangentialHistory { force: at(&c.tangential_force, lane) };
+        Outcome { gap: c.gap[lane], history: History { tangential, ..History::default() }, sum }
     }
 }
 
 impl GrainPairs {
     /// The same as [`super::contact::meeting`], an array at a time: short loops without choices in them.
     #[inline(always)]
-    fn fill(&mut self, s: &State, entries: &[ListEntry], old: impl Fn(&ListEntry) -> DVec3) {
+    fn fill(&mut self, s: &State, entries: &[ListEntry], lists: &Lists) {
         assert!(entries.len() <= LANES);
         let entries =
             || entries.iter().enumerate().map(|(lane, entry)| (lane, entry.i as usize, entry.j as usize, entry));
@@ -161,7 +169,7 @@ impl GrainPairs {
             (self.radius[lane], self.radius_to[lane]) = (s.position[i].radius, s.position[j].radius);
             let (here, there) = (&s.velocity[i], &s.velocity[j]);
             set(&mut self.v, lane, here.v - there.v);
-            self.inverse_mass[lane] = here.inverse_mass + there.inverse_mass;
+            (self.inverse_mass[lane], self.inverse_mass_to[lane]) = (here.inverse_mass, there.inverse_mass);
         }
         if s.model.rotation == Rotation::Sphere {
             for (lane, i, j, _) in entries() {
@@ -171,7 +179,7 @@ impl GrainPairs {
         }
         if s.model.tangential == Tangential::Coulomb {
             for (lane, _, _, entry) in entries() {
-                set(&mut self.old, lane, old(entry));
+                set(&mut self.old_force, lane, lists.history(entry.index as usize).tangential.force);
             }
         }
         if s.model.precision == Precision::Single {
@@ -197,11 +205,13 @@ impl GrainPairs {
             v: at(&self.v, lane),
             spin: at(&self.spin, lane),
             spin_to: at(&self.spin_to, lane),
-            old: at(&self.old, lane),
+            old: History { tangential: TangentialHistory { force: at(&self.old_force, lane) }, ..History::default() },
             radius: self.radius[lane],
             radius_to: self.radius_to[lane],
             radii_rest: self.radii_rest[lane],
             inverse_mass: self.inverse_mass[lane],
+            inverse_mass_to: self.inverse_mass_to[lane],
+            materials: 0,
             pair: Pair {
                 stiffness: self.stiffness[lane],
                 tangential_stiffness: self.tangential_stiffness[lane],

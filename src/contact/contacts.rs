@@ -1,6 +1,6 @@
 //! Twin of `shaders/contact/contacts.wgsl`: the contacts of a body, or of a clump, by whatever law its method has.
 
-use super::{geometry::near, history::spring_of, law::Contact};
+use super::{geometry::near, law::Contact};
 use crate::{
     body::{
         Body, ForceTorque,
@@ -14,18 +14,18 @@ use crate::{
 use glam::{DVec3, DVec4};
 use rayon::prelude::*;
 
-/// A law of contact: grain i, its neighbour j, and what their contact remembers.
-pub type ContactOf = fn(&State, usize, &Body, usize, DVec3) -> Contact;
+/// A law of contact: of grain i with its neighbour j at an entry of its list.
+pub type ContactOf = fn(&State, usize, &Body, usize, usize) -> Contact;
 
 impl ForceTorque {
     #[inline(always)]
     pub fn add(&mut self, contact: &Contact) {
         self.force += contact.force;
-        self.torque += moment(contact.arm, contact.force);
+        self.torque += contact.torque;
     }
 }
 
-/// The closed contacts of grain i with the other's index, in ascending order of its number. The springs stay as they are.
+/// The active contacts of grain i with the other's index, in ascending order of its number. What they remember stays as it is.
 pub fn closed_contacts<'a>(
     s: &'a State,
     i: usize,
@@ -33,11 +33,10 @@ pub fn closed_contacts<'a>(
     of: ContactOf,
 ) -> impl Iterator<Item = (usize, Contact)> + 'a {
     let entries = s.row(i).take_while(|&entry| s.neighbour[entry] != NONE);
-    let entries = entries.map(|entry| (entry, s.neighbour[entry], (s.neighbour[entry] & INDEX) as usize));
+    let entries = entries.map(|entry| (entry, (s.neighbour[entry] & INDEX) as usize));
     let rigid = s.model.method == Method::ContactDynamics;
-    let nearby = entries.filter(move |&(_, _, j)| rigid || near(s, &here.position, j));
-    let contacts = nearby.map(move |(entry, tagged, j)| (j, of(s, i, here, j, spring_of(tagged, s.spring.get(entry)))));
-    contacts.filter(|(_, contact)| contact.closed)
+    let nearby = entries.filter(move |&(_, j)| rigid || near(s, &here.position, j));
+    nearby.map(move |(entry, j)| (j, of(s, i, here, j, entry))).filter(|(_, contact)| contact.active)
 }
 
 /// All contacts of grain i.
@@ -62,7 +61,7 @@ pub fn velocities(s: &mut State, of: ContactOf, law: impl Fn(&State, &Body, &For
     }
 }
 
-/// Force and moment, about the clump's centre, of all contacts of all its members. The springs stay as they are.
+/// Force and moment, about the clump's centre, of all contacts of all its members. What they remember stays as it is.
 pub fn contacts_of_clump(s: &State, c: usize, q: DVec4, of: ContactOf) -> ForceTorque {
     let mut sum = ForceTorque::default();
     for member_id in member_ids(s, c) {

@@ -1,13 +1,13 @@
-//! Twin of `shaders/contact/damping/`.
+//! Twin of `shaders/contact/damping/`: the normal dashpot of a contact.
 
 use crate::{model::Damping, state::Pair};
 
-/// Additional pressing force, N; `approach` = v_rel · n, `inverse_mass` = 1/m_i + 1/m_j.
+/// Additional pressing force, N; `approach` = v · n, `inverse_mass` = 1/m_i + 1/m_j, `stiffness` is the slope of the normal force, N/m.
 #[inline(always)]
-pub fn dashpot_force(law: Damping, pair: &Pair, approach: f64, inverse_mass: f64) -> f64 {
+pub fn damping_force(law: Damping, pair: &Pair, approach: f64, inverse_mass: f64, stiffness: f64) -> f64 {
     match law {
         Damping::None => 0.0,
-        Damping::Restitution => 2.0 * pair.dashpot * (pair.stiffness / inverse_mass).sqrt() * approach,
+        Damping::Restitution => 2.0 * pair.dashpot * (stiffness / inverse_mass).sqrt() * approach,
         Damping::MassScaled => pair.dashpot / inverse_mass * approach,
     }
 }

@@ -1,5 +1,6 @@
 //! Twin of `shaders/contact/geometry.wgsl`: geometry of two grains.
 
+use super::cohesion::reach;
 pub use crate::space::Separation;
 use crate::{
     space::{
@@ -47,7 +48,7 @@ pub fn closer_than(s: &State, a: &Position, b: &Position, gap: f64) -> bool {
 /// Whether the neighbour may touch: an answer without residues, for the price of one place.
 #[inline(always)]
 pub fn near(s: &State, here: &Position, j: usize) -> bool {
-    s.position.get(j).is_none_or(|there| closer_than(s, here, there, 0.0))
+    s.position.get(j).is_none_or(|there| closer_than(s, here, there, reach()))
 }
 
 /// The way from grain i to grain j, m.
@@ -55,4 +56,16 @@ pub fn near(s: &State, here: &Position, j: usize) -> bool {
 pub fn branch_vector(s: &State, i: usize, j: usize) -> DVec3 {
     let branch = nearest_image(s, s.position[i].x, s.position[j].x, position_low_of(s, j).x - position_low_of(s, i).x);
     separated(s, i, j, branch.x + branch.low)
+}
+
+/// A vector of the contact plane with normal `n_before`, by the smallest rotation to that with normal `n` (2.11).
+#[inline(always)]
+pub fn transported(old: DVec3, n: DVec3, n_before: DVec3) -> DVec3 {
+    old - n.dot(old) / (1.0 + n.dot(n_before)).max(1e-6) * (n_before + n)
+}
+
+/// |way + step| - |way|, m, with the digits that this subtraction would lose.
+#[inline(always)]
+pub fn lengthened(way: DVec3, step: DVec3) -> f64 {
+    (2.0 * way.dot(step) + step.length_squared()) / (way.length() + (way + step).length())
 }

@@ -1,44 +1,103 @@
-//! Twin of `shaders/contact/tangential/`: what contacts remember, and how it is kept when lists are made anew. Entries and history of a
-//! grain's list are passed in, because the kernel's grain owns them.
+//! Twin of `shaders/contact/history/`: what contacts remember, and how it is kept when lists are made anew.
 
-use crate::state::{ACTIVE, INDEX, NONE, Packed, State};
+use super::{rolling::RollingHistory, tangential::TangentialHistory};
+use crate::{
+    body::blocks::by_entry,
+    state::{ACTIVE, INDEX, NONE, Packed, State},
+};
 use glam::DVec3;
+use rayon::prelude::*;
+use std::mem::take;
 
-/// The spring of a slot, N.
-#[inline(always)]
-pub fn spring_of(tagged: u32, spring: Option<&Packed>) -> DVec3 {
-    match spring {
-        Some(spring) if tagged & ACTIVE != 0 => spring.0,
-        _ => DVec3::ZERO,
+/// What a contact remembers, on the grain of interest. What the model does not have stays zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct History {
+    pub tangential: TangentialHistory,
+    pub rolling: RollingHistory,
+}
+
+/// What the contact at an entry remembers, if it is active.
+pub fn history_of(s: &State, entry: usize) -> History {
+    if s.neighbour[entry] & ACTIVE == 0 {
+        return History::default();
+    }
+    History {
+        tangential: TangentialHistory { force: s.tangential_force.get(entry).map_or(DVec3::ZERO, |f| f.0) },
+        ..History::default()
     }
 }
 
-/// The same, flagged or not.
-#[inline(always)]
-pub fn kept_spring(spring: &Packed) -> DVec3 {
-    spring.0
+/// The entries of a run of grains: neighbours, and what their contacts remember; empty what the model does not have.
+pub struct Lists<'a> {
+    pub neighbour: &'a mut [u32],
+    pub tangential_force: &'a mut [Packed],
 }
 
-/// The contact in this slot has this spring now.
-#[inline(always)]
-pub fn keep_spring(spring: &mut Packed, f: DVec3) {
-    spring.0 = f;
+impl Lists<'_> {
+    /// [`history_of`].
+    #[inline(always)]
+    pub fn history(&self, entry: usize) -> History {
+        let mut history = History::default();
+        if self.neighbour[entry] & ACTIVE != 0 {
+            history.tangential.force = self.tangential_force.get(entry).map_or(DVec3::ZERO, |f| f.0);
+        }
+        history
+    }
+
+    #[inline(always)]
+    pub fn is_active(&self, entry: usize) -> bool {
+        self.neighbour[entry] & ACTIVE != 0
+    }
+
+    #[inline(always)]
+    pub fn set_history(&mut self, entry: usize, history: &History) {
+        if let Some(force) = self.tangential_force.get_mut(entry) {
+            force.0 = history.tangential.force;
+        }
+    }
+
+    /// Whether the contact at this entry is active, so that what it remembers counts.
+    #[inline(always)]
+    pub fn set_active(&mut self, entry: usize, active: bool) {
+        set_active(&mut self.neighbour[entry], active && !self.tangential_force.is_empty());
+    }
 }
 
-/// Whether the contact in this slot is closed, so that the spring counts.
-#[inline(always)]
-pub fn set_active(tagged: &mut u32, closed: bool) {
-    *tagged = *tagged & INDEX | if closed { ACTIVE } else { 0 };
+/// Run a function on the lists of every run of grains, which it may change.
+pub fn with_lists<T: Send, R: Send>(
+    s: &mut State,
+    items: impl IndexedParallelIterator<Item = T>,
+    of: impl Fn(&State, usize, T, Lists) -> R + Sync + Send,
+    reduce: impl Fn(R, R) -> R + Sync + Send,
+    zero: impl Fn() -> R + Sync + Send,
+) -> R {
+    let (mut neighbour, mut tangential_force) = (take(&mut s.neighbour), take(&mut s.tangential_force));
+    let result = items
+        .zip(by_entry(&mut neighbour, s))
+        .zip(by_entry(&mut tangential_force, s))
+        .enumerate()
+        .with_min_len(2)
+        .map(|(k, ((item, neighbour), tangential_force))| of(s, k, item, Lists { neighbour, tangential_force }))
+        .reduce(zero, reduce);
+    (s.neighbour, s.tangential_force) = (neighbour, tangential_force);
+    result
 }
 
-/// Slots whose springs grain i hands to the history: those it shares with a grain of larger index, or a wall.
+/// Whether the contact at this entry is active, so that what it remembers counts.
+#[inline(always)]
+pub fn set_active(tagged: &mut u32, active: bool) {
+    *tagged = *tagged & INDEX | if active { ACTIVE } else { 0 };
+}
+
+/// Entries whose contacts grain i hands to the history: those it shares with a grain of larger index, or a wall.
 pub fn active_contacts(s: &State, i: usize) -> impl Iterator<Item = usize> {
     let kept = move |tagged: u32| tagged != NONE && tagged & ACTIVE != 0 && (tagged & INDEX) as usize > i;
     s.row(i).filter(move |&entry| kept(s.neighbour[entry]))
 }
 
-/// The spring of grain i and neighbour j in the history, N, and whether it is this grain's to count.
-pub fn restore_history(s: &State, i: usize, j: u32) -> Option<(DVec3, bool)> {
+/// Where the contact of grain i and neighbour j is in the history, and whether it is this grain's to count: the history has it as this
+/// grain sees it.
+pub fn restore_history(s: &State, i: usize, j: u32) -> Option<(usize, bool)> {
     let mine = s.sorted[i];
     let (owner, other) = match s.sorted.get(j as usize) {
         Some(&theirs) => (mine.min(theirs), mine.max(theirs)),
@@ -46,6 +105,42 @@ pub fn restore_history(s: &State, i: usize, j: u32) -> Option<(DVec3, bool)> {
     };
     let mut kept = s.history_start[owner as usize]..s.history_start[owner as usize + 1];
     let at = kept.find(|&at| s.history_other[at as usize] == other)?;
-    let f = s.history_spring[at as usize].0;
-    Some(if owner == mine { (f, true) } else { (-f, false) })
+    Some((at as usize, owner == mine))
+}
+
+/// Every array of what contacts remember, with the one that holds it in the history, and how one grain's value becomes the other's.
+macro_rules! for_lanes {
+    ($s:ident, |$lane:ident, $history:ident, $opposite:ident| $body:expr) => {{
+        fn negative(f: Packed) -> Packed {
+            Packed(-f.0)
+        }
+        {
+            let ($lane, $history, $opposite) = (&mut $s.tangential_force, &mut $s.history_tangential_force, negative);
+            $body
+        }
+        {
+            let ($lane, $history, $opposite) = (&mut $s.impulse, &mut $s.history_impulse, negative);
+            $body
+        }
+    }};
+}
+
+/// Hand contacts to the history: `moves` has entries and their places there.
+pub fn store_lanes(s: &mut State, moves: &[(usize, usize)]) {
+    for_lanes!(s, |lane, history, _opposite| {
+        if !lane.is_empty() {
+            moves.iter().for_each(|&(entry, at)| history[at] = lane[entry]);
+        }
+    });
+}
+
+/// Take contacts from the history: `moves` has entries, their places there, and whether the grain sees the contact as the history does.
+pub fn restore_lanes(s: &mut State, moves: &[(usize, usize, bool)]) {
+    for_lanes!(s, |lane, history, opposite| {
+        if !lane.is_empty() {
+            for &(entry, at, same) in moves {
+                lane[entry] = if same { history[at] } else { opposite(history[at]) };
+            }
+        }
+    });
 }

@@ -1,81 +1,144 @@
-//! Twin of `shaders/contact/law.wgsl`: one contact, seen from one of its two sides.
+//! Twin of `shaders/contact/law.wgsl`: the law of contact of the discrete element method. Its sub-models are slots: normal, damping,
+//! tangential, rolling, cohesion. Each gets the state of the contact and what it remembers of it.
 
 use super::{
-    damping::dashpot_force,
-    geometry::{Separation, branch_vector, sphere_separation, unit_or},
-    materials::pair_of,
-    normal::normal_force,
-    tangential::{slid_spring, sliding_power, stretched_spring},
+    cohesion::{cohesive_force, is_active},
+    damping::damping_force,
+    geometry::{Separation, branch_vector, lengthened, sphere_separation, unit_or},
+    history::{History, history_of},
+    materials::{pair_index, pair_of},
+    normal::{normal_energy, normal_force, normal_stiffness},
+    rolling::{rolling_contact, rolling_energy, with_couple},
+    tangential::{tangential_contact, tangential_energy},
 };
 use crate::{
-    body::{Body, bodies::body, rotation::surface_velocity},
-    model::{Damping, Tangential},
-    space::walls::{wall_normal_before, wall_separation, wall_velocity},
-    state::{Pair, State},
+    body::{
+        Body,
+        bodies::body,
+        rotation::{rolling_inertia, surface_velocity},
+    },
+    model::{Damping, Dimension, Normal, Rotation, Tangential},
+    space::{
+        dimension::moment,
+        walls::{relative_to_wall, wall_normal_before, wall_separation, wall_velocity},
+    },
+    state::{ACTIVE, Pair, State},
 };
 use glam::DVec3;
 
-/// What acts on one side of a contact.
+/// A contact, seen from the grain of interest.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Contact {
     /// m
     pub gap: f64,
-    /// If not, nothing below means anything.
-    pub closed: bool,
+    /// If not, nothing below means anything but `forgotten`.
+    pub active: bool,
     /// N, on the grain of interest.
     pub force: DVec3,
     /// m, from its centre to the contact point.
     pub arm: DVec3,
-    /// N, the tangential part of the force.
-    pub spring: DVec3,
-    /// N, what the dashpot adds to the force.
+    /// N m, about its centre: of the force, and the couple of rolling resistance.
+    pub torque: DVec3,
+    /// N, the part of the force that is the normal dashpot's.
     pub damping: DVec3,
-    /// W, of dashpot and sliding.
+    /// W, of dashpots and sliding.
     pub dissipation: f64,
+    /// J, stored.
+    pub energy: f64,
+    pub history: History,
 }
 
-/// All that the laws of contact know of the scene; what they know of two surfaces they are told.
+/// The choices of a scene for its contacts.
 #[derive(Clone, Copy, Debug)]
 pub struct Law {
+    pub normal: Normal,
     pub damping: Damping,
     pub tangential: Tangential,
-    /// s, since springs were stretched last.
+    pub dimension: Dimension,
+    pub rotation: Rotation,
+    /// s, since history was brought up to date: 0 in the first step.
     pub history_dt: f64,
 }
 
 impl Law {
     pub fn of(s: &State) -> Law {
-        Law { damping: s.model.damping, tangential: s.model.tangential, history_dt: s.params.history_dt }
+        let m = &s.model;
+        Law {
+            normal: m.normal,
+            damping: m.damping,
+            tangential: m.tangential,
+            dimension: m.dimension,
+            rotation: m.rotation,
+            history_dt: s.params.history_dt,
+        }
     }
 }
 
-/// What two surfaces in contact do to the one that n points away from, N and W.
-pub struct ContactForce {
-    pub force: DVec3,
-    pub spring: DVec3,
-    pub damping: DVec3,
-    pub dissipation: f64,
+/// All that the laws of contact know of two surfaces, seen from the first of the two.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ContactState {
+    /// m, < 0 is overlap.
+    pub gap: f64,
+    /// m, a step ago.
+    pub gap_before: f64,
+    /// From the first to the second.
+    pub n: DVec3,
+    /// A step ago.
+    pub n_before: DVec3,
+    /// m/s, of the first past the second at the contact point.
+    pub v: DVec3,
+    /// rad/s, of the first relative to the second.
+    pub spin: DVec3,
+    /// 1/kg, 1/m_i + 1/m_j.
+    pub inverse_mass: f64,
+    /// m, effective: 1/R = 1/R_i + 1/R_j.
+    pub radius: f64,
+    /// 1/(kg m²), inverse: of both about the contact point.
+    pub rolling_inertia: f64,
+    /// Where their pair of materials is in tables of pairs.
+    pub materials: usize,
 }
 
-#[expect(clippy::too_many_arguments, reason = "the same as on the device")]
+/// What two surfaces in contact do to the first of the two.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactForce {
+    /// N
+    pub force: DVec3,
+    /// N m
+    pub couple: DVec3,
+    /// N, the part of the force that is the normal dashpot's.
+    pub damping: DVec3,
+    /// W, of dashpots and sliding.
+    pub dissipation: f64,
+    /// J, stored.
+    pub energy: f64,
+    pub history: History,
+}
+
 #[inline(always)]
-pub fn contact_force(
-    law: Law,
-    pair: &Pair,
-    gap: f64,
-    n: DVec3,
-    n_before: DVec3,
-    v_rel: DVec3,
-    inverse_mass: f64,
-    old: DVec3,
-) -> ContactForce {
-    let approach = v_rel.dot(n);
-    let damping = dashpot_force(law.damping, pair, approach, inverse_mass);
-    let pressing = normal_force(pair, gap) + damping;
-    let stretched = stretched_spring(law, old, pair, n, n_before, v_rel);
-    let spring = slid_spring(stretched, pair, pressing);
-    let dissipation = damping * approach + sliding_power(law, old, stretched, spring, pair);
-    ContactForce { force: spring - pressing * n, spring, damping: -damping * n, dissipation }
+pub fn contact_force(law: Law, pair: &Pair, c: &ContactState, old: History) -> ContactForce {
+    let approach = c.v.dot(c.n);
+    let stiffness = normal_stiffness(law.normal, pair, c);
+    let damping = damping_force(law.damping, pair, approach, c.inverse_mass, stiffness);
+    let pressing = normal_force(law.normal, pair, c) + damping;
+    let tangential = tangential_contact(law, pair, c, pressing, old.tangential);
+    let rolling = rolling_contact(law, c, stiffness, pressing, old.rolling);
+    let history = History { tangential: tangential.history, rolling: rolling.history };
+    ContactForce {
+        force: tangential.force - (pressing - cohesive_force(pair, c)) * c.n,
+        couple: rolling.couple,
+        damping: -damping * c.n,
+        dissipation: damping * approach + tangential.dissipation + rolling.dissipation,
+        energy: normal_energy(law.normal, pair, c) + stored_energy(law, pair, c, history),
+        history,
+    }
+}
+
+/// Energy of what a contact remembers, J.
+#[inline(always)]
+fn stored_energy(law: Law, pair: &Pair, c: &ContactState, history: History) -> f64 {
+    let stiffness = normal_stiffness(law.normal, pair, c);
+    tangential_energy(law, pair, c, history.tangential) + rolling_energy(law, c, stiffness, history.rolling)
 }
 
 /// All that the contact of two grains depends on, seen from one of them.
@@ -88,20 +151,22 @@ pub struct GrainPair {
     /// rad/s, its own and the other's.
     pub spin: DVec3,
     pub spin_to: DVec3,
-    /// N, the spring a step ago.
-    pub old: DVec3,
+    /// What they remember of a step ago.
+    pub old: History,
     /// m, its own and the other's, and what single precision leaves out of both.
     pub radius: f64,
     pub radius_to: f64,
     pub radii_rest: f64,
-    /// 1/kg, of both.
+    /// 1/kg
     pub inverse_mass: f64,
+    pub inverse_mass_to: f64,
     pub pair: Pair,
+    pub materials: usize,
 }
 
 /// Grain j seen from grain i.
 #[inline(always)]
-pub fn grain_pair(s: &State, i: usize, here: &Body, j: usize, old: DVec3) -> GrainPair {
+pub fn grain_pair(s: &State, i: usize, here: &Body, j: usize, old: History) -> GrainPair {
     let there = body(s, j);
     GrainPair {
         branch: branch_vector(s, i, j),
@@ -112,8 +177,10 @@ pub fn grain_pair(s: &State, i: usize, here: &Body, j: usize, old: DVec3) -> Gra
         radius: here.position.radius,
         radius_to: there.position.radius,
         radii_rest: here.low.radius + there.low.radius,
-        inverse_mass: here.velocity.inverse_mass + there.velocity.inverse_mass,
+        inverse_mass: here.velocity.inverse_mass,
+        inverse_mass_to: there.velocity.inverse_mass,
         pair: pair_of(s, i, j),
+        materials: pair_index(s, i, j),
     }
 }
 
@@ -121,39 +188,79 @@ pub fn grain_pair(s: &State, i: usize, here: &Body, j: usize, old: DVec3) -> Gra
 /// compute it from the same side, so that the results are opposite to the last bit; here they are anyway, because f64 in
 /// Rust is not reordered.)
 #[inline(always)]
-pub fn grain_contact(law: Law, m: &GrainPair) -> Contact {
+pub fn grain_contact(law: Law, m: &GrainPair, was_active: bool) -> Contact {
     let Separation { gap, n } = sphere_separation(m.branch, m.radius, m.radius_to, m.radii_rest);
     let arm = (m.radius + 0.5 * gap) * n; // erratum E7: one shared point, mid-overlap
     let arm_to = -(m.radius_to + 0.5 * gap) * n;
-    let v_rel = m.v + (surface_velocity(m.spin, arm) - surface_velocity(m.spin_to, arm_to));
-    let n_before = unit_or(m.branch + law.history_dt * m.v, n);
-    let p = contact_force(law, &m.pair, gap, n, n_before, v_rel, m.inverse_mass, m.old);
-    let closed = gap < 0.0;
-    Contact { gap, closed, force: p.force, arm, spring: p.spring, damping: p.damping, dissipation: p.dissipation }
+    let inertia = |radius: f64, inverse_mass: f64| rolling_inertia(law.rotation, law.dimension, radius, inverse_mass);
+    let c = ContactState {
+        gap,
+        gap_before: gap + lengthened(m.branch, law.history_dt * m.v),
+        n,
+        n_before: unit_or(m.branch + law.history_dt * m.v, n),
+        v: m.v + (surface_velocity(m.spin, arm) - surface_velocity(m.spin_to, arm_to)),
+        spin: m.spin - m.spin_to,
+        inverse_mass: m.inverse_mass + m.inverse_mass_to,
+        radius: m.radius * m.radius_to / (m.radius + m.radius_to),
+        rolling_inertia: inertia(m.radius, m.inverse_mass) + inertia(m.radius_to, m.inverse_mass_to),
+        materials: m.materials,
+    };
+    seen(law, arm, is_active(gap, was_active), gap, contact_force(law, &m.pair, &c, m.old))
 }
 
-/// The contact of grain i with wall w, whose spring was `old`.
+/// The contact of grain i with wall w, which remembers `old`.
 #[inline(always)]
-pub fn wall_contact(s: &State, i: usize, here: &Body, w: usize, old: DVec3) -> Contact {
+pub fn wall_contact(s: &State, i: usize, here: &Body, w: usize, was_active: bool, old: History) -> Contact {
     let wall = &s.wall[w];
     let Separation { gap, n } = wall_separation(wall, &here.position, here.low);
-    if !(gap < 0.0) {
+    if !is_active(gap, was_active) {
         return Contact { gap, ..Contact::default() };
     }
-    let arm = (here.position.radius + 0.5 * gap) * n;
-    let v_rel = (here.velocity.v - wall_velocity(wall, here.position.x + arm)) + surface_velocity(here.spin, arm);
-    let n_before = wall_normal_before(s, wall, here.position.x - s.params.history_dt * here.velocity.v);
-    let pair = pair_of(s, i, s.sizes.bodies + w);
-    let p = contact_force(Law::of(s), &pair, gap, n, n_before, v_rel, here.velocity.inverse_mass, old);
-    let closed = gap < 0.0;
-    Contact { gap, closed, force: p.force, arm, spring: p.spring, damping: p.damping, dissipation: p.dissipation }
+    let law = Law::of(s);
+    let (radius, inverse_mass) = (here.position.radius, here.velocity.inverse_mass);
+    let arm = (radius + 0.5 * gap) * n;
+    let v = here.velocity.v - wall_velocity(wall, here.position.x + arm);
+    let c = ContactState {
+        gap,
+        gap_before: gap + law.history_dt * v.dot(n),
+        n,
+        n_before: wall_normal_before(s, wall, here.position.x - law.history_dt * here.velocity.v),
+        v: v + surface_velocity(here.spin, arm),
+        spin: relative_to_wall(here.spin, wall),
+        inverse_mass,
+        radius,
+        rolling_inertia: rolling_inertia(law.rotation, law.dimension, radius, inverse_mass),
+        materials: pair_index(s, i, s.sizes.bodies + w),
+    };
+    seen(law, arm, true, gap, contact_force(law, &pair_of(s, i, s.sizes.bodies + w), &c, old))
 }
 
-/// The contact of grain i with neighbour j, whose spring was `old`.
 #[inline(always)]
-pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, old: DVec3) -> Contact {
-    match j.checked_sub(s.sizes.bodies) {
-        None => grain_contact(Law::of(s), &grain_pair(s, i, here, j, old)),
-        Some(w) => wall_contact(s, i, here, w, old),
+fn seen(law: Law, arm: DVec3, active: bool, gap: f64, f: ContactForce) -> Contact {
+    Contact {
+        gap,
+        active,
+        force: f.force,
+        arm,
+        torque: with_couple(law, moment(arm, f.force), f.couple),
+        damping: f.damping,
+        dissipation: f.dissipation,
+        energy: f.energy,
+        history: f.history,
     }
+}
+
+/// The contact of grain i with neighbour j at an entry of its list.
+pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, entry: usize) -> Contact {
+    let (old, was_active) = (history_of(s, entry), s.neighbour[entry] & ACTIVE != 0);
+    match j.checked_sub(s.sizes.bodies) {
+        None => grain_contact(Law::of(s), &grain_pair(s, i, here, j, old), was_active),
+        Some(w) => wall_contact(s, i, here, w, was_active, old),
+    }
+}
+
+/// Energy, J, of what a contact that has opened still remembers: the next step forgets it.
+pub fn forgotten_energy(s: &State, i: usize, j: usize, entry: usize, gap: f64) -> f64 {
+    let c = ContactState { gap, materials: pair_index(s, i, j), ..ContactState::default() };
+    stored_energy(Law::of(s), &pair_of(s, i, j), &c, history_of(s, entry))
 }

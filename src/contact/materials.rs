@@ -10,7 +10,16 @@ use crate::{
 pub fn pair_of(s: &State, i: usize, j: usize) -> Pair {
     match s.model.materials {
         Materials::One => s.params.pair,
-        Materials::Many => s.pair[material_of(s, i) * s.params.materials as usize + material_of(s, j)],
+        Materials::Many => s.pair[pair_index(s, i, j)],
+    }
+}
+
+/// Where the pair of materials of i and j is in the tables of pairs.
+#[inline(always)]
+pub fn pair_index(s: &State, i: usize, j: usize) -> usize {
+    match s.model.materials {
+        Materials::One => 0,
+        Materials::Many => material_of(s, i) * s.params.materials as usize + material_of(s, j),
     }
 }
 

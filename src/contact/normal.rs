@@ -1,14 +1,31 @@
-//! Twin of `shaders/contact/normal/`.
+//! Twin of `shaders/contact/normal/`: the normal force of a contact.
 
-use crate::state::Pair;
+use super::law::ContactState;
+use crate::{model::Normal, state::Pair};
 
-/// Pressing force of the linear spring (2.1), N, for a gap < 0.
+/// Pressing force, N, of an overlap.
 #[inline(always)]
-pub fn normal_force(pair: &Pair, gap: f64) -> f64 {
-    -pair.stiffness * gap
+pub fn normal_force(law: Normal, pair: &Pair, c: &ContactState) -> f64 {
+    match law {
+        Normal::Hooke => -pair.stiffness * c.gap,
+        Normal::Rigid => 0.0,
+    }
+}
+
+/// Its slope, N/m.
+#[inline(always)]
+pub fn normal_stiffness(law: Normal, pair: &Pair, _c: &ContactState) -> f64 {
+    match law {
+        Normal::Hooke => pair.stiffness,
+        Normal::Rigid => 0.0,
+    }
 }
 
 /// Energy stored in the overlap, J.
-pub fn normal_energy(pair: &Pair, gap: f64) -> f64 {
-    0.5 * pair.stiffness * gap * gap
+#[inline(always)]
+pub fn normal_energy(law: Normal, pair: &Pair, c: &ContactState) -> f64 {
+    match law {
+        Normal::Hooke => 0.5 * pair.stiffness * c.gap * c.gap,
+        Normal::Rigid => 0.0,
+    }
 }

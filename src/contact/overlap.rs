@@ -2,6 +2,7 @@
 
 use super::{
     geometry::{branch_vector, sphere_separation},
+    law::ContactState,
     materials::pair_of,
     normal::normal_force,
 };
@@ -26,15 +27,17 @@ pub fn overlaps(s: &State, i: usize) -> impl Iterator<Item = Overlap> {
     let here = &s.position[i];
     let entries = s.neighbour[entries.start.min(entries.end)..entries.end].iter().take_while(|entry| **entry != NONE);
     entries.map(|entry| (entry & INDEX) as usize).filter(move |j| *j < bodies + s.sizes.walls).map(move |j| {
-        let (gap, size) = if j < bodies {
+        let (gap, size, radius) = if j < bodies {
             let there = &s.position[j];
             let rest = position_low_of(s, i).radius + position_low_of(s, j).radius;
             let touch = sphere_separation(branch_vector(s, i, j), here.radius, there.radius, rest);
-            (touch.gap, here.radius + there.radius)
+            let size = here.radius + there.radius;
+            (touch.gap, size, here.radius * there.radius / size)
         } else {
-            (wall_separation(&s.wall[j - bodies], here, position_low_of(s, i)).gap, here.radius)
+            (wall_separation(&s.wall[j - bodies], here, position_low_of(s, i)).gap, here.radius, here.radius)
         };
-        Overlap { relative: -gap / size, force: normal_force(&pair_of(s, i, j), gap.min(0.0)) }
+        let c = ContactState { gap: gap.min(0.0), radius, ..ContactState::default() };
+        Overlap { relative: -gap / size, force: normal_force(s.model.normal, &pair_of(s, i, j), &c) }
     })
 }
 
@@ -46,7 +49,7 @@ pub fn deepest(s: &State) -> f64 {
 /// What a contact makes inherits the rounding of its normal force, however small it is itself: at rest, forces of many times
 /// a grain's weight balance to it.
 pub const FORCE_FLOORS: &[Floor] =
-    &[(&[&FORCE, &SPRING, &MEMBER_FORCE], largest_force), (&[&TORQUE, &MEMBER_TORQUE], largest_torque)];
+    &[(&[&FORCE, &TANGENTIAL_FORCE, &MEMBER_FORCE], largest_force), (&[&TORQUE, &MEMBER_TORQUE], largest_torque)];
 
 /// N
 fn largest_force(s: &State) -> f64 {

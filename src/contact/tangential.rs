@@ -1,24 +1,57 @@
-//! Twin of `shaders/contact/tangential/`. Entries and springs of a grain's slots are passed in, because the kernel's grain owns them.
+//! Twin of `shaders/contact/tangential/`: friction with history, capped by Coulomb's law (2.7)-(2.14), errata E4, E5.
 
-use crate::contact::law::Law;
-use crate::{model::Tangential, state::Pair};
+use super::{
+    geometry::transported,
+    law::{ContactState, Law},
+};
+use crate::{model::Tangential as Choice, state::Pair};
 use glam::DVec3;
 
-/// The old spring turned into the new contact plane by the smallest rotation Z from `n_before` to `n` (2.11) and
-/// stretched by the slip of this step (2.8), (2.9), N.
+/// What a contact remembers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TangentialHistory {
+    /// N
+    pub force: DVec3,
+}
+
+/// The tangential part of a contact, on the first of the two.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tangential {
+    /// N
+    pub force: DVec3,
+    pub history: TangentialHistory,
+    /// W, of sliding.
+    pub dissipation: f64,
+}
+
 #[inline(always)]
-pub fn stretched_spring(law: Law, old: DVec3, pair: &Pair, n: DVec3, n_before: DVec3, v_rel: DVec3) -> DVec3 {
-    if law.tangential == Tangential::None {
-        return DVec3::ZERO;
+pub fn tangential_contact(
+    law: Law,
+    pair: &Pair,
+    c: &ContactState,
+    pressing: f64,
+    old: TangentialHistory,
+) -> Tangential {
+    if law.tangential == Choice::None {
+        return Tangential::default();
     }
-    let turned = old - n.dot(old) / (1.0 + n.dot(n_before)).max(1e-6) * (n_before + n);
-    let slip = law.history_dt * (v_rel - v_rel.dot(n) * n);
+    let stretched = stretched_spring(law, old.force, pair, c);
+    let force = slid_spring(stretched, pair, pressing);
+    let dissipation = sliding_power(law, old.force, stretched, force, pair);
+    Tangential { force, history: TangentialHistory { force }, dissipation }
+}
+
+/// The old force turned into the new contact plane (2.11) and stretched by the slip of this step (2.8), (2.9), N.
+#[inline(always)]
+fn stretched_spring(law: Law, old: DVec3, pair: &Pair, c: &ContactState) -> DVec3 {
+    let turned = transported(old, c.n, c.n_before);
+    let slip = law.history_dt * (c.v - c.v.dot(c.n) * c.n);
     turned - pair.tangential_stiffness * slip
 }
 
 /// Capped by sliding (2.13), N.
 #[inline(always)]
-pub fn slid_spring(stretched: DVec3, pair: &Pair, pressing: f64) -> DVec3 {
+fn slid_spring(stretched: DVec3, pair: &Pair, pressing: f64) -> DVec3 {
     let limit = pair.friction * pressing.abs();
     let length_squared = stretched.length_squared();
     let scale = limit / length_squared.sqrt();
@@ -27,14 +60,18 @@ pub fn slid_spring(stretched: DVec3, pair: &Pair, pressing: f64) -> DVec3 {
 
 /// Work done by sliding per time, W: the mean force of the step times what the spring was shortened by.
 #[inline(always)]
-pub fn sliding_power(law: Law, old: DVec3, stretched: DVec3, slid: DVec3, pair: &Pair) -> f64 {
+fn sliding_power(law: Law, old: DVec3, stretched: DVec3, slid: DVec3, pair: &Pair) -> f64 {
     if pair.tangential_stiffness == 0.0 || law.history_dt == 0.0 {
         return 0.0;
     }
     (0.5 * (old + slid)).dot(stretched - slid) / (pair.tangential_stiffness * law.history_dt)
 }
 
-/// Energy stored in a spring, J.
-pub fn spring_energy(f: DVec3, pair: &Pair) -> f64 {
-    if pair.tangential_stiffness == 0.0 { 0.0 } else { 0.5 * f.length_squared() / pair.tangential_stiffness }
+/// Energy stored in the spring, J.
+#[inline(always)]
+pub fn tangential_energy(law: Law, pair: &Pair, _c: &ContactState, h: TangentialHistory) -> f64 {
+    if law.tangential == Choice::None || pair.tangential_stiffness == 0.0 {
+        return 0.0;
+    }
+    0.5 * h.force.length_squared() / pair.tangential_stiffness
 }

@@ -1,24 +1,24 @@
 //! Twin of `shaders/dem/advance.wgsl`: contact forces at step n, then leapfrog: n - 1/2 to n + 1/2 (2.19), n to n + 1 (2.20).
 
-use crate::body::blocks::{BLOCK, by_body, by_entry};
+use crate::body::blocks::{BLOCK, by_body};
 use crate::{
     body::{Body, ForceTorque, bodies::body, rotation::integrate_sphere_spin},
     contact::{
         batch::{Batch, LANES, ListEntry},
+        cohesion::{is_active, reach},
         geometry::closer_than,
-        history::{keep_spring, set_active, spring_of},
+        history::{Lists, with_lists},
         law::wall_contact,
     },
     dem::leapfrog::integrate_velocity,
     space::{boundary::wrap, dimension::outside, precision::displaced},
-    state::{INDEX, NONE, Packed, Position, PositionLow, Spin, State, Velocity},
+    state::{INDEX, NONE, Position, PositionLow, Spin, State, Velocity},
 };
-use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::{mem::take, ops::Range};
 
-/// What a task writes: a run of grains, and their slots.
+/// What a task writes: a run of grains, and their lists.
 struct Block<'a> {
     position: &'a mut [Position],
     low: &'a mut [PositionLow],
@@ -26,27 +26,6 @@ struct Block<'a> {
     spin: &'a mut [Spin],
     displacement: &'a mut [f64],
     lists: Lists<'a>,
-}
-
-/// The slots of a run of grains.
-pub struct Lists<'a> {
-    pub neighbour: &'a mut [u32],
-    pub spring: &'a mut [Packed],
-}
-
-impl Lists<'_> {
-    /// What smooth grains do not have is not kept.
-    #[inline(always)]
-    fn keep_spring(&mut self, slot: usize, f: DVec3) {
-        if let Some(spring) = self.spring.get_mut(slot) {
-            keep_spring(spring, f);
-        }
-    }
-
-    #[inline(always)]
-    fn set_active(&mut self, slot: usize, closed: bool) {
-        set_active(&mut self.neighbour[slot], closed && !self.spring.is_empty());
-    }
 }
 
 pub fn advance(s: &mut State) {
@@ -57,29 +36,19 @@ pub fn advance(s: &mut State) {
     s.counters[0].steps_done += 1;
     let (mut position, mut low) = (take(&mut s.position_next), take(&mut s.position_low_next));
     let (mut velocity, mut spin) = (take(&mut s.velocity_next), take(&mut s.spin_next));
-    let (mut displacement, mut neighbour, mut spring) =
-        (take(&mut s.displacement), take(&mut s.neighbour), take(&mut s.spring));
-    let (bad, spent) = by_body(&mut position, s)
+    let mut displacement = take(&mut s.displacement);
+    let blocks = by_body(&mut position, s)
         .zip(by_body(&mut low, s))
         .zip(by_body(&mut velocity, s))
         .zip(by_body(&mut spin, s))
-        .zip(by_body(&mut displacement, s))
-        .zip(by_entry(&mut neighbour, s))
-        .zip(by_entry(&mut spring, s))
-        .map(|((((((position, low), velocity), spin), displacement), neighbour), spring)| Block {
-            position,
-            low,
-            velocity,
-            spin,
-            displacement,
-            lists: Lists { neighbour, spring },
-        })
-        .enumerate()
-        .with_min_len(2)
-        .map(|(k, block)| Arch::new().dispatch(Work { s, first: k * BLOCK, block }))
-        .reduce(|| (0, false), |a, b| (a.0.max(b.0), a.1 | b.1));
+        .zip(by_body(&mut displacement, s));
+    let work = |s: &State, k: usize, ((((position, low), velocity), spin), displacement), lists: Lists| {
+        let block = Block { position, low, velocity, spin, displacement, lists };
+        Arch::new().dispatch(Work { s, first: k * BLOCK, block })
+    };
+    let (bad, spent) = with_lists(s, blocks, work, |a, b| (a.0.max(b.0), a.1 | b.1), || (0, false));
     (s.position_next, s.position_low_next, s.velocity_next, s.spin_next) = (position, low, velocity, spin);
-    (s.displacement, s.neighbour, s.spring) = (displacement, neighbour, spring);
+    s.displacement = displacement;
     s.counters[0].lost_body = s.counters[0].lost_body.max(bad);
     s.halt_next[0] = s.halt_next[0].max(u32::from(spent));
 }
@@ -132,46 +101,43 @@ fn advance_block(s: &State, first: usize, block: &mut Block) -> (u32, bool) {
     (bad, spent)
 }
 
-/// What grains do to the grains of a block, and the slots where their walls begin.
+/// What grains do to the grains of a block, and the entries where their walls begin.
 pub struct Sums {
     pub of_grains: [ForceTorque; BLOCK],
     pub first_wall: [usize; BLOCK],
 }
 
-/// The contacts of a run of `count_neighbours` grains with grains, with their springs. Many are computed at a time, and added in the order of
+/// The contacts of a run of `count` grains with grains, and what they remember. Many are computed at a time, and added in the order of
 /// the lists.
 #[inline(always)]
 pub fn forces_of_grains(s: &State, first: usize, count: usize, lists: &mut Lists) -> Sums {
     let mut sums = Sums { of_grains: [ForceTorque::default(); BLOCK], first_wall: [0; BLOCK] };
     let mut batch = Batch::new(s);
     for entries in near_entries(s, first, lists, &mut sums.first_wall[..count]).chunks(LANES) {
-        batch.compute(s, entries, |entry| {
-            let slot = entry.index as usize;
-            spring_of(lists.neighbour[slot], lists.spring.get(slot))
-        });
+        batch.compute(s, entries, lists);
         for (lane, entry) in entries.iter().enumerate() {
-            let (k, slot) = (entry.i as usize - first, entry.index as usize);
+            let (k, at) = (entry.i as usize - first, entry.index as usize);
             let contact = batch.outcome(lane);
-            let closed = contact.gap < 0.0;
-            if closed {
-                lists.keep_spring(slot, contact.spring);
+            let active = is_active(contact.gap, lists.is_active(at));
+            if active {
+                lists.set_history(at, &contact.history);
                 sums.of_grains[k].force += contact.sum.force;
                 sums.of_grains[k].torque += contact.sum.torque;
             }
-            lists.set_active(slot, closed);
+            lists.set_active(at, active);
         }
     }
     sums
 }
 
-/// The slots of grain i, counted from the first of its block.
+/// The entries of grain i, counted from the first of its block.
 #[inline(always)]
 pub fn row_in_block(s: &State, first: usize, i: usize) -> Range<usize> {
     let begin = s.list_start[first];
     (s.list_start[i] - begin) as usize..(s.list_start[i + 1] - begin) as usize
 }
 
-/// The slots with grains that may touch.
+/// The entries of grains that may touch.
 #[inline(always)]
 fn near_entries(s: &State, first: usize, lists: &mut Lists, first_wall: &mut [usize]) -> Vec<ListEntry> {
     let mut entries = vec![ListEntry::default(); lists.neighbour.len()];
@@ -180,17 +146,17 @@ fn near_entries(s: &State, first: usize, lists: &mut Lists, first_wall: &mut [us
         let i = first + k;
         let (here, row) = (&s.position[i], row_in_block(s, first, i));
         *first_wall = row.end;
-        for slot in row {
-            let entry = &mut lists.neighbour[slot];
-            let j = *entry & INDEX;
+        for entry in row {
+            let tagged = &mut lists.neighbour[entry];
+            let j = *tagged & INDEX;
             let Some(there) = s.position.get(j as usize) else {
-                *first_wall = slot;
+                *first_wall = entry;
                 break;
             };
-            let near = closer_than(s, here, there, 0.0);
+            let near = closer_than(s, here, there, reach());
             // Whether grains are near is hard to guess, and a wrong guess costs more than a store.
-            *entry = if near { *entry } else { j };
-            entries[found] = ListEntry { i: i as u32, j, index: slot as u32 };
+            *tagged = if near { *tagged } else { j };
+            entries[found] = ListEntry { i: i as u32, j, index: entry as u32 };
             found += usize::from(near);
         }
     }
@@ -204,25 +170,24 @@ pub fn forces_of_walls(
     s: &State,
     i: usize,
     here: &Body,
-    slots: Range<usize>,
+    entries: Range<usize>,
     lists: &mut Lists,
     sum: &mut ForceTorque,
 ) -> bool {
     let mut crossed = false;
-    for slot in slots {
-        let entry = lists.neighbour[slot];
-        if entry == NONE {
+    for entry in entries {
+        let tagged = lists.neighbour[entry];
+        if tagged == NONE {
             break;
         }
-        let w = (entry & INDEX) as usize - s.sizes.bodies;
-        let contact = wall_contact(s, i, here, w, spring_of(entry, lists.spring.get(slot)));
-        let closed = contact.closed;
-        if closed {
-            lists.keep_spring(slot, contact.spring);
+        let w = (tagged & INDEX) as usize - s.sizes.bodies;
+        let contact = wall_contact(s, i, here, w, lists.is_active(entry), lists.history(entry));
+        if contact.active {
+            lists.set_history(entry, &contact.history);
             sum.add(&contact);
             crossed |= contact.gap < -here.position.radius;
         }
-        lists.set_active(slot, closed);
+        lists.set_active(entry, contact.active);
     }
     crossed
 }

@@ -1,8 +1,9 @@
 //! Twin of `shaders/dem/member_forces.wgsl`: contact forces at step n on every member of a clump.
 
 use crate::{
-    body::blocks::{BLOCK, by_body, by_entry},
-    dem::advance::{Lists, Sums, forces_of_grains, forces_of_walls, row_in_block},
+    body::blocks::{BLOCK, by_body},
+    contact::history::{Lists, with_lists},
+    dem::advance::{Sums, forces_of_grains, forces_of_walls, row_in_block},
 };
 use crate::{
     body::bodies::body,
@@ -19,21 +20,12 @@ pub fn member_forces(s: &mut State) {
     }
     s.counters[0].steps_done += 1;
     let (mut member_force, mut member_torque) = (take(&mut s.member_force), take(&mut s.member_torque));
-    let (mut neighbour, mut spring) = (take(&mut s.neighbour), take(&mut s.spring));
-    let bad = by_body(&mut member_force, s)
-        .zip(by_body(&mut member_torque, s))
-        .zip(by_entry(&mut neighbour, s))
-        .zip(by_entry(&mut spring, s))
-        .enumerate()
-        .with_min_len(2)
-        .map(|(k, (((member_force, member_torque), neighbour), spring))| {
-            let lists = Lists { neighbour, spring };
-            Arch::new().dispatch(Work { s, first: k * BLOCK, member_force, member_torque, lists })
-        })
-        .max()
-        .unwrap_or(0);
+    let loads = by_body(&mut member_force, s).zip(by_body(&mut member_torque, s));
+    let work = |s: &State, k: usize, (member_force, member_torque), lists: Lists| {
+        Arch::new().dispatch(Work { s, first: k * BLOCK, member_force, member_torque, lists })
+    };
+    let bad = with_lists(s, loads, work, u32::max, || 0);
     (s.member_force, s.member_torque) = (member_force, member_torque);
-    (s.neighbour, s.spring) = (neighbour, spring);
     s.counters[0].lost_body = s.counters[0].lost_body.max(bad);
     s.halt_next[0] = s.halt_next[0].max(u32::from(bad != 0));
 }

@@ -2,7 +2,6 @@
 
 use super::images::ROW;
 use crate::error::{Error, Result};
-use clap::ValueEnum;
 use std::sync::{Arc, Mutex};
 use wgpu::{DeviceType, Features, Limits, TextureUsages};
 
@@ -26,7 +25,8 @@ pub struct AdapterSummary {
 }
 
 /// What arrays are on a device.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Arrays {
     /// Images on software drivers, otherwise buffers.
     #[default]

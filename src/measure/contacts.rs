@@ -10,11 +10,11 @@ use crate::{
 };
 use glam::DVec3;
 
-/// The contact of grain i with neighbour j, whose history was `old`: a spring, N, or an impulse, N s.
-pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, old: DVec3) -> Contact {
+/// The contact of grain i with neighbour j at an entry of its list.
+pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, entry: usize) -> Contact {
     match s.model.method {
-        Method::DiscreteElements => law::contact_of(s, i, here, j, old),
-        Method::ContactDynamics => nscd::contact::contact_of(s, i, here, j, old),
+        Method::DiscreteElements => law::contact_of(s, i, here, j, entry),
+        Method::ContactDynamics => nscd::contact::contact_of(s, i, here, j, entry),
     }
 }
 

@@ -3,11 +3,12 @@
 use crate::{
     body::{Body, ForceTorque, bodies::body},
     contact::contacts::closed_contacts,
-    contact::{history::spring_of, materials::pair_of, normal::normal_energy, tangential::spring_energy},
+    contact::law::forgotten_energy,
     measure::{
         contacts::contact_of,
         energies::{Energies, energies},
     },
+    model::Method,
     state::{ACTIVE, INDEX, NONE, PARTIAL_SUMS, PartialSums, State},
 };
 use glam::DVec3;
@@ -33,10 +34,9 @@ fn add_body(s: &State, i: usize, sum: &mut PartialSums) {
         let smaller = here.position.radius.min(s.position.get(j).map_or(f64::INFINITY, |there| there.radius));
         let single = is_single(s, j);
         let share = share(single);
-        let pair = pair_of(s, i, j);
         gathered.add(&contact);
         drag += contact.damping;
-        sum.elastic += share * (normal_energy(&pair, contact.gap) + spring_energy(contact.spring, &pair));
+        sum.elastic += share * contact.energy;
         sum.contact_force += share * (contact.force - contact.damping).length();
         sum.dissipation += share * contact.dissipation;
         sum.overlap = sum.overlap.max(-contact.gap / smaller);
@@ -65,15 +65,17 @@ fn share(single: bool) -> f64 {
     if single { 1.0 } else { 0.5 }
 }
 
-/// Energy of the springs of contacts that have opened since the last step, which the next one forgets, J.
+/// Energy that contacts which have opened since the last step still remember, which the next one forgets, J.
 fn forgotten(s: &State, i: usize, here: &Body) -> f64 {
-    let sprung = s.row(i).map(|entry| (entry, s.neighbour[entry])).take_while(|(_, tagged)| *tagged != NONE);
-    let sprung = sprung.filter(|(_, tagged)| tagged & ACTIVE != 0);
-    let energy = |(entry, tagged): (usize, u32)| {
-        let j = (tagged & INDEX) as usize;
-        let old = spring_of(tagged, s.spring.get(entry));
-        let open = !contact_of(s, i, here, j, old).closed;
-        if open { share(is_single(s, j)) * spring_energy(old, &pair_of(s, i, j)) } else { 0.0 }
+    if s.model.method == Method::ContactDynamics {
+        return 0.0; // rigid grains store nothing
+    }
+    let active =
+        s.row(i).take_while(|&entry| s.neighbour[entry] != NONE).filter(|&entry| s.neighbour[entry] & ACTIVE != 0);
+    let energy = |entry: usize| {
+        let j = (s.neighbour[entry] & INDEX) as usize;
+        let contact = contact_of(s, i, here, j, entry);
+        if contact.active { 0.0 } else { share(is_single(s, j)) * forgotten_energy(s, i, j, entry, contact.gap) }
     };
-    sprung.map(energy).sum()
+    active.map(energy).sum()
 }

@@ -1,12 +1,12 @@
-//! Twin of `shaders/neighbours/fill_neighbours.wgsl`: fill the slots in ascending order of the numbers and bring the springs along.
+//! Twin of `shaders/neighbours/fill_neighbours.wgsl`: fill the lists in ascending order of the ids, and bring along what contacts remember.
 
 use crate::body::blocks::{BLOCK, by_entry};
 use crate::{
-    contact::history::{keep_spring, restore_history, set_active},
-    model::Tangential,
+    contact::history::{restore_history, restore_lanes, set_active},
+    model::History,
     neighbours::grid::search,
     space::{precision::position_low_of, walls::wall_separation},
-    state::{NONE, Packed, State},
+    state::{NONE, State},
 };
 use rayon::prelude::*;
 
@@ -17,28 +17,23 @@ pub fn fill_neighbours(s: &mut State) {
         s.halt[0] = 1; // the host will grow the lists and come back
         return;
     }
-    let (mut neighbour, mut spring) = (std::mem::take(&mut s.neighbour), std::mem::take(&mut s.spring));
-    let restored: u32 = by_entry(&mut neighbour, s)
-        .zip(by_entry(&mut spring, s))
+    let mut neighbour = std::mem::take(&mut s.neighbour);
+    let moves: Vec<(usize, usize, bool)> = by_entry(&mut neighbour, s)
         .enumerate()
-        .map(|(k, (mut neighbour, mut spring))| {
+        .flat_map_iter(|(k, mut neighbour)| {
             let bodies = k * BLOCK..((k + 1) * BLOCK).min(s.sizes.bodies);
             let of_body = |i| {
                 let row;
                 (row, neighbour) = std::mem::take(&mut neighbour).split_at_mut(s.row(i).len());
                 fill(s, i, row);
-                if s.model.tangential == Tangential::None {
-                    return 0;
-                }
-                let springs;
-                (springs, spring) = std::mem::take(&mut spring).split_at_mut(row.len());
-                restore(s, i, row, springs)
+                restore(s, i, row)
             };
-            bodies.map(of_body).sum::<u32>()
+            bodies.flat_map(of_body).collect::<Vec<_>>()
         })
-        .sum();
-    (s.neighbour, s.spring) = (neighbour, spring);
-    s.counters[0].restored_contacts += restored;
+        .collect();
+    s.neighbour = neighbour;
+    s.counters[0].restored_contacts += moves.iter().filter(|(.., mine)| *mine).count() as u32;
+    restore_lanes(s, &moves);
 }
 
 /// Grains near grain i in ascending order of their numbers, then walls, then NONE.
@@ -62,15 +57,17 @@ fn fill(s: &State, i: usize, row: &mut [u32]) {
     row[filled..].fill(NONE);
 }
 
-/// Springs of grain i from the history; returns how many it counts.
-fn restore(s: &State, i: usize, row: &mut [u32], springs: &mut [Packed]) -> u32 {
-    let mut restored = 0;
-    for (tagged, spring) in row.iter_mut().zip(springs).take_while(|(tagged, _)| **tagged != NONE) {
-        if let Some((f, mine)) = restore_history(s, i, *tagged) {
-            keep_spring(spring, f);
+/// The contacts of grain i that the history has: their entries, their places there, and whether they are this grain's to count.
+fn restore(s: &State, i: usize, row: &mut [u32]) -> Vec<(usize, usize, bool)> {
+    if s.model.history == History::None {
+        return Vec::new();
+    }
+    let mut found = Vec::new();
+    for (entry, tagged) in (s.list_start[i] as usize..).zip(row).take_while(|(_, tagged)| **tagged != NONE) {
+        if let Some((at, mine)) = restore_history(s, i, *tagged) {
             set_active(tagged, true);
-            restored += u32::from(mine);
+            found.push((entry, at, mine));
         }
     }
-    restored
+    found
 }

@@ -1,18 +1,17 @@
-//! Twin of `shaders/neighbours/history_store.wgsl`: the springs, before the lists that hold them are made anew.
+//! Twin of `shaders/neighbours/history_store.wgsl`: what contacts remember, before the lists that hold it are made anew.
 
 use crate::{
-    contact::history::active_contacts,
+    contact::history::{active_contacts, store_lanes},
     state::{INDEX, State},
 };
 
 pub fn history_store(s: &mut State) {
-    let (mut other, mut spring) = (std::mem::take(&mut s.history_other), std::mem::take(&mut s.history_spring));
-    let room = other.len();
-    for i in (0..s.sizes.bodies).take_while(|i| s.history_start[i + 1] as usize <= room) {
-        for (at, entry) in (s.history_start[i] as usize..).zip(active_contacts(s, i)) {
-            other[at] = s.neighbour[entry] & INDEX;
-            spring[at] = s.spring[entry];
-        }
+    let room = s.history_other.len();
+    let fits = |i: &usize| s.history_start[i + 1] as usize <= room;
+    let of_body = |i: usize| active_contacts(s, i).zip(s.history_start[i] as usize..).collect::<Vec<_>>();
+    let moves: Vec<(usize, usize)> = (0..s.sizes.bodies).take_while(fits).flat_map(of_body).collect();
+    for &(entry, at) in &moves {
+        s.history_other[at] = s.neighbour[entry] & INDEX;
     }
-    (s.history_other, s.history_spring) = (other, spring);
+    store_lanes(s, &moves);
 }

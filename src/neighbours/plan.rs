@@ -4,7 +4,7 @@
 use super::*;
 use crate::{
     body::plan::exchange_bodies,
-    model::{Model, Tangential},
+    model::{History, Model},
     plan::*,
     state::array::*,
 };
@@ -32,9 +32,9 @@ pub fn forget() -> Plan {
 
 /// What contacts remember to the history, bodies into the order of the cells.
 fn sort(model: &Model) -> Plan {
-    let frictional = model.tangential == Tangential::Coulomb;
+    let remembering = model.history == History::Kept;
     plan([
-        plan([run(&HISTORY_COUNT), run_all(&SCAN_HISTORY), run(&HISTORY_STORE)]).when(frictional),
+        plan([run(&HISTORY_COUNT), run_all(&SCAN_HISTORY), run(&HISTORY_STORE)]).when(remembering),
         clear([&CELL_START]),
         run(&BIN),
         run_all(&SCAN_CELLS),

@@ -6,11 +6,11 @@ use crate::{
     body::{Body, ForceTorque, rotation::surface_velocity},
     contact::{
         geometry::{Separation, branch_vector, sphere_separation},
-        history::kept_spring,
         law::Contact,
         materials::pair_of,
     },
     space::{
+        dimension::moment,
         precision::position_low_of,
         walls::{wall_separation, wall_velocity},
     },
@@ -192,14 +192,15 @@ pub fn natural_map(side: &OrientedContact, impulse: DVec3, weight: f64) -> DVec3
 }
 
 /// The contact of grain i with neighbour j, as samples and forces see it: what carries an impulse is closed.
-pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, impulse: DVec3) -> Contact {
+pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, entry: usize) -> Contact {
+    let impulse = warm_start_impulse(s, entry);
     if impulse == DVec3::ZERO {
         return Contact::default();
     }
     let Separation { gap, n } = meet(s, i, here, j);
     let force = impulse * (1.0 / s.params.dt);
     let arm = (here.position.radius + 0.5 * gap) * n;
-    Contact { gap, closed: true, force, arm, spring: force - force.dot(n) * n, ..Contact::default() }
+    Contact { gap, active: true, force, arm, torque: moment(arm, force), ..Contact::default() }
 }
 
 /// Gap and normal of grain i and neighbour j, which may be a wall.
@@ -227,7 +228,7 @@ pub fn active_entries(s: &State, i: usize) -> impl Iterator<Item = usize> + '_ {
 pub fn gathered(s: &State, i: usize) -> ForceTorque {
     let mut sum = ForceTorque::default();
     for entry in list_entries(s, i) {
-        add_impulse(&mut sum, s, entry, kept_spring(&s.spring[entry]));
+        add_impulse(&mut sum, s, entry, s.impulse[entry].0);
     }
     sum
 }
@@ -235,7 +236,7 @@ pub fn gathered(s: &State, i: usize) -> ForceTorque {
 /// One more impulse.
 pub fn add_impulse(sum: &mut ForceTorque, s: &State, entry: usize, impulse: DVec3) {
     sum.force += impulse;
-    sum.torque += crate::space::dimension::moment(s.effective_mass[entry].arm * s.contact_geometry[entry].n, impulse);
+    sum.torque += moment(s.effective_mass[entry].arm * s.contact_geometry[entry].n, impulse);
 }
 
 /// Keep the sums over the bodies of every group.
@@ -254,4 +255,9 @@ fn by_group(items: usize, of_item: impl Fn(usize) -> ResidualSums + Sync) -> Vec
     let groups = (0..items.div_ceil(GROUP)).into_par_iter();
     let of = |g: usize| g * GROUP..((g + 1) * GROUP).min(items);
     groups.map(|g| of(g).map(&of_item).fold(ResidualSums::default(), combined)).collect()
+}
+
+/// The impulse at this entry of the last step, N s.
+pub fn warm_start_impulse(s: &State, entry: usize) -> DVec3 {
+    if s.neighbour[entry] & ACTIVE != 0 { s.impulse[entry].0 } else { DVec3::ZERO }
 }

@@ -3,7 +3,6 @@
 
 use crate::{
     body::ForceTorque,
-    contact::history::kept_spring,
     model::Grains,
     nscd::{
         contact::{active_entries, add_impulse, remove_rounding},
@@ -28,7 +27,7 @@ pub fn gather_impulses(s: &mut State) {
 fn gathered(s: &State, i: usize) -> ForceTorque {
     let mut sum = ForceTorque::default();
     for entry in active_entries(s, i) {
-        add_impulse(&mut sum, s, entry, kept_spring(&s.spring[entry]));
+        add_impulse(&mut sum, s, entry, s.impulse[entry].0);
     }
     sum
 }

@@ -3,7 +3,7 @@
 
 use crate::{
     body::rotation::surface_velocity,
-    contact::{history::kept_spring, materials::pair_of},
+    contact::materials::pair_of,
     nscd::{
         contact::{OrientedContact, disc_update, natural_map},
         response::{ContactBody, VelocityUpdate, apply_impulse, contact_body, natural_map_scale},
@@ -67,8 +67,8 @@ impl Update {
             friction: pair_of(s, i, j).friction,
             velocity: velocity(&here) - velocity_to,
         };
-        let old = kept_spring(&s.colored_impulse[k]);
-        let start = old + s.solver_state[0].beta * (old - kept_spring(&s.colored_impulse_before[k]));
+        let old = s.colored_impulse[k].0;
+        let start = old + s.solver_state[0].beta * (old - s.colored_impulse_before[k].0);
         let next = disc_update(&side, start, 1.0);
         let change = next - start;
         Some(Update {

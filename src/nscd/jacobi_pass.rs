@@ -4,7 +4,6 @@
 use crate::body::blocks::{BLOCK, by_entry};
 use crate::{
     body::ForceTorque,
-    contact::history::{keep_spring, kept_spring},
     model::Grains,
     nscd::{
         contact::{active_entries, add_impulse, disc_update, natural_map, oriented_contact, store_residual_sums},
@@ -64,11 +63,11 @@ fn pass_of(s: &State, i: usize, before: &mut [Packed], begin: usize) -> (ForceTo
     for entry in active_entries(s, i) {
         let side = oriented_contact(s, i, entry, |i| extrapolated_velocity_of(s, i));
         let before = &mut before[entry - begin];
-        let old = side.sign * kept_spring(&s.spring[entry]);
-        let start = old + beta * (old - side.sign * kept_spring(before));
+        let old = side.sign * s.impulse[entry].0;
+        let start = old + beta * (old - side.sign * before.0);
         let next = disc_update(&side, start, step);
         let mine = side.sign * next;
-        keep_spring(before, mine);
+        before.0 = mine;
         add_impulse(&mut sum, s, entry, mine);
         let (back, on) = (start - next, next - old);
         let (back_normal, on_normal) = (back.dot(side.n), on.dot(side.n));

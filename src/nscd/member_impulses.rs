@@ -2,7 +2,7 @@
 
 use crate::{
     body::ForceTorque,
-    contact::history::{kept_spring, set_active},
+    contact::history::set_active,
     nscd::{
         contact::{gathered, list_entries},
         response::store_member_load,
@@ -18,7 +18,7 @@ pub fn member_impulses(s: &mut State) {
     store_member_load(s, sums.into_iter());
     for i in 0..s.sizes.bodies {
         for entry in list_entries(s, i).collect::<Vec<_>>() {
-            set_active(&mut s.neighbour[entry], kept_spring(&s.spring[entry]) != DVec3::ZERO);
+            set_active(&mut s.neighbour[entry], s.impulse[entry].0 != DVec3::ZERO);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Twin of `shaders/nscd/move_spheres.wgsl`: the end of a step of contact dynamics, positions n to n + 1 with the velocities n + 1.
 
 use crate::{
-    contact::history::{kept_spring, set_active},
+    contact::history::set_active,
     nscd::contact::list_entries,
     space::{
         boundary::wrap,
@@ -16,7 +16,7 @@ pub fn move_spheres(s: &mut State) {
     s.counters[0].steps_done += 1;
     for i in 0..s.sizes.bodies {
         for entry in list_entries(s, i).collect::<Vec<_>>() {
-            set_active(&mut s.neighbour[entry], kept_spring(&s.spring[entry]) != DVec3::ZERO);
+            set_active(&mut s.neighbour[entry], s.impulse[entry].0 != DVec3::ZERO);
         }
         let (here, low, v) = (s.position[i], position_low_of(s, i), s.pass_velocity[i].v);
         let point = wrap(s, displaced(s, here.x, low.x, s.params.dt * v));

@@ -75,7 +75,7 @@ fn color(model: &Model) -> Plan {
 fn pass(model: &Model) -> Plan {
     let clumps = model.grains == Grains::Clumps;
     let sweep = plan([run(&GAUSS_SEIDEL_PASS), swap(model, [(&COLOR_CURSOR, &COLOR_CURSOR_NEXT)])]);
-    let impulse = if model.colored { (&COLORED_IMPULSE, &COLORED_IMPULSE_BEFORE) } else { (&SPRING, &IMPULSE_BEFORE) };
+    let impulse = if model.colored { (&COLORED_IMPULSE, &COLORED_IMPULSE_BEFORE) } else { (&IMPULSE, &IMPULSE_BEFORE) };
     plan([
         plan([repeat(Loop::ForEachColor, sweep), run(&AFTER_SWEEP), run(&SYNC_MEMBERS).when(clumps)])
             .when(model.colored),

@@ -1,7 +1,7 @@
 //! Twin of `shaders/nscd/residual.wgsl`: how far the impulses are from a solution, by the natural map, which anyone can compute again.
 
 use crate::{
-    contact::history::{kept_spring, set_active},
+    contact::history::set_active,
     nscd::{
         contact::{OrientedContact, list_entries, natural_map, oriented_contact, store_residual_sums},
         response::natural_map_scale,
@@ -36,7 +36,7 @@ fn judged(s: &State, i: usize) -> ResidualSums {
     for entry in list_entries(s, i) {
         let side = oriented_contact(s, i, entry, |i| at(s, i));
         sums.late_contacts += u32::from(is_late(s, entry, &side));
-        let impulse = side.sign * kept_spring(&s.spring[entry]);
+        let impulse = side.sign * s.impulse[entry].0;
         let pressing = -impulse.dot(side.n);
         let friction = impulse + pressing * side.n;
         sums.residual +=

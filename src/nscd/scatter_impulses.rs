@@ -1,9 +1,6 @@
 //! Twin of `shaders/nscd/scatter_impulses.wgsl`: impulses back into the lists of both grains.
 
-use crate::{
-    contact::history::{keep_spring, kept_spring},
-    state::{NONE, State},
-};
+use crate::state::{NONE, State};
 
 pub fn scatter_impulses(s: &mut State) {
     for k in 0..s.coloring_state[0].contacts as usize {
@@ -11,10 +8,10 @@ pub fn scatter_impulses(s: &mut State) {
         if turn.first == NONE {
             continue;
         }
-        let impulse = kept_spring(&s.colored_impulse[k]);
-        keep_spring(&mut s.spring[turn.entry as usize], impulse);
+        let impulse = s.colored_impulse[k].0;
+        s.impulse[turn.entry as usize].0 = impulse;
         if turn.back != NONE {
-            keep_spring(&mut s.spring[turn.back as usize], -impulse);
+            s.impulse[turn.back as usize].0 = -impulse;
         }
     }
 }

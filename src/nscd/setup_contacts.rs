@@ -2,12 +2,12 @@
 
 use crate::{
     body::{ForceTorque, bodies::body, rotation::spin_of},
-    contact::history::{keep_spring, set_active, spring_of},
+    contact::history::set_active,
     model::Grains,
     nscd::{
         contact::{
             active_entries, bias_velocity_of, combined, gathered, list_entries, meet as touch, residual_scale_of,
-            store_residual_sums,
+            store_residual_sums, warm_start_impulse,
         },
         response::{effective_mass_of, free_velocity_of, response, store_member_load},
     },
@@ -22,7 +22,7 @@ pub fn setup_contacts(s: &mut State) {
     for i in 0..s.sizes.bodies {
         let here = body(s, i);
         for entry in list_entries(s, i).collect::<Vec<_>>() {
-            let tagged = s.neighbour[entry];
+            let (tagged, old) = (s.neighbour[entry], warm_start_impulse(s, entry));
             let j = (tagged & INDEX) as usize;
             let met = touch(s, i, &here, j);
             let bias_velocity = bias_velocity_of(s, met.gap);
@@ -39,9 +39,8 @@ pub fn setup_contacts(s: &mut State) {
             if let Some(kept) = s.delassus_eigenvalue.get_mut(entry) {
                 *kept = delassus_eigenvalue;
             }
-            let old = spring_of(tagged, s.spring.get(entry));
-            keep_spring(&mut s.spring[entry], old);
-            keep_spring(&mut s.impulse_before[entry], old);
+            s.impulse[entry].0 = old;
+            s.impulse_before[entry].0 = old;
             if j >= s.sizes.bodies && met.gap < -here.position.radius {
                 bad = bad.max(s.params.bodies - s.id[i]);
             }

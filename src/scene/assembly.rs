@@ -6,9 +6,10 @@ use crate::solve;
 use glam::{DQuat, DVec3};
 use std::ops::Range;
 
-/// A scene with every default filled in, every population placed and every value checked.
+/// A scene with every default filled in, every population placed and every value checked. One that is changed or made by hand is
+/// checked by [`Assembly::validate`] when a simulation starts.
 /// In two dimensions all `z` components are 0 and spins have only a `z` component.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Assembly {
     /// 2 (disks in the plane z = 0, unit thickness) or 3 (spheres).
     pub dimension: usize,

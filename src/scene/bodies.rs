@@ -2,14 +2,44 @@
 
 use glam::DQuat;
 
+use super::check::Check;
+use super::schema::{self, Orientation, Turn};
 use super::shape::{Shape, Shapes};
 use super::{Clump, Domain, Grain};
+use crate::Result;
 
 /// A shape, and how it is turned: from its own axes to those of the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Pose {
     pub shape: u32,
     pub orientation: DQuat,
+}
+
+/// The orientation; None: random. Euler angles are those of (2.34)-(2.37), Rz(φ) Rx(θ) Rz(ψ); a quaternion is (w, x, y, z), which
+/// are q4, q2, -q1, q3 of the chapter.
+pub fn orientation(given: &schema::Orientation, key: &str, check: &Check) -> Result<Option<DQuat>> {
+    let wrong = |message: &str| Err(check.origin.wrong(key, message));
+    match (check.dimension, given) {
+        (_, Orientation::Word(word)) if word == "random" => Ok(None),
+        (_, Orientation::Word(word)) => {
+            Err(check.origin.bad(key, format!("\"{word}\""), "must be \"random\", an angle or a table of one"))
+        }
+        (2, Orientation::Plane(angle)) => Ok(Some(DQuat::from_rotation_z(*angle))),
+        (3, Orientation::Space(Turn::Euler([phi, theta, psi]))) => {
+            Ok(Some(DQuat::from_rotation_z(*phi) * DQuat::from_rotation_x(*theta) * DQuat::from_rotation_z(*psi)))
+        }
+        (3, Orientation::Space(Turn::Quaternion([w, x, y, z]))) => {
+            let q = DQuat::from_xyzw(*x, *y, *z, *w);
+            if q.length() > 1e-150 && q.length() < 1e150 {
+                return Ok(Some(q.normalize()));
+            }
+            wrong("the quaternion must have a length other than 0")
+        }
+        (2, _) => wrong("must be a number of radians, or \"random\" (dimension = 2)"),
+        _ => {
+            wrong("must be { quaternion = [w, x, y, z] }, { euler = [phi, theta, psi] }, or \"random\" (dimension = 3)")
+        }
+    }
 }
 
 /// Grains of a population: spheres (disks), or clumps whose centres of mass, velocities, spins and sizes (that of the sphere of the

@@ -70,7 +70,30 @@ impl Check<'_> {
     }
 
     fn holds(&self, ok: bool, key: &str, value: f64, rule: impl Fn() -> String) -> Result<f64> {
-        if ok { Ok(value) } else { Err(self.origin.bad(key, show(value), rule())) }
+        match ok {
+            _ if !value.is_finite() => Err(self.origin.bad(key, value, FINITE)),
+            true => Ok(value),
+            false => Err(self.origin.bad(key, show(value), rule())),
+        }
+    }
+
+    /// Components that are numbers; in two dimensions z = 0.
+    pub fn finite(&self, key: &str, vector: DVec3) -> Result<()> {
+        match (0..3).find(|axis| !vector[*axis].is_finite()) {
+            Some(axis) => Err(self.origin.bad(&format!("{key}.{axis}"), vector[axis], FINITE)),
+            None if self.dimension == 2 && vector.z != 0.0 => {
+                Err(self.origin.bad(&format!("{key}.2"), show(vector.z), "must be 0 (dimension = 2)"))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// An index into a list of so many.
+    pub fn index(&self, key: &str, index: u32, count: usize, what: &str) -> Result<()> {
+        match (index as usize) < count {
+            true => Ok(()),
+            false => Err(self.origin.bad(key, index, format!("is no {what}; there are {count}, counted from 0"))),
+        }
     }
 
     /// An array with one number per axis; `z = 0` in two dimensions.
@@ -127,6 +150,17 @@ impl Check<'_> {
             true => "the scene has no [material.NAME]".to_owned(),
             false => format!("the scene has {}", self.materials.join(", ")),
         }
+    }
+}
+
+/// What is said of numbers that TOML and Rust can write but no quantity can have.
+pub const FINITE: &str = "must be a finite number";
+
+/// Disks or spheres.
+pub fn dimension(dimension: usize, origin: &Origin) -> Result<()> {
+    match dimension {
+        2 | 3 => Ok(()),
+        _ => Err(origin.bad("dimension", dimension, "must be 2 or 3")),
     }
 }
 

@@ -3,6 +3,7 @@
 use toml_edit::{DocumentMut, InlineTable, Item, Key, TableLike, Value};
 
 use super::Origin;
+use super::check::FINITE;
 use super::schema::{self, Fault};
 use crate::{Error, Result};
 
@@ -44,11 +45,16 @@ fn in_file(fault: Fault, origin: &Origin) -> Error {
 
 /// Refuses numbers that TOML can write but no quantity can have.
 pub fn refuse_infinite(text: &str, origin: &Origin) -> Result<()> {
-    let Ok(table) = toml::from_str::<toml::Table>(text) else {
-        return Ok(());
-    };
+    match toml::from_str(text) {
+        Ok(table) => refuse_infinite_in(table, origin),
+        Err(_) => Ok(()),
+    }
+}
+
+/// The same for a scene that was no text.
+pub fn refuse_infinite_in(table: toml::Table, origin: &Origin) -> Result<()> {
     match infinite("", &toml::Value::Table(table)) {
-        Some((key, value)) => Err(origin.bad(&key, value, "must be a finite number")),
+        Some((key, value)) => Err(origin.bad(&key, value, FINITE)),
         None => Ok(()),
     }
 }

@@ -7,12 +7,11 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::bodies::{Bodies, Placed, Pose};
+use super::bodies::{Bodies, Placed, Pose, orientation};
 use super::check::{AXES, Check, show, show_vector};
 use super::neighbours::Neighbours;
 use super::schema::{Mixture, Placement, Population};
 use super::shape::{Shape, Shapes};
-use super::validate::orientation;
 use super::walls::distance;
 use super::{Domain, Grain, Surface, Wall, radius, table};
 use crate::Result;

@@ -1,13 +1,14 @@
-//! The TOML schema, key by key as `docs/scene.md` lists it. Nothing here is checked beyond names and types.
+//! The TOML schema, key by key as `docs/scene.md` lists it. Nothing here is checked beyond names and types. The builder fills the
+//! same structures.
 
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::check::show;
 
 /// A whole scene file.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct File {
     pub title: Option<String>,
@@ -41,7 +42,7 @@ fn one() -> u64 {
     1
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Domain {
     pub lower: Vec<f64>,
@@ -49,21 +50,24 @@ pub struct Domain {
     pub boundary: Option<Boundary>,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(untagged, expecting = "boundary must be \"open\" or \"periodic\", or an array with one of them per axis")]
 pub enum Boundary {
     Same(Face),
     Each(Vec<Face>),
 }
 
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+/// What happens at a face of the domain.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum Face {
+    /// A grain that leaves through it stops the run with an error.
     Open,
+    /// What leaves here comes in at the opposite face.
     Periodic,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
     pub density: f64,
@@ -75,7 +79,7 @@ pub struct Material {
     pub normal_damping: Option<f64>,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pair {
     pub materials: Vec<String>,
@@ -87,7 +91,7 @@ pub struct Pair {
 }
 
 /// One struct for all kinds, so that an unknown key is reported at its own line; `walls.rs` checks which keys go with which kind.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wall {
     pub kind: WallKind,
@@ -104,7 +108,7 @@ pub struct Wall {
     pub spin: Option<f64>,
 }
 
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(rename_all = "lowercase")]
 pub enum WallKind {
     Plane,
@@ -113,7 +117,7 @@ pub enum WallKind {
 }
 
 /// Its members are given one way or another; `shape.rs` checks which keys go together.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Shape {
     pub name: String,
@@ -130,7 +134,7 @@ pub struct Shape {
     pub inertia: Option<Vec<f64>>,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Member {
     pub center: Vec<f64>,
@@ -138,7 +142,7 @@ pub struct Member {
 }
 
 /// How a clump is turned: from the axes of its shape to those of the scene.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(
     untagged,
     expecting = "orientation must be \"random\", a number of radians (dimension = 2), or one of { quaternion = [w, x, y, z] }, { euler = [phi, theta, psi] } (dimension = 3)"
@@ -149,7 +153,7 @@ pub enum Orientation {
     Space(Turn),
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Turn {
     /// w, x, y, z; of any length but 0.
@@ -158,7 +162,7 @@ pub enum Turn {
     Euler([f64; 3]),
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Grain {
     pub position: Vec<f64>,
@@ -172,14 +176,14 @@ pub struct Grain {
     pub fixed: bool,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(untagged, expecting = "spin must be 3 numbers in three dimensions, one number in two (rad/s)")]
 pub enum Spin {
     Plane(f64),
     Space([f64; 3]),
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Population {
     pub material: Option<String>,
@@ -199,7 +203,7 @@ pub struct Population {
     pub fixed: bool,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(
     untagged,
     expecting = "radius must be a number of metres or one of { uniform = [min, max] }, { normal = { mean, std } }, { log_normal = { mean, std } } (both with optional min and max), { list = [...] }"
@@ -209,7 +213,7 @@ pub enum Radius {
     Law(RadiusLaw),
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RadiusLaw {
     Uniform([f64; 2]),
@@ -219,7 +223,7 @@ pub enum RadiusLaw {
 }
 
 /// Mean and standard deviation of the radius, m, and where its distribution is cut.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Moments {
     pub mean: f64,
@@ -228,7 +232,7 @@ pub struct Moments {
     pub max: Option<f64>,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(
     untagged,
     expecting = "shape must be the name of a shape, or a table of names with their shares such as { dimer = 2, rod = 1 }"
@@ -238,21 +242,24 @@ pub enum Mixture {
     Shares(BTreeMap<String, f64>),
 }
 
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+/// How the grains of a population are placed.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum Placement {
+    /// On a jittered square or cubic lattice, layer by layer against gravity.
     Lattice,
+    /// By random sequential insertion, the largest first.
     Random,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Region {
     pub lower: Vec<f64>,
     pub upper: Vec<f64>,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Solver {
     pub method: Method,
@@ -290,21 +297,21 @@ impl Default for Solver {
     }
 }
 
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
     Dem,
     Cd,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(untagged, expecting = "dt must be \"auto\" or a number of seconds")]
 pub enum TimeStep {
     Seconds(f64),
     Word(String),
 }
 
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stop {
     pub time: Option<f64>,
@@ -312,7 +319,7 @@ pub struct Stop {
     pub equilibrium: Option<f64>,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
     pub history: Option<f64>,
@@ -326,10 +333,13 @@ impl Default for Output {
     }
 }
 
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+/// Files that a run writes.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum Format {
+    /// `final.csv`.
     Csv,
+    /// `.vtp` and `.pvd` for ParaView.
     Vtp,
 }
 
@@ -350,14 +360,16 @@ impl Fault {
             line: before.matches('\n').count() + 1,
             column: before[line_start..].chars().count() + 1,
             message: match message {
-                "duplicate key" => {
-                    let key = after.split(['=', ' ', '\n', ']']).next().unwrap_or_default();
-                    format!("duplicate key `{key}`; a key may appear once in a table")
-                }
+                "duplicate key" => duplicate(after.split(['=', ' ', '\n', ']']).next().unwrap_or_default()),
                 message => in_words(message),
             },
         }
     }
+}
+
+/// What is said of a key that is given twice.
+pub fn duplicate(key: &str) -> String {
+    format!("duplicate key `{key}`; a key may appear once in a table")
 }
 
 /// Puts serde's terms in those of a scene file.

@@ -1,6 +1,7 @@
 //! Shapes of clumps: rigid sets of spheres (3D) or disks (2D), with the mass properties of their union.
 
 mod generate;
+mod members;
 mod mesh;
 mod union;
 
@@ -11,7 +12,7 @@ use std::path::Path;
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
 use super::check::{Check, show};
-use super::{schema, table};
+use super::schema;
 use crate::Result;
 
 pub use generate::Kind;
@@ -366,7 +367,7 @@ fn members(given: &schema::Shape, key: &str, check: &Check) -> Result<Vec<Member
         return Err(check.origin.wrong(&format!("{key}.{field}"), "goes with `kind` only"));
     }
     if let Some(file) = &given.file {
-        return table::members(&check.origin.directory.join(file), check);
+        return members::read(&check.origin.directory.join(file), check);
     }
     if let Some(list) = &given.members {
         if list.is_empty() {

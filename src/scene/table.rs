@@ -7,11 +7,9 @@ use glam::{DQuat, DVec3};
 use super::Grain;
 use super::bodies::{Placed, Pose};
 use super::check::{Check, show};
-use super::shape::{Member, Shapes};
+use super::rows::{Parsed, lines, number, split};
+use super::shape::Shapes;
 use crate::{Error, Result};
-
-/// A value, or what is wrong with it.
-type Parsed<T> = std::result::Result<T, String>;
 
 const COLUMNS: [&str; 17] =
     ["id", "x", "y", "z", "radius", "vx", "vy", "vz", "wx", "wy", "wz", "material", "shape", "qw", "qx", "qy", "qz"];
@@ -31,11 +29,7 @@ pub fn read(path: &Path, options: &Options, shapes: &mut Shapes, check: &Check) 
     let text = super::read_text(path, "a grain table")?;
     let file_error = |message| Error::Scene(format!("{}: {message}", path.display()));
     let line_error = |line: usize, message| Error::Scene(format!("{}:{line}: {message}", path.display()));
-    let mut lines = text
-        .trim_start_matches('\u{feff}')
-        .lines()
-        .zip(1..)
-        .filter(|(line, _)| !line.trim().is_empty() && !line.starts_with('#'));
+    let mut lines = lines(&text);
     let mut values = Vec::new();
 
     let (header, line) = lines.next().ok_or_else(|| file_error("has no header line".to_owned()))?;
@@ -66,12 +60,6 @@ pub fn read(path: &Path, options: &Options, shapes: &mut Shapes, check: &Check) 
         _ if grains.is_empty() => Err(file_error("has no rows below its header line".to_owned())),
         _ => Ok(Placed { grains, poses: columns.shape.map(|_| poses) }),
     }
-}
-
-/// The values of a line, without spaces and quotes around them.
-fn split<'a>(line: &'a str, values: &mut Vec<&'a str>) {
-    values.clear();
-    values.extend(line.split(',').map(|value| value.trim().trim_matches('"')));
 }
 
 /// Where each quantity stands in a row.
@@ -191,55 +179,4 @@ fn vector(row: &[&str], columns: [Option<usize>; 3], must_be_zero: [bool; 3]) ->
         }
     }
     Ok(vector)
-}
-
-fn number(row: &[&str], column: usize) -> Parsed<f64> {
-    let text = row[column];
-    match text.parse::<f64>() {
-        Ok(number) if number.is_finite() => Ok(number),
-        _ => Err(format!("value {} = \"{text}\": must be a finite number", column + 1)),
-    }
-}
-
-/// Reads the members of a shape: columns x, y, z (in the plane no z) and radius, in any unit.
-pub fn members(path: &Path, check: &Check) -> Result<Vec<Member>> {
-    let text = super::read_text(path, "a table of members")?;
-    let line_error = |line: usize, message: String| Error::Scene(format!("{}:{line}: {message}", path.display()));
-    let mut lines = text
-        .trim_start_matches('\u{feff}')
-        .lines()
-        .zip(1..)
-        .filter(|(line, _)| !line.trim().is_empty() && !line.starts_with('#'));
-    let names = &["x", "y", "z"][..check.dimension];
-    let wanted: Vec<&str> = names.iter().copied().chain(["radius"]).collect();
-    let mut values = Vec::new();
-    let (header, line) = lines.next().ok_or_else(|| line_error(1, "has no header line".to_owned()))?;
-    split(header, &mut values);
-    let column = |name: &&str| values.iter().position(|value| value == name);
-    let columns: Option<Vec<usize>> = wanted.iter().map(column).collect();
-    let columns = columns
-        .filter(|columns| columns.len() == values.len())
-        .ok_or_else(|| line_error(line, format!("must have the columns {} and no others", wanted.join(", "))))?;
-    let mut members = Vec::new();
-    for (row, line) in lines {
-        let mut values = Vec::new();
-        split(row, &mut values);
-        if values.len() != columns.len() {
-            let message = format!("has {} values, the header line {} columns", values.len(), columns.len());
-            return Err(line_error(line, message));
-        }
-        let mut lanes = [0.0; 4];
-        for (lane, column) in lanes.iter_mut().zip(&columns) {
-            *lane = number(&values, *column).map_err(|message| line_error(line, message))?;
-        }
-        let [x, y, z, radius] = if check.dimension == 2 { [lanes[0], lanes[1], 0.0, lanes[2]] } else { lanes };
-        if radius <= 0.0 {
-            return Err(line_error(line, format!("radius = {}: must be positive", show(radius))));
-        }
-        members.push(Member { arm: DVec3::new(x, y, z), radius });
-    }
-    match members.is_empty() {
-        true => Err(line_error(line, "has no rows below its header line".to_owned())),
-        false => Ok(members),
-    }
 }

@@ -3,11 +3,11 @@
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
-use super::bodies::{Bodies, Placed, Pose};
-use super::check::{AXES, Check, show, show_vector};
+use super::bodies::{Bodies, Placed, Pose, orientation};
+use super::check::{self, AXES, Check, show, show_vector};
 use super::neighbours::Neighbours;
 use super::populate::{Site, populate};
-use super::schema::{self, Boundary, Face, File, Format, Orientation, Spin, Turn};
+use super::schema::{self, Boundary, Face, File, Format, Spin};
 use super::shape::{Shape, Shapes};
 use super::walls::{distance, walls};
 use super::{
@@ -23,9 +23,7 @@ const OVERLAP: f64 = 0.1;
 /// Checks a scene and places its grains.
 pub fn assemble(file: &File, origin: &Origin) -> Result<Assembly> {
     let dimension = file.dimension;
-    if dimension != 2 && dimension != 3 {
-        return Err(origin.bad("dimension", dimension, "must be 2 or 3"));
-    }
+    check::dimension(dimension, origin)?;
     let check = &Check {
         origin,
         dimension,
@@ -47,9 +45,8 @@ pub fn assemble(file: &File, origin: &Origin) -> Result<Assembly> {
     let mut bodies = Bodies::new(Shapes::read(&file.shape, check)?, domain);
     grains(file, &site, &mut bodies, check)?;
     let (shapes, mut grains, mut clumps) = bodies.finish();
-    check_clumps(&mut clumps, &shapes, &domain, check)?;
-    check_grains(&mut grains, &clumps, &site, solver.allow_overlap, check)?;
-    Ok(Assembly {
+    fold_ends(&mut grains, &mut clumps, &domain);
+    let assembly = Assembly {
         dimension,
         gravity,
         domain,
@@ -66,7 +63,9 @@ pub fn assemble(file: &File, origin: &Origin) -> Result<Assembly> {
         solver,
         stop,
         output,
-    })
+    };
+    check_start(&assembly, check)?;
+    Ok(assembly)
 }
 
 fn domain(domain: Option<&schema::Domain>, check: &Check) -> Result<Domain> {
@@ -96,7 +95,7 @@ fn solver(solver: &schema::Solver, check: &Check) -> Result<Solver> {
     let method = method(solver, check)?;
     let fraction = check.fraction("solver.dt_fraction", solver.dt_fraction)?;
     let dt = match &solver.dt {
-        schema::TimeStep::Seconds(dt) => TimeStep::Fixed(check.positive("solver.dt", *dt, " of s, or \"auto\"")?),
+        schema::TimeStep::Seconds(dt) => TimeStep::Fixed(*dt),
         schema::TimeStep::Word(word) if word == "auto" => TimeStep::Auto { fraction },
         schema::TimeStep::Word(word) => {
             let rule = "must be \"auto\" or a positive number of s";
@@ -105,14 +104,37 @@ fn solver(solver: &schema::Solver, check: &Check) -> Result<Solver> {
     };
     // Rigid grains take long steps, in which they go far.
     let margin = solver.margin.unwrap_or(if solver.method == schema::Method::Dem { 0.2 } else { 1.0 });
-    Ok(Solver {
+    let solver = Solver {
         method,
         dt,
         allow_unstable: solver.allow_unstable,
         allow_overlap: solver.allow_overlap,
-        damping: check.not_negative("solver.damping", solver.damping, " of 1/s")?,
-        margin: check.within("solver.margin", margin, 1e-3, 10.0, " mean radii")?,
-    })
+        damping: solver.damping,
+        margin,
+    };
+    check_solver(&solver, check)?;
+    Ok(solver)
+}
+
+/// The numbers of a method.
+pub fn check_solver(solver: &Solver, check: &Check) -> Result<()> {
+    if let Method::ContactDynamics(relaxation) = &solver.method {
+        relaxation.solver.check_built().map_err(|error| check.origin.wrong("solver.relaxation", error))?;
+        check.positive("solver.tolerance", relaxation.tolerance, "")?;
+        if relaxation.max_iterations == 0 {
+            return Err(check.origin.bad("solver.max_iterations", 0, "must be at least 1"));
+        }
+        if let Some(speed) = relaxation.max_correction_velocity {
+            check.not_negative("solver.max_correction_velocity", speed, " of m/s")?;
+        }
+    }
+    match solver.dt {
+        TimeStep::Fixed(dt) => check.positive("solver.dt", dt, " of s, or \"auto\"")?,
+        TimeStep::Auto { fraction } => check.fraction("solver.dt_fraction", fraction)?,
+    };
+    check.not_negative("solver.damping", solver.damping, " of 1/s")?;
+    check.within("solver.margin", solver.margin, 1e-3, 10.0, " mean radii")?;
+    Ok(())
 }
 
 /// What the word at a key of the solver stands for.
@@ -137,23 +159,28 @@ fn method(solver: &schema::Solver, check: &Check) -> Result<Method> {
             None => Ok(Method::DiscreteElements),
         };
     }
-    if solver.max_iterations == Some(0) {
-        return Err(check.origin.bad("solver.max_iterations", 0, "must be at least 1"));
-    }
-    let correction = solver.max_correction_velocity;
     Ok(Method::ContactDynamics(Relaxation {
         solver: word("relaxation", solver.relaxation.as_deref(), solve::Solver::JacobiAccelerated, check)?,
         order: word("order", solver.order.as_deref(), solve::Order::default(), check)?,
-        tolerance: check.positive("solver.tolerance", solver.tolerance.unwrap_or(1e-3), "")?,
+        tolerance: solver.tolerance.unwrap_or(1e-3),
         max_iterations: solver.max_iterations.unwrap_or(1000),
-        max_correction_velocity: correction
-            .map(|v| check.not_negative("solver.max_correction_velocity", v, " of m/s"))
-            .transpose()?,
+        max_correction_velocity: solver.max_correction_velocity,
         gyroscopic: solver.gyroscopic.unwrap_or(false),
     }))
 }
 
 fn stop(stop: &schema::Stop, check: &Check) -> Result<Stop> {
+    let stop = Stop { time: stop.time, steps: stop.steps, equilibrium: stop.equilibrium };
+    check_stop(&stop, check)?;
+    if stop == Stop::default() {
+        let message = "the scene never ends; give at least one of time, steps, equilibrium";
+        return Err(check.origin.wrong("stop", message));
+    }
+    Ok(stop)
+}
+
+/// Conditions that a run can meet.
+pub fn check_stop(stop: &Stop, check: &Check) -> Result<()> {
     if let Some(time) = stop.time {
         check.positive("stop.time", time, " of s")?;
     }
@@ -163,26 +190,29 @@ fn stop(stop: &schema::Stop, check: &Check) -> Result<Stop> {
     if let Some(ratio) = stop.equilibrium {
         check.positive("stop.equilibrium", ratio, "")?;
     }
-    if stop.time.is_none() && stop.steps.is_none() && stop.equilibrium.is_none() {
-        let message = "the scene never ends; give at least one of time, steps, equilibrium";
-        return Err(check.origin.wrong("stop", message));
-    }
-    Ok(Stop { time: stop.time, steps: stop.steps, equilibrium: stop.equilibrium })
+    Ok(())
 }
 
 fn output(output: &schema::Output, check: &Check) -> Result<Output> {
+    let output = Output {
+        history: output.history,
+        snapshots: output.snapshots,
+        csv: output.formats.contains(&Format::Csv),
+        vtp: output.formats.contains(&Format::Vtp),
+    };
+    check_output(&output, check)?;
+    Ok(output)
+}
+
+/// Intervals between what a run writes.
+pub fn check_output(output: &Output, check: &Check) -> Result<()> {
     if let Some(interval) = output.history {
         check.positive("output.history", interval, " of s")?;
     }
     if let Some(interval) = output.snapshots {
         check.positive("output.snapshots", interval, " of s")?;
     }
-    Ok(Output {
-        history: output.history,
-        snapshots: output.snapshots,
-        csv: output.formats.contains(&Format::Csv),
-        vtp: output.formats.contains(&Format::Vtp),
-    })
+    Ok(())
 }
 
 /// Single grains first, then the populations, in the order of the file.
@@ -194,12 +224,16 @@ fn grains(file: &File, site: &Site, bodies: &mut Bodies, check: &Check) -> Resul
     for (number, population) in file.population.iter().enumerate() {
         populate(population, number, site, bodies, check)?;
     }
-    let grains = &bodies.grains;
-    if grains.is_empty() {
+    check_count(bodies.grains.len(), check)
+}
+
+/// There must be grains, and indices of 32 bits for them.
+pub fn check_count(grains: usize, check: &Check) -> Result<()> {
+    if grains == 0 {
         let message = "the scene has no grains; add a [[grain]] or a [[population]]";
         return Err(check.origin.wrong("grain", message));
     }
-    if u32::try_from(grains.len()).is_err() {
+    if u32::try_from(grains).is_err() {
         return Err(check.origin.wrong("population", "too many grains"));
     }
     Ok(())
@@ -244,36 +278,27 @@ fn single(grain: &schema::Grain, key: &str, shapes: &mut Shapes, check: &Check) 
     Ok(Placed { grains: vec![grain], poses: pose.map(|pose| vec![pose]) })
 }
 
-/// The orientation; None: random. Euler angles are those of (2.34)-(2.37), Rz(φ) Rx(θ) Rz(ψ); a quaternion is (w, x, y, z), which
-/// are q4, q2, -q1, q3 of the chapter.
-pub fn orientation(given: &schema::Orientation, key: &str, check: &Check) -> Result<Option<DQuat>> {
-    let wrong = |message: &str| Err(check.origin.wrong(key, message));
-    match (check.dimension, given) {
-        (_, Orientation::Word(word)) if word == "random" => Ok(None),
-        (_, Orientation::Word(word)) => {
-            Err(check.origin.bad(key, format!("\"{word}\""), "must be \"random\", an angle or a table of one"))
-        }
-        (2, Orientation::Plane(angle)) => Ok(Some(DQuat::from_rotation_z(*angle))),
-        (3, Orientation::Space(Turn::Euler([phi, theta, psi]))) => {
-            Ok(Some(DQuat::from_rotation_z(*phi) * DQuat::from_rotation_x(*theta) * DQuat::from_rotation_z(*psi)))
-        }
-        (3, Orientation::Space(Turn::Quaternion([w, x, y, z]))) => {
-            let q = DQuat::from_xyzw(*x, *y, *z, *w);
-            if q.length() > 1e-150 && q.length() < 1e150 {
-                return Ok(Some(q.normalize()));
+/// The two ends of a period are the same place; the rest of the crate expects the lower one.
+pub fn fold_ends(grains: &mut [Grain], clumps: &mut [Clump], domain: &Domain) {
+    let positions = grains.iter_mut().map(|g| &mut g.position).chain(clumps.iter_mut().map(|c| &mut c.position));
+    for position in positions {
+        for axis in (0..3).filter(|axis| domain.periodic[*axis]) {
+            if position[axis] == domain.upper[axis] {
+                position[axis] = domain.lower[axis];
             }
-            wrong("the quaternion must have a length other than 0")
-        }
-        (2, _) => wrong("must be a number of radians, or \"random\" (dimension = 2)"),
-        _ => {
-            wrong("must be { quaternion = [w, x, y, z] }, { euler = [phi, theta, psi] }, or \"random\" (dimension = 3)")
         }
     }
 }
 
+/// Checks the start as a whole: domain, walls, overlaps.
+pub fn check_start(assembly: &Assembly, check: &Check) -> Result<()> {
+    check_clumps(&assembly.clumps, &assembly.shapes, &assembly.domain, check)?;
+    check_grains(assembly, check)
+}
+
 /// Clumps as wholes: in the domain, and too small to meet themselves around a period.
-fn check_clumps(clumps: &mut [Clump], shapes: &[Shape], domain: &Domain, check: &Check) -> Result<()> {
-    for (id, clump) in clumps.iter_mut().enumerate() {
+fn check_clumps(clumps: &[Clump], shapes: &[Shape], domain: &Domain, check: &Check) -> Result<()> {
+    for (id, clump) in clumps.iter().enumerate() {
         let shape = &shapes[clump.shape as usize];
         let widest = shape.members.iter().map(|m| m.radius).fold(0.0, f64::max);
         for axis in (0..check.dimension).filter(|axis| domain.periodic[*axis]) {
@@ -291,24 +316,26 @@ fn check_clumps(clumps: &mut [Clump], shapes: &[Shape], domain: &Domain, check: 
                 return Err(check.origin.wrong("domain", message));
             }
         }
-        check_in_domain("clump", id, &mut clump.position, domain, check)?;
+        check_in_domain("clump", id, clump.position, domain, [true; 3], check)?;
     }
     Ok(())
 }
 
-/// Checks the start as a whole: domain, walls, overlaps.
-fn check_grains(grains: &mut [Grain], clumps: &[Clump], site: &Site, allow_overlap: bool, check: &Check) -> Result<()> {
+fn check_grains(assembly: &Assembly, check: &Check) -> Result<()> {
+    let Assembly { domain, walls, grains, clumps, solver: Solver { allow_overlap, .. }, .. } = assembly;
     let largest = grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
-    check_periods(site.domain, largest, check)?;
-    for (id, grain) in grains.iter_mut().enumerate() {
-        check_in_domain("grain", id, &mut grain.position, site.domain, check)?;
-        for wall in site.walls {
-            check_at_wall(id, grain, wall, allow_overlap, check)?;
+    check_periods(domain, largest, check)?;
+    // Members may stand out of a period that the centre of their clump is in.
+    let bounded = domain.periodic.map(|periodic| !periodic || clumps.is_empty());
+    for (id, grain) in grains.iter().enumerate() {
+        check_in_domain("grain", id, grain.position, domain, bounded, check)?;
+        for wall in walls {
+            check_at_wall(id, grain, wall, *allow_overlap, check)?;
         }
     }
     match allow_overlap {
         true => Ok(()),
-        false => check_overlaps(grains, clumps, site.domain, largest, check),
+        false => check_overlaps(grains, clumps, domain, largest, check),
     }
 }
 
@@ -329,22 +356,24 @@ fn check_periods(domain: &Domain, largest: f64, check: &Check) -> Result<()> {
     Ok(())
 }
 
-fn check_in_domain(what: &str, id: usize, position: &mut DVec3, domain: &Domain, check: &Check) -> Result<()> {
-    for (axis, name) in AXES.iter().enumerate() {
+fn check_in_domain(
+    what: &str,
+    id: usize,
+    position: DVec3,
+    domain: &Domain,
+    bounded: [bool; 3],
+    check: &Check,
+) -> Result<()> {
+    for (axis, name) in AXES.iter().enumerate().filter(|(axis, _)| bounded[*axis]) {
         let (low, high) = (domain.lower[axis], domain.upper[axis]);
-        let value = position[axis];
-        if !(low..=high).contains(&value) {
+        if !(low..=high).contains(&position[axis]) {
             let message = format!(
                 "{what} {id} at {} is outside the domain: {name} must be from {} to {}",
-                show_vector(*position, check.dimension),
+                show_vector(position, check.dimension),
                 show(low),
                 show(high)
             );
             return Err(check.origin.wrong("domain", message));
-        }
-        // The two ends of a period are the same place; the rest of the crate expects the lower one.
-        if domain.periodic[axis] && value == high {
-            position[axis] = low;
         }
     }
     Ok(())

@@ -156,12 +156,17 @@ impl Maker<'_> {
     }
 
     fn not_periodic(&self, axis: usize) -> Result<()> {
-        if !self.domain.periodic[axis] {
-            return Ok(());
-        }
-        let message = format!("a wall cannot stand across the periodic axis {}", AXES[axis]);
-        Err(self.check.origin.wrong(&self.key, message))
+        not_periodic(&self.key, axis, self.domain, self.check)
     }
+}
+
+/// The wall called `key` needs an axis that is open.
+pub fn not_periodic(key: &str, axis: usize, domain: &Domain, check: &Check) -> Result<()> {
+    if !domain.periodic[axis] {
+        return Ok(());
+    }
+    let message = format!("a wall cannot stand across the periodic axis {}", AXES[axis]);
+    Err(check.origin.wrong(key, message))
 }
 
 fn kind_name(kind: WallKind) -> &'static str {

@@ -257,7 +257,7 @@ fn solve_grains<I: Inertia>(
     if grains.is_empty() {
         return Ok(Solution::default());
     }
-    let start: Vec<DVec3> = grains.contact_ids.iter().map(|m| m.in_frame(s.spring[m.entry].0)).collect();
+    let start: Vec<DVec3> = grains.contact_ids.iter().map(|m| m.in_frame(s.impulse[m.entry].0)).collect();
     let options = Options {
         tolerance: relaxation.tolerance,
         max_iterations: relaxation.max_iterations as usize,
@@ -286,9 +286,9 @@ fn solve_grains<I: Inertia>(
     }
     for (m, r) in grains.contact_ids.iter().zip(&solution.r) {
         let impulse = m.impulse(*r);
-        s.spring[m.entry] = Packed(impulse);
+        s.impulse[m.entry] = Packed(impulse);
         if let Some(entry) = m.entry_to {
-            s.spring[entry] = Packed(-impulse);
+            s.impulse[entry] = Packed(-impulse);
         }
     }
     Ok(solution)
@@ -321,12 +321,12 @@ pub fn solve_step(runner: &mut Runner, relaxation: &Relaxation, began: Instant) 
         &NEIGHBOUR,
         &CONTACT_GEOMETRY,
         &EFFECTIVE_MASS,
-        &SPRING,
+        &IMPULSE,
         &SOLVER_STATE,
     ];
     let model = runner.state.model;
     runner.read(&present(&model, &needed))?;
     let solution = solve_state(&mut runner.state, relaxation, runner.step, began)?;
-    runner.engine.write(&present(&model, &[&SPRING, &PASS_VELOCITY, &PASS_SPIN]), &runner.state)?;
+    runner.engine.write(&present(&model, &[&IMPULSE, &PASS_VELOCITY, &PASS_SPIN]), &runner.state)?;
     Ok(solution)
 }

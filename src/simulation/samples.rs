@@ -1,6 +1,6 @@
 //! What a simulation hands out: sums, grains, clumps, forces and walls now.
 
-use super::Simulation;
+use super::{Simulation, columns::Columns};
 use crate::{
     body::grains,
     error::Result,
@@ -60,6 +60,14 @@ impl Simulation {
             grain.spin = s.spin_next.get(i).map_or(grain.spin, |spin| spin.0);
         }
         Ok(grains)
+    }
+
+    /// The same as columns.
+    ///
+    /// # Errors
+    /// As [`Simulation::grains`].
+    pub fn columns(&mut self) -> Result<Columns> {
+        Ok(Columns::from(&self.grains()?[..]))
     }
 
     /// All clumps now, in input order, with velocities and spins brought to the time of the positions; empty in a scene without.

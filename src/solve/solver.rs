@@ -1,15 +1,17 @@
 //! One interface for all solvers, and the watch that none of them escapes: what is returned is the best iterate there
 //! was, with the residual it has.
 
-use crate::error::{Error, Result};
-use crate::solve::{
+#[cfg(feature = "socp")]
+use super::socp;
+use super::{
     contact::Contact,
     gauss_seidel::{self, Order},
     jacobi, lemke,
     operator::{Operator, velocities},
     problem::Problem,
-    residual, socp,
+    residual,
 };
+use crate::error::{Error, Result};
 use glam::DVec3;
 use std::time::Instant;
 
@@ -52,6 +54,19 @@ impl Solver {
             Solver::Lemke => "lemke",
         }
     }
+
+    /// Whether this build has it.
+    ///
+    /// # Errors
+    /// [`Error::Problem`] with the cargo feature that is missing.
+    pub fn check_built(self) -> Result<()> {
+        match self {
+            Solver::Socp if cfg!(not(feature = "socp")) => Err(Error::Problem(
+                "packstone was built without the cargo feature `socp`, which the solver needs".into(),
+            )),
+            _ => Ok(()),
+        }
+    }
 }
 
 impl std::str::FromStr for Solver {
@@ -86,6 +101,7 @@ impl Default for Options {
 
 impl Options {
     pub(super) fn check(&self, solver: Solver) -> Result<()> {
+        solver.check_built()?;
         if !(self.tolerance > 0.0 && self.tolerance.is_finite()) {
             return Err(Error::Problem(format!("tolerance = {} must be finite and positive", self.tolerance)));
         }
@@ -135,7 +151,10 @@ pub fn solve(problem: &Problem, solver: Solver, options: &Options) -> Result<Sol
         Solver::Jacobi => Ok(jacobi::solve(problem, start, false, options)),
         Solver::JacobiAccelerated => Ok(jacobi::solve(problem, start, true, options)),
         Solver::ColouredAccelerated => Ok(gauss_seidel::coloured(problem, start, options)),
+        #[cfg(feature = "socp")]
         Solver::Socp => Ok(socp::solve(problem, options)),
+        #[cfg(not(feature = "socp"))]
+        Solver::Socp => unreachable!("check_built has refused it"),
         Solver::Lemke => lemke::solve(problem, options),
     }
 }

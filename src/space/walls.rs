@@ -38,3 +38,8 @@ pub fn wall_velocity(wall: &Wall, point: DVec3) -> DVec3 {
     let arm = horizontal(point) - horizontal(wall.point);
     wall.velocity + from_horizontal(wall.spin * DVec2::new(-arm.y, arm.x))
 }
+
+/// The spin of a grain relative to the wall, rad/s.
+pub fn relative_to_wall(spin: DVec3, wall: &Wall) -> DVec3 {
+    spin - wall.spin * DVec3::Z
+}

@@ -15,6 +15,11 @@ fn inverse_inertia(position: Position, inverse_mass: Real) -> Real {
     return Real(INVERSE_GYRATION) * inverse_mass / (position.radius * position.radius);
 }
 
+/// Inverse inertia about a point of the surface, 1/(kg m²): 1/(J + m R²).
+fn rolling_inertia(radius: Real, inverse_mass: Real) -> Real {
+    return Real(INVERSE_GYRATION / (1 + INVERSE_GYRATION)) * inverse_mass / (radius * radius);
+}
+
 /// rad/s
 fn spin_of(i: u32) -> Spin {
     return spin[i];

@@ -10,6 +10,11 @@ fn material_of(i: u32) -> u32 {
     return material[i];
 }
 
+/// Where the pair of materials of i and j is in the tables of pairs.
+fn pair_index(i: u32, j: u32) -> u32 {
+    return material_of(i) * params.materials + material_of(j);
+}
+
 fn pair_of(i: u32, j: u32) -> Pair {
-    return pair[material_of(i) * params.materials + material_of(j)];
+    return pair[pair_index(i, j)];
 }

@@ -1,12 +1,17 @@
 // twin: src/contact/normal.rs
 // Normal slot: linear spring (2.1).
 
-/// Pressing force, N, for a gap < 0.
-fn normal_force(pair: Pair, gap: Real) -> Real {
-    return -pair.stiffness * gap;
+/// Pressing force, N, of an overlap.
+fn normal_force(pair: Pair, c: ContactState) -> Real {
+    return -pair.stiffness * c.gap;
+}
+
+/// Its slope, N/m.
+fn normal_stiffness(pair: Pair, c: ContactState) -> Real {
+    return pair.stiffness;
 }
 
 /// Energy stored in the overlap, J.
-fn normal_energy(pair: Pair, gap: Real) -> Real {
-    return 0.5 * pair.stiffness * gap * gap;
+fn normal_energy(pair: Pair, c: ContactState) -> Real {
+    return 0.5 * pair.stiffness * c.gap * c.gap;
 }

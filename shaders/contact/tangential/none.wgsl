@@ -1,38 +1,34 @@
 // twin: src/contact/tangential.rs
-// Friction slot: smooth grains. No springs and no history.
+// Tangential slot: smooth grains. No force, no history.
 
-fn spring_of(entry: u32, tagged: u32) -> Vec {
-    return Vec();
+struct TangentialHistory {
+    force: Vec,
 }
 
-fn kept_spring(entry: u32) -> Vec {
-    return Vec();
+struct Tangential {
+    force: Vec,
+    history: TangentialHistory,
+    dissipation: Real,
 }
 
-fn keep_spring(entry: u32, f: Vec) {}
-
-fn set_active(entry: u32, tagged: u32, closed: bool) {}
-
-fn stretched_spring(old: Vec, pair: Pair, n: Vec, n_before: Vec, v_rel: Vec) -> Vec {
-    return Vec();
+fn tangential_history(entry: u32, tagged: u32) -> TangentialHistory {
+    return TangentialHistory();
 }
 
-fn slid_spring(stretched: Vec, pair: Pair, pressing: Real) -> Vec {
-    return Vec();
+fn set_tangential_history(entry: u32, h: TangentialHistory) {}
+
+fn opposite_tangential(h: TangentialHistory, back: bool) -> TangentialHistory {
+    return h;
 }
 
-fn sliding_power(old: Vec, stretched: Vec, slid: Vec, pair: Pair) -> Real {
+fn store_tangential(at: u32, entry: u32) {}
+
+fn restore_tangential(entry: u32, at: u32, same: bool) {}
+
+fn tangential_contact(pair: Pair, c: ContactState, pressing: Real, old: TangentialHistory) -> Tangential {
+    return Tangential();
+}
+
+fn tangential_energy(pair: Pair, c: ContactState, h: TangentialHistory) -> Real {
     return 0;
-}
-
-fn spring_energy(f: Vec, pair: Pair) -> Real {
-    return 0;
-}
-
-fn active_contacts(i: u32) -> u32 {
-    return 0u;
-}
-
-fn restore_history(entry: u32, i: u32, j: u32) -> u32 {
-    return 0u;
 }

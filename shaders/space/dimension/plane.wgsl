@@ -45,6 +45,11 @@ fn from_horizontal(x: Real2) -> Vec {
     return x;
 }
 
+/// A spin about the axis out of the plane, rad/s.
+fn vertical_spin(w: Real) -> Spin {
+    return w;
+}
+
 fn outside(x: Vec, lower: Vec, upper: Vec) -> bool {
     return !(all(x >= lower) && all(x <= upper));
 }

@@ -46,6 +46,11 @@ fn from_horizontal(x: Real2) -> Vec {
     return Vec(x, 0);
 }
 
+/// A spin about the vertical axis, rad/s.
+fn vertical_spin(w: Real) -> Spin {
+    return Spin(0, 0, w);
+}
+
 fn outside(x: Vec, lower: Vec, upper: Vec) -> bool {
     return !(all(x >= lower) && all(x <= upper));
 }

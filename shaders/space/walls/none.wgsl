@@ -11,3 +11,7 @@ fn wall_normal_before(w: u32, x_before: Vec) -> Vec {
 fn wall_velocity(w: u32, point: Vec) -> Vec {
     return Vec();
 }
+
+fn relative_to_wall(spin: Spin, w: u32) -> Spin {
+    return spin;
+}

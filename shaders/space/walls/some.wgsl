@@ -40,3 +40,8 @@ fn wall_velocity(w: u32, point: Vec) -> Vec {
     let arm = horizontal(point) - horizontal(s.point);
     return s.velocity + from_horizontal(s.spin * Real2(-arm.y, arm.x));
 }
+
+/// The spin of a grain relative to the wall, rad/s.
+fn relative_to_wall(spin: Spin, w: u32) -> Spin {
+    return spin - vertical_spin(wall[w].spin);
+}

@@ -1,7 +1,6 @@
 //! Twin of `shaders/nscd/coloring/order_by_color.wgsl`: contacts with the impulses they have now, in the order of the colours. Momentum begins anew.
 
 use crate::{
-    contact::history::kept_spring,
     nscd::contact::list_entries,
     state::{ACTIVE, ColoredContact, ContactColor, INDEX, NONE, Packed, State},
 };
@@ -20,7 +19,7 @@ pub fn order_by_color(s: &mut State) {
     for (contact_color, turn) in contacts {
         let at = begins[contact_color.color as usize - 1] + contact_color.rank as usize;
         let entry = turn.entry as usize;
-        let impulse = Packed(kept_spring(&s.spring[entry]));
+        let impulse = Packed(s.impulse[entry].0);
         (s.colored_contact[at], s.colored_impulse[at], s.colored_impulse_before[at]) = (turn, impulse, impulse);
         (s.colored_geometry[at], s.colored_effective_mass[at]) = (s.contact_geometry[entry], s.effective_mass[entry]);
     }

@@ -1,13 +1,13 @@
 //! Grains of very different sizes and masses, and too many in one place.
 
+use super::common::*;
 use super::{Figure, Length, scene, worse};
-use crate::common::*;
-use glam::DVec3;
-use packstone::{
+use crate::{
     measure::{masses, momentum},
     scene::{Grain, Material, TimeStep},
     simulation::Simulation,
 };
+use glam::DVec3;
 use std::time::Instant;
 
 /// A sphere between two streams of grains a thirtieth of its size. Contacts are counted again over all pairs.

@@ -1,14 +1,14 @@
 //! Grains faster than their radius per step.
 
+use super::common::*;
 use super::{Figure, Length, scene, worse};
-use crate::common::*;
-use glam::DVec3;
-use packstone::{
+use crate::{
     Error,
     measure::Sample,
     scene::{Assembly, Grain, TimeStep},
     simulation::Simulation,
 };
+use glam::DVec3;
 
 /// What becomes of grain 0, which flies along +x at something.
 struct Fate {

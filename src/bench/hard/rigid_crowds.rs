@@ -1,8 +1,8 @@
 //! Many rigid grains, and springs beside them.
 
+use super::common::*;
 use super::{Figure, Length, changed_scene, relaxation, scene, solved_to, sprung, worse};
-use crate::common::*;
-use packstone::{
+use crate::{
     measure::{Sample, masses},
     scene::{Assembly, Dashpot, Grain},
 };

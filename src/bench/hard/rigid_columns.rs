@@ -1,13 +1,13 @@
 //! Columns of rigid grains, and of springs beside them: the load on a contact is the weight above it.
 
+use super::common::*;
 use super::{Figure, Length, loads, relaxation, scene, solved_to, sprung, worse};
-use crate::common::*;
-use glam::DVec3;
-use packstone::{
+use crate::{
     measure::masses,
     scene::{Assembly, Grain},
     solve::Solver,
 };
+use glam::DVec3;
 use std::f64::consts::PI;
 
 /// Stiffness of a spring that one weight compresses by 1e-6 R, N/m.

@@ -1,7 +1,7 @@
 //! The stiffness matrix of a packing, written from the theory and not from the crate: its highest frequency is the true
 //! critical time step.
 
-use super::{Random, gyration};
+use super::common::{Random, gyration};
 use glam::DVec3;
 
 /// A contact: of two grains, or of a grain with a wall.

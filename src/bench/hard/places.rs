@@ -1,9 +1,9 @@
 //! Far from the origin, in wide domains, and slowly.
 
+use super::common::*;
 use super::{Figure, Length, scene, worse};
-use crate::common::*;
+use crate::scene::{Assembly, Grain, Pair, Surface, TimeStep};
 use glam::DVec3;
-use packstone::scene::{Assembly, Grain, Pair, Surface, TimeStep};
 
 /// 1e4 diameters.
 const FAR: f64 = 2e4 * R;

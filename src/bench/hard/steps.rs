@@ -2,16 +2,14 @@
 //! swings fastest: then its amplitude after n steps is v Δt U(n), U(n+1) = (2 − z²) U(n) − U(n−1), z = 2 Δt/Δt_c. The
 //! mode may be one of turns alone, which are no part of the state, so amplitudes are summed up from velocities and spins.
 
+use super::common::*;
+use super::stiffness::{Link, Mode, critical_mode, product};
 use super::{Figure, Length, scene, worse};
-use crate::common::{
-    stiffness::{Link, Mode, critical_mode, product},
-    *,
-};
-use glam::DVec3;
-use packstone::{
+use crate::{
     scene::{Assembly, Pair, TimeStep},
     time_step::bound,
 };
+use glam::DVec3;
 use std::sync::OnceLock;
 
 /// A scene with its linear theory.
@@ -109,7 +107,7 @@ fn links(scene: &Assembly) -> Vec<Link> {
             }
         }
         for wall in &scene.walls {
-            let packstone::scene::Surface::Plane { normal, .. } = wall.surface else { panic!("a plane") };
+            let crate::scene::Surface::Plane { normal, .. } = wall.surface else { panic!("a plane") };
             let overlap = grains[i].radius - wall.surface.distance(grains[i].position);
             links.push(Link { i, j: None, n: -normal, overlap });
         }

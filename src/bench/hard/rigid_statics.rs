@@ -1,15 +1,15 @@
 //! Few rigid grains whose equilibrium is known, and springs beside them.
 
+use super::common::*;
 use super::{Figure, Length, relaxation, scene, solved_to, sprung, worse};
-use crate::common::*;
-use glam::DVec3;
-use packstone::{
+use crate::{
     measure::masses,
     scene::{Assembly, Grain, Surface},
     simulation::Simulation,
     solve::Solver,
     state::{INDEX, NONE, array},
 };
+use glam::DVec3;
 
 /// Stiffness of a spring that this weight compresses by this part of R, N/m.
 fn stiffness(scene: &Assembly, part: f64) -> f64 {
@@ -29,10 +29,10 @@ fn short_step(part: f64) -> f64 {
 /// Forces of walls on the only grain, N.
 fn wall_forces(simulation: &mut Simulation) -> Vec<DVec3> {
     let dt = simulation.dt();
-    let state = simulation.read(&[&array::LIST_START, &array::NEIGHBOUR, &array::SPRING]).unwrap();
+    let state = simulation.read(&[&array::LIST_START, &array::NEIGHBOUR, &array::IMPULSE]).unwrap();
     let slots = state.row(0).filter(|slot| state.neighbour[*slot] != NONE);
     let mut forces: Vec<(u32, DVec3)> =
-        slots.map(|slot| (state.neighbour[slot] & INDEX, state.spring[slot].0 / dt)).collect();
+        slots.map(|slot| (state.neighbour[slot] & INDEX, state.impulse[slot].0 / dt)).collect();
     forces.sort_by_key(|(wall, _)| *wall);
     forces.into_iter().map(|(_, force)| force).collect()
 }

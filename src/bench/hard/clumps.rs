@@ -1,13 +1,14 @@
 //! Clumps: a body that turns for very long, and packings of grains that are no spheres.
 
+use super::common::*;
 use super::{Figure, Length, changed_scene, worse};
-use crate::common::*;
-use glam::DVec3;
-use packstone::{
+use crate::{
     body::grains,
     measure::packing_fraction,
     scene::{Clump, Shape},
+    state::{array, present},
 };
+use glam::DVec3;
 
 /// A free body with J = (1, 2, 3), ω Δt = 1e-3, 10^7 steps: the quaternion stays one, energy and angular momentum stay where they
 /// are but for what the scheme lets them oscillate by.
@@ -28,9 +29,8 @@ pub fn free_body(bench: Bench, length: Length) -> Vec<Figure> {
     for _ in 0..10 {
         simulation.advance(steps / 10).unwrap();
         let (e, l) = state(&simulation.clumps().unwrap()[0]);
-        let s = simulation
-            .read(if bench.is_single() { &["orientation", "orientation_low"] } else { &["orientation"] })
-            .unwrap();
+        let kept = present(simulation.model(), &[&array::ORIENTATION, &array::ORIENTATION_LOW]);
+        let s = simulation.read(&kept).unwrap();
         norm = worse(norm, grains::clump(s, 0).orientation.length() - 1.0);
         energies = worse(energies, e / energy - 1.0);
         lengths = worse(lengths, l.length() / momentum.length() - 1.0);

@@ -1,8 +1,8 @@
 //! A gas without gravity, for long.
 
+use super::common::*;
 use super::{Figure, Length, scene};
-use crate::common::*;
-use packstone::measure::{masses, momentum};
+use crate::measure::{masses, momentum};
 
 /// Elastic spheres in a periodic box until they have collided 10^6 times: an elastic collision lasts π √(m*/k_N), so the
 /// number of contacts, averaged over the run, counts them.

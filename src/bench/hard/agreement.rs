@@ -1,10 +1,10 @@
 //! Contact dynamics and DEM of the same scenes: packings and a collapse.
 
+use super::common::*;
 use super::{Figure, Length, changed_scene, sprung};
-use crate::common::*;
-use packstone::contact::contacts::closed_contacts;
-use packstone::{
+use crate::{
     body::bodies::body,
+    contact::contacts::closed_contacts,
     measure::{backbone, contacts::contact_of},
     scene::{Assembly, Dashpot},
     simulation::Simulation,
@@ -16,7 +16,19 @@ use std::f64::consts::PI;
 fn pairs(simulation: &mut Simulation) -> Vec<(u32, u32)> {
     simulation.sample().unwrap(); // lists that reach
     let model = *simulation.model();
-    let arrays = [&POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &ID, &LIST_START, &NEIGHBOUR, &SPRING, &WALL, &MATERIAL];
+    let arrays = [
+        &POSITION,
+        &POSITION_LOW,
+        &VELOCITY,
+        &SPIN,
+        &ID,
+        &LIST_START,
+        &NEIGHBOUR,
+        &TANGENTIAL_FORCE,
+        &IMPULSE,
+        &WALL,
+        &MATERIAL,
+    ];
     let s = simulation.read(&present(&model, &arrays)).unwrap();
     let of = |i: usize| closed_contacts(s, i, &body(s, i), contact_of).map(move |(j, _)| (i, j)).collect::<Vec<_>>();
     let inner = (0..s.sizes.bodies).flat_map(of).filter(|(i, j)| i < j);
@@ -24,7 +36,7 @@ fn pairs(simulation: &mut Simulation) -> Vec<(u32, u32)> {
 }
 
 /// Volume of a sphere below a height, m³.
-fn below(grain: &packstone::scene::Grain, height: f64) -> f64 {
+fn below(grain: &crate::scene::Grain, height: f64) -> f64 {
     let t = (height - grain.position.z + grain.radius).clamp(0.0, 2.0 * grain.radius);
     PI / 3.0 * t * t * (3.0 * grain.radius - t)
 }

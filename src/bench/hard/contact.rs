@@ -1,9 +1,9 @@
 //! Contacts that are stiff, deep, spun or grazed.
 
+use super::common::*;
 use super::{Figure, Length, scene, worse};
-use crate::common::*;
+use crate::scene::{Assembly, Grain, TimeStep, Wall};
 use glam::DVec3;
-use packstone::scene::{Assembly, Grain, TimeStep, Wall};
 use std::f64::consts::PI;
 
 /// Overlaps of 1e-6 R: two grains rest on each other on a floor, and bounce off floor and each other.

@@ -1,0 +1,38 @@
+//! Twin of `shaders/contact/rolling/`: rolling resistance. Grains roll freely.
+
+use super::law::{ContactState, Law};
+use glam::DVec3;
+
+/// What a contact remembers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RollingHistory {
+    /// N m
+    pub torque: DVec3,
+}
+
+/// The rolling part of a contact, on the first of the two.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Rolling {
+    /// N m
+    pub couple: DVec3,
+    pub history: RollingHistory,
+    /// W
+    pub dissipation: f64,
+}
+
+#[inline(always)]
+pub fn rolling_contact(_law: Law, _c: &ContactState, _stiffness: f64, _pressing: f64, _old: RollingHistory) -> Rolling {
+    Rolling::default()
+}
+
+/// The moment of a contact's force and its couple, N m.
+#[inline(always)]
+pub fn with_couple(_law: Law, torque: DVec3, _couple: DVec3) -> DVec3 {
+    torque
+}
+
+/// Energy stored in the rolling spring, J.
+#[inline(always)]
+pub fn rolling_energy(_law: Law, _c: &ContactState, _stiffness: f64, _h: RollingHistory) -> f64 {
+    0.0
+}

@@ -1,0 +1,16 @@
+//! What a first packing needs: `use packstone::prelude::*;`
+
+pub use crate::{
+    Error,
+    measure::{Sample, packing_fraction},
+    model::Precision,
+    scene::{
+        Assembly, Face, Format, Grain, Placement, Scene, SceneBuilder,
+        builder::{
+            GrainBuilder, MaterialBuilder, Orientation, PairBuilder, PopulationBuilder, Radii, ShapeBuilder, Side,
+            SolverBuilder, WallBuilder,
+        },
+    },
+    simulation::{Columns, EngineChoice, Options, Simulation},
+};
+pub use glam::{DQuat, DVec2, DVec3};
