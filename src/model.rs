@@ -2,7 +2,7 @@
 //! arrays exist; nothing the scene does not need is modelled, allocated or computed.
 
 use crate::{
-    scene::{Assembly, Dashpot as DashpotLaw, Method as Solve},
+    scene::{Assembly, Dashpot, Method as Solve},
     solve::Solver,
 };
 
@@ -145,10 +145,10 @@ impl Model {
             boundary: if assembly.domain.periodic.contains(&true) { Boundary::Periodic } else { Boundary::Open },
             method,
             normal: if rigid { Normal::Rigid } else { Normal::Hooke },
-            damping: match pairs.iter().map(|p| p.dashpot).find(|d| *d != DashpotLaw::None) {
-                None | Some(DashpotLaw::None) => Damping::None,
-                Some(DashpotLaw::Restitution(_)) => Damping::Restitution,
-                Some(DashpotLaw::MassScaled(_)) => Damping::MassScaled,
+            damping: match pairs.iter().map(|p| p.dashpot).find(|d| *d != Dashpot::None) {
+                None | Some(Dashpot::None) => Damping::None,
+                Some(Dashpot::Restitution(_)) => Damping::Restitution,
+                Some(Dashpot::MassScaled(_)) => Damping::MassScaled,
             },
             tangential: if frictional || rigid { Tangential::Coulomb } else { Tangential::None },
             rolling: Rolling::None,

@@ -3,8 +3,9 @@
 use super::{
     geometry::transported,
     law::{ContactState, Law},
+    normal::Loading,
 };
-use crate::{model::Tangential as Choice, state::Pair};
+use crate::{model::Tangential as Choice, scene, state::Pair};
 use glam::DVec3;
 
 /// What a contact remembers.
@@ -74,4 +75,14 @@ pub fn tangential_energy(law: Law, pair: &Pair, _c: &ContactState, h: Tangential
         return 0.0;
     }
     0.5 * h.force.length_squared() / pair.tangential_stiffness
+}
+
+/// Its parameter: k_T, N/m.
+pub fn parameter(pair: &scene::Pair) -> f64 {
+    pair.tangential_stiffness
+}
+
+/// The largest slope of the tangential force under this loading, N/m.
+pub fn largest_stiffness(pair: &scene::Pair, _loading: &Loading) -> f64 {
+    if pair.friction > 0.0 { pair.tangential_stiffness } else { 0.0 }
 }

@@ -1,0 +1,123 @@
+//! Contact parameters: the keys of materials and of their pairs, in files and in builders, and what becomes of them. A law's own
+//! parameters are added here; how those of two materials mix stands in `materials.rs`.
+
+use super::check::Check;
+use super::setters::setters;
+use crate::Result;
+use serde::{Deserialize, Serialize};
+
+/// How a pair of materials damps the normal motion of a contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Dashpot {
+    /// No dashpot.
+    #[default]
+    None,
+    /// Coefficient of restitution, in (0, 1].
+    Restitution(f64),
+    /// Mass-scaled coefficient η in 1/s: the force is `η m* v_n`.
+    MassScaled(f64),
+}
+
+/// Contact parameters of a pair of materials.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pair {
+    /// k_N, N/m.
+    pub normal_stiffness: f64,
+    /// k_T, N/m.
+    pub tangential_stiffness: f64,
+    /// μ = tan φ.
+    pub friction: f64,
+    pub dashpot: Dashpot,
+}
+
+impl Pair {
+    /// What a pair of an assembly must be, the k-th of them.
+    pub(super) fn check(&self, k: usize, check: &Check) -> Result<()> {
+        let at = |field: &str| format!("pair.{k}.{field}");
+        match check.rigid {
+            true => check.not_negative(&at("normal_stiffness"), self.normal_stiffness, " of N/m")?,
+            false => check.positive(&at("normal_stiffness"), self.normal_stiffness, " of N/m")?,
+        };
+        check.not_negative(&at("tangential_stiffness"), self.tangential_stiffness, " of N/m")?;
+        check.not_negative(&at("friction"), self.friction, "")?;
+        match self.dashpot {
+            Dashpot::None => 0.0,
+            Dashpot::Restitution(e) => check.fraction(&at("restitution"), e)?,
+            Dashpot::MassScaled(eta) => check.not_negative(&at("normal_damping"), eta, " of 1/s")?,
+        };
+        Ok(())
+    }
+}
+
+/// Keys of `[material.NAME]`.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialKeys {
+    pub density: f64,
+    pub normal_stiffness: Option<f64>,
+    pub tangential_stiffness: Option<f64>,
+    #[serde(default)]
+    pub friction: f64,
+    pub restitution: Option<f64>,
+    pub normal_damping: Option<f64>,
+}
+
+/// Keys of `[[pair]]`.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct PairKeys {
+    pub materials: Vec<String>,
+    pub normal_stiffness: Option<f64>,
+    pub tangential_stiffness: Option<f64>,
+    pub friction: Option<f64>,
+    pub restitution: Option<f64>,
+    pub normal_damping: Option<f64>,
+}
+
+/// A material.
+#[derive(Clone, Debug)]
+pub struct MaterialBuilder(pub(super) MaterialKeys);
+
+impl MaterialBuilder {
+    /// Of this density, kg/m³; in two dimensions at unit thickness.
+    pub fn new(density: f64) -> MaterialBuilder {
+        MaterialBuilder(MaterialKeys { density, ..MaterialKeys::default() })
+    }
+
+    setters! {
+        /// k_N of a contact of the material with itself, N/m. The discrete element method needs it.
+        normal_stiffness: f64;
+        /// k_T, N/m. Default: 2/7 of the normal stiffness.
+        tangential_stiffness: f64;
+        /// μ = tan φ. Default: 0.
+        friction: f64;
+        /// Normal coefficient of restitution, in (0, 1]. Default: no dashpot.
+        restitution: f64;
+        /// Mass-scaled damping η of the normal motion, 1/s, in place of a restitution. Default: no dashpot.
+        normal_damping: f64;
+    }
+}
+
+/// What replaces single parameters of the mixing rule for a pair of materials.
+#[derive(Clone, Debug)]
+pub struct PairBuilder(pub(super) PairKeys);
+
+impl PairBuilder {
+    /// For two materials, in any order, or for one against itself.
+    pub fn new(a: &str, b: &str) -> PairBuilder {
+        PairBuilder(PairKeys { materials: vec![a.to_owned(), b.to_owned()], ..PairKeys::default() })
+    }
+
+    setters! {
+        /// k_N, N/m.
+        normal_stiffness: f64;
+        /// k_T, N/m.
+        tangential_stiffness: f64;
+        /// μ = tan φ.
+        friction: f64;
+        /// Normal coefficient of restitution, in (0, 1].
+        restitution: f64;
+        /// Mass-scaled damping η, 1/s.
+        normal_damping: f64;
+    }
+}
