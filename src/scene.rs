@@ -21,6 +21,7 @@ mod walls;
 
 pub use assembly::*;
 pub use builder::SceneBuilder;
+pub use law::*;
 pub use schema::{Face, Format, Placement};
 pub use shape::{Kind, Member, Shape};
 

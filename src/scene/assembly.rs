@@ -1,7 +1,7 @@
 //! What a validated scene comes down to: numbers in SI units, grains in input order, materials by index.
 //! Everything below `scene` in the crate reads this and nothing else of the scene file.
 
-pub use super::law::{Dashpot, Pair};
+use super::law::Pair;
 use super::shape::Shape;
 use crate::solve;
 use glam::{DQuat, DVec3};
