@@ -26,6 +26,8 @@ pub fn damping_ratio(restitution: f64) -> f64 {
 pub fn parameter(pair: &scene::Pair) -> f64 {
     match pair.dashpot {
         Dashpot::None => 0.0,
+        // With this ratio Hertz' force and the dashpot ζ √(m* dF/dδ) of Tsuji et al. rebound with e (Antypov & Elliott 2011, EPL 94, 50004).
+        Dashpot::Restitution(e) if pair.hertz.is_some() => (5.0_f64 / 6.0).sqrt() * damping_ratio(e),
         Dashpot::Restitution(e) => damping_ratio(e),
         Dashpot::MassScaled(eta) => eta,
     }
