@@ -2,7 +2,7 @@
 //! arrays exist; nothing the scene does not need is modelled, allocated or computed.
 
 use crate::{
-    scene::{Assembly, Dashpot as DashpotLaw, Method as Solve},
+    scene::{Assembly, Dashpot, Method as Solve},
     solve::Solver,
 };
 
@@ -66,7 +66,7 @@ slot!(
 );
 slot!(
     /// Normal contact law.
-    Normal in "contact/normal" { Hooke = "hooke", Rigid = "rigid" }
+    Normal in "contact/normal" { Hooke = "hooke", Hertz = "hertz", Rigid = "rigid" }
 );
 slot!(
     /// Normal dashpot.
@@ -86,7 +86,7 @@ slot!(
 );
 slot!(
     /// Tangential contact law; owns the tangential force.
-    Tangential in "contact/tangential" { None = "none", Coulomb = "coulomb" }
+    Tangential in "contact/tangential" { None = "none", Coulomb = "coulomb", Mindlin = "mindlin" }
 );
 slot!(
     /// Spin of the grains; owns spin and torque.
@@ -152,13 +152,21 @@ impl Model {
             dimension: if assembly.dimension == 2 { Dimension::Plane } else { Dimension::Space },
             boundary: if assembly.domain.periodic.contains(&true) { Boundary::Periodic } else { Boundary::Open },
             method,
-            normal: if rigid { Normal::Rigid } else { Normal::Hooke },
-            damping: match pairs.iter().map(|p| p.dashpot).find(|d| *d != DashpotLaw::None) {
-                None | Some(DashpotLaw::None) => Damping::None,
-                Some(DashpotLaw::Restitution(_)) => Damping::Restitution,
-                Some(DashpotLaw::MassScaled(_)) => Damping::MassScaled,
+            normal: match pairs[0].hertz {
+                _ if rigid => Normal::Rigid,
+                Some(_) => Normal::Hertz,
+                None => Normal::Hooke,
             },
-            tangential: if frictional || rigid { Tangential::Coulomb } else { Tangential::None },
+            damping: match pairs.iter().map(|p| p.dashpot).find(|d| *d != Dashpot::None) {
+                None | Some(Dashpot::None) => Damping::None,
+                Some(Dashpot::Restitution(_)) => Damping::Restitution,
+                Some(Dashpot::MassScaled(_)) => Damping::MassScaled,
+            },
+            tangential: match pairs[0].hertz {
+                _ if !frictional && !rigid => Tangential::None,
+                Some(_) if !rigid => Tangential::Mindlin,
+                _ => Tangential::Coulomb,
+            },
             rolling: Rolling::None,
             cohesion: Cohesion::None,
             history: if frictional || rigid { History::Kept } else { History::None },
@@ -257,20 +265,27 @@ impl Model {
     pub fn all(precision: Precision) -> Vec<Model> {
         use Grains::{Clumps, Spheres};
         use Method::{ContactDynamics, DiscreteElements};
-        let surfaces = [
-            (DiscreteElements, Tangential::None, Rotation::None, Spheres),
-            (DiscreteElements, Tangential::None, Rotation::Sphere, Spheres),
-            (DiscreteElements, Tangential::None, Rotation::Sphere, Clumps),
-            (DiscreteElements, Tangential::Coulomb, Rotation::Sphere, Spheres),
-            (DiscreteElements, Tangential::Coulomb, Rotation::Sphere, Clumps),
-            (ContactDynamics, Tangential::Coulomb, Rotation::None, Spheres),
-            (ContactDynamics, Tangential::Coulomb, Rotation::Sphere, Spheres),
-            (ContactDynamics, Tangential::Coulomb, Rotation::Sphere, Clumps),
+        let (dem, cd) = (DiscreteElements, ContactDynamics);
+        let laws = [
+            (dem, Normal::Hooke, Tangential::None, Rotation::None, Spheres),
+            (dem, Normal::Hooke, Tangential::None, Rotation::Sphere, Spheres),
+            (dem, Normal::Hooke, Tangential::None, Rotation::Sphere, Clumps),
+            (dem, Normal::Hooke, Tangential::Coulomb, Rotation::Sphere, Spheres),
+            (dem, Normal::Hooke, Tangential::Coulomb, Rotation::Sphere, Clumps),
+            (dem, Normal::Hertz, Tangential::None, Rotation::None, Spheres),
+            (dem, Normal::Hertz, Tangential::Mindlin, Rotation::Sphere, Spheres),
+            (dem, Normal::Hertz, Tangential::Mindlin, Rotation::Sphere, Clumps),
+            (cd, Normal::Rigid, Tangential::Coulomb, Rotation::None, Spheres),
+            (cd, Normal::Rigid, Tangential::Coulomb, Rotation::Sphere, Spheres),
+            (cd, Normal::Rigid, Tangential::Coulomb, Rotation::Sphere, Clumps),
         ];
         let mut models = Vec::new();
         for &dimension in Dimension::ALL {
             for &boundary in Boundary::ALL {
-                for (method, tangential, rotation, grains) in surfaces {
+                for (method, normal, tangential, rotation, grains) in laws {
+                    if normal == Normal::Hertz && dimension == Dimension::Plane {
+                        continue; // disks have no such contact
+                    }
                     let rigid = method == ContactDynamics;
                     for &damping in if rigid { &[Damping::None] } else { Damping::ALL } {
                         // Smooth rigid grains are all alike.
@@ -285,7 +300,7 @@ impl Model {
                                         dimension,
                                         boundary,
                                         method,
-                                        normal: if rigid { Normal::Rigid } else { Normal::Hooke },
+                                        normal,
                                         damping,
                                         tangential,
                                         rolling: Rolling::None,

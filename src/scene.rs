@@ -5,6 +5,7 @@ mod bodies;
 pub mod builder;
 mod check;
 mod invariants;
+mod law;
 mod materials;
 mod neighbours;
 mod overrides;
@@ -12,6 +13,7 @@ mod populate;
 mod radius;
 mod rows;
 mod schema;
+mod setters;
 mod shape;
 mod table;
 mod validate;
@@ -19,6 +21,7 @@ mod walls;
 
 pub use assembly::*;
 pub use builder::SceneBuilder;
+pub use law::*;
 pub use schema::{Face, Format, Placement};
 pub use shape::{Kind, Member, Shape};
 

@@ -1,7 +1,11 @@
 //! Bound of the time step: Δt < 2/ω_max of the explicit leapfrog, from contact stiffness, mass and inertia.
 
 use crate::{
-    contact::damping::damping_ratio,
+    contact::{
+        damping::damping_ratio,
+        normal::{self, Loading},
+        rolling, tangential,
+    },
     error::{Error, Result},
     model::Dimension,
     scene::{Assembly, Clump, Dashpot, Grain, Member, Method, Pair, Surface, TimeStep, Wall},
@@ -61,18 +65,45 @@ pub fn bound(assembly: &Assembly) -> f64 {
     let walls = assembly.walls.len() as f64;
     let smallest = assembly.grains.iter().map(|g| g.radius).fold(f64::INFINITY, f64::min);
     let others = |own: usize| (assembly.grains.len() - own) as f64;
+    let worst = Worst::of(assembly);
     smallest_over_contacts(assembly, |rigid, pair| {
-        of_contacts(rigid, pair, smallest, others(rigid.members.len()), walls)
+        of_contacts(rigid, pair, &worst, smallest, others(rigid.members.len()), walls)
     })
 }
 
-/// The shortest duration of a collision, π √(m*/k_N), s, between equal grains or of a grain with a wall; infinite if
-/// nothing can touch.
+/// The shortest duration of a collision, s, between equal grains or of a grain with a wall; infinite if nothing can touch.
 pub fn shortest_contact(assembly: &Assembly) -> f64 {
     let share = if assembly.grains.len() > 1 { 0.5 } else { 1.0 };
     let nothing = assembly.grains.len() < 2 && assembly.walls.is_empty();
-    let of_grain = |rigid: &Rigid, pair: &Pair| PI * (share * rigid.lightest() / pair.normal_stiffness).sqrt();
+    let worst = Worst::of(assembly);
+    let of_grain = |rigid: &Rigid, pair: &Pair| {
+        let loading =
+            Loading { mass: share * rigid.lightest(), ..worst.loading(rigid, rigid.members[0].radius, share) };
+        normal::contact_duration(pair, &loading)
+    };
     if nothing { f64::INFINITY } else { smallest_over_contacts(assembly, of_grain) }
+}
+
+/// The worst that contacts of a scene have to bear, as far as that can be seen before it runs.
+struct Worst {
+    /// m/s, of the fastest grain or wall, and of a fall from the top of the scene to its bottom.
+    speed: f64,
+    /// Weight of a column of grains over that of one, m/s².
+    load: f64,
+}
+
+impl Worst {
+    fn of(assembly: &Assembly) -> Worst {
+        let height = height(assembly);
+        let mean = assembly.grains.iter().map(|g| g.radius).sum::<f64>() / assembly.grains.len() as f64;
+        let column = (height / (2.0 * mean) + 1.0).min(assembly.grains.len() as f64);
+        Worst { speed: fastest(assembly), load: column * assembly.gravity.length() }
+    }
+
+    /// Of a contact of this grain at a member of this radius; `share` is 1/2 with an equal grain, 1 with a wall.
+    fn loading(&self, rigid: &Rigid, radius: f64, share: f64) -> Loading {
+        Loading { radius: share * radius, mass: share * rigid.mass, speed: self.speed, force: self.load * rigid.mass }
+    }
 }
 
 /// What moves as one: a grain, or a clump.
@@ -177,11 +208,13 @@ fn smallest_over_contacts(assembly: &Assembly, value: impl Fn(&Rigid, &Pair) -> 
     rigids(assembly).map(of).fold(f64::INFINITY, f64::min)
 }
 
-fn of_contacts(rigid: &Rigid, pair: &Pair, smallest: f64, others: f64, walls: f64) -> f64 {
-    let tangential = if pair.friction > 0.0 { pair.tangential_stiffness } else { 0.0 };
-    let (mut omega_squared, mut contacts) = (0.0, 0.0);
+fn of_contacts(rigid: &Rigid, pair: &Pair, worst: &Worst, smallest: f64, others: f64, walls: f64) -> f64 {
+    let (mut omega_squared, mut contacts, mut stiffest) = (0.0, 0.0, 0.0_f64);
     for limb in rigid.members.iter().filter(|limb| limb.exposed > 0.0) {
         let c = Coordination::new(rigid.dimension, limb.radius, smallest);
+        let loading = worst.loading(rigid, limb.radius, 1.0);
+        let normal = normal::largest_stiffness(pair, &loading);
+        let tangential = tangential::largest_stiffness(pair, &loading);
         // Of a member that shows any surface, a grain touches at least that, and a flat side lies on a wall with all its members.
         let shown = |cap: f64| (limb.exposed * others.min(cap)).max(others.min(cap).min(1.0));
         let share = |cap: f64| (2.0 * shown(cap) + walls.min(cap)).min(2.0 * cap);
@@ -189,8 +222,10 @@ fn of_contacts(rigid: &Rigid, pair: &Pair, smallest: f64, others: f64, walls: f6
         // by the arm of its member and by the member's own radius.
         let own = share(c.rotational) * limb.radius * limb.radius / rigid.inertia;
         let turning = ((share(c.tangential) * limb.yielding).sqrt() + own.sqrt()).powi(2);
-        omega_squared += share(c.normal) * pair.normal_stiffness * (1.0 / rigid.mass + limb.yielding)
-            + tangential * (share(c.tangential) / rigid.mass + turning);
+        omega_squared += share(c.normal) * normal * (1.0 / rigid.mass + limb.yielding)
+            + tangential * (share(c.tangential) / rigid.mass + turning)
+            + rolling::largest_stiffness(pair, &loading) * share(c.rotational) / rigid.inertia;
+        stiffest = stiffest.max(normal);
         contacts += (shown(c.contacts) + walls).min(c.contacts).min(c.normal);
     }
     if omega_squared == 0.0 {
@@ -199,7 +234,7 @@ fn of_contacts(rigid: &Rigid, pair: &Pair, smallest: f64, others: f64, walls: f6
     let per_contact = match pair.dashpot {
         Dashpot::None => 0.0,
         Dashpot::MassScaled(eta) => eta,
-        Dashpot::Restitution(e) => 2.0 * damping_ratio(e) * (2.0 * pair.normal_stiffness / rigid.mass).sqrt(),
+        Dashpot::Restitution(e) => 2.0 * damping_ratio(e) * (2.0 * stiffest / rigid.mass).sqrt(),
     };
     let gamma = contacts * per_contact * rigid.mass / rigid.lightest();
     (-gamma + (gamma * gamma + 4.0 * omega_squared).sqrt()) / omega_squared
@@ -215,6 +250,30 @@ fn free_flight(assembly: &Assembly, time: f64) -> f64 {
     flight.min(0.05 / spin)
 }
 
+/// How far grains may fall, m: from the highest of them to the lowest, or to a floor below. 0 without gravity.
+fn height(assembly: &Assembly) -> f64 {
+    let g = assembly.gravity.length();
+    let grains = &assembly.grains;
+    let height = |x: DVec3| if g == 0.0 { 0.0 } else { -x.dot(assembly.gravity) / g };
+    let floors = assembly.walls.iter().filter_map(|wall| match wall.surface {
+        Surface::Plane { point, normal } if height(normal) > 0.0 => Some(height(point)),
+        _ => None,
+    });
+    let bottom = grains.iter().map(|grain| height(grain.position)).chain(floors).fold(f64::INFINITY, f64::min);
+    let top = grains.iter().map(|grain| height(grain.position)).fold(f64::NEG_INFINITY, f64::max);
+    top - bottom
+}
+
+/// The speed of the fastest grain or wall, and of a fall as far as grains may, m/s.
+fn fastest(assembly: &Assembly) -> f64 {
+    let surface = |wall: &Wall| match wall.surface {
+        Surface::Cylinder { radius, .. } => wall.velocity.length() + wall.spin.abs() * radius,
+        Surface::Plane { .. } => wall.velocity.length(),
+    };
+    let moving = assembly.grains.iter().map(|grain| grain.velocity.length()).chain(assembly.walls.iter().map(surface));
+    moving.fold(0.0, f64::max) + (2.0 * assembly.gravity.length() * height(assembly)).sqrt()
+}
+
 /// The step of rigid grains, which nothing bounds but what is seen of them: the smallest grain takes 20 steps to fall by its
 /// diameter, and none goes further than a quarter of what it may, even after falling from the top of the scene to its bottom.
 ///
@@ -225,19 +284,7 @@ fn rigid_step(assembly: &Assembly) -> Result<f64> {
     let g = assembly.gravity.length();
     let smallest = grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
     let mean = grains.iter().map(|grain| grain.radius).sum::<f64>() / grains.len() as f64;
-    let height = |x: DVec3| if g == 0.0 { 0.0 } else { -x.dot(assembly.gravity) / g };
-    let floors = assembly.walls.iter().filter_map(|wall| match wall.surface {
-        Surface::Plane { point, normal } if height(normal) > 0.0 => Some(height(point)),
-        _ => None,
-    });
-    let bottom = grains.iter().map(|grain| height(grain.position)).chain(floors).fold(f64::INFINITY, f64::min);
-    let top = grains.iter().map(|grain| height(grain.position)).fold(f64::NEG_INFINITY, f64::max);
-    let surface = |wall: &Wall| match wall.surface {
-        Surface::Cylinder { radius, .. } => wall.velocity.length() + wall.spin.abs() * radius,
-        Surface::Plane { .. } => wall.velocity.length(),
-    };
-    let moving = grains.iter().map(|grain| grain.velocity.length()).chain(assembly.walls.iter().map(surface));
-    let fastest = moving.fold(0.0, f64::max) + (2.0 * g * (top - bottom)).sqrt();
+    let fastest = fastest(assembly);
     let fall = (4.0 * smallest / g).sqrt() / 20.0;
     let stride = 0.25 * 0.5 * smallest.min(assembly.solver.margin * mean) / fastest;
     let dt = fall.min(stride);

@@ -5,6 +5,7 @@ mod common;
 use common::*;
 use glam::{DQuat, DVec3};
 use packstone::scene::{Assembly, Clump, Domain, Shape, TimeStep};
+use packstone::state::{array, present};
 use std::f64::consts::{PI, TAU};
 
 /// One member with moments of inertia as asked for: a top without a surface.
@@ -413,7 +414,6 @@ fn energy_is_accounted_for() {
 /// What a run writes at its end is what the next one can start from.
 #[test]
 fn clumps_go_on_from_a_table() {
-    use packstone::state::{array, present};
     use packstone::{io::csv::write_clumps, scene::Scene};
     let head = "gravity = [0, 0, 0]\n[material.a]\ndensity = 2500\nnormal_stiffness = 1e4\n[stop]\nsteps = 1\n[[shape]]\n\
                 name = \"boomerang\"\nmembers = [{ center = [0, 0, 0], radius = 1 }, { center = [1.2, 0.3, 0.1], radius = 1 }, \

@@ -15,7 +15,7 @@ use packstone::{
     gpu::Arrays,
     model::{
         Boundary, Damping as DampingSlot, Dimension, Grains, Gyroscopic, Materials, Method as MethodSlot, Model,
-        Precision, Rotation, Tangential, Walls,
+        Normal as NormalSlot, Precision, Rotation, Tangential, Walls,
     },
     plan::Plan,
     plans::Plans,
@@ -60,10 +60,13 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
     let axis = |a: usize| periodic && a < dims && a != 1;
     let bounds = |value: f64, open: f64| DVec3::from_array(std::array::from_fn(|a| if axis(a) { value } else { open }));
     let rigid = model.method == MethodSlot::ContactDynamics;
-    let rough = model.tangential == Tangential::Coulomb && model.rotation == Rotation::Sphere;
+    let hertz = model.normal == NormalSlot::Hertz;
+    let rough = model.tangential != Tangential::None && model.rotation == Rotation::Sphere;
     let pair = |k: usize| Pair {
-        normal_stiffness: if rigid { 0.0 } else { 1e4 * (1.0 + k as f64) },
-        tangential_stiffness: if rigid { 0.0 } else { 3e3 },
+        normal_stiffness: if rigid || hertz { 0.0 } else { 1e4 * (1.0 + k as f64) },
+        // About as stiff, where grains overlap by a tenth of a radius.
+        hertz: hertz.then(|| Hertz::of_material(4e7 * (1.0 + k as f64), 0.3)),
+        tangential_stiffness: if rigid || hertz { 0.0 } else { 3e3 },
         friction: if rough { 0.4 + 0.1 * k as f64 } else { 0.0 },
         dashpot: match model.damping {
             DampingSlot::None => Dashpot::None,

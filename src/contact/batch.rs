@@ -2,18 +2,18 @@
 //! compiler turns into vectors. On a device every lane of a vector is an invocation, and WGSL needs nothing like this.
 
 use crate::{
-    body::{ForceTorque, rotation::spin_of},
+    body::{ForceTorque, bodies::body, rotation::spin_of},
     contact::{
         geometry::branch_vector,
         history::{History, Lists},
-        law::{GrainPair, Law, grain_contact},
+        law::{GrainPair, Law, grain_contact, grain_pair},
         materials::pair_of,
         tangential::TangentialHistory,
     },
     space::precision::position_low_of,
 };
 use crate::{
-    model::{Damping, Materials, Normal, Precision, Rotation, Tangential},
+    model::{Damping, Materials, Normal, Precision, Rolling, Rotation, Tangential},
     state::{Pair, State},
 };
 use glam::DVec3;
@@ -72,6 +72,20 @@ pub struct Outcome {
     pub sum: ForceTorque,
 }
 
+impl Outcome {
+    /// Of one contact, by whatever law.
+    pub fn of(s: &State, entry: &ListEntry, lists: &Lists) -> Outcome {
+        let (i, j, at) = (entry.i as usize, entry.j as usize, entry.index as usize);
+        let pair = grain_pair(s, i, &body(s, i), j, lists.history(at));
+        let contact = grain_contact(Law::of(s), &pair, lists.is_active(at));
+        Outcome {
+            gap: contact.gap,
+            history: contact.history,
+            sum: ForceTorque { force: contact.force, torque: contact.torque },
+        }
+    }
+}
+
 #[inline(always)]
 fn at(rows: &Rows, lane: usize) -> DVec3 {
     DVec3::new(rows[0][lane], rows[1][lane], rows[2][lane])
@@ -83,6 +97,14 @@ fn set(rows: &mut Rows, lane: usize, v: DVec3) {
 }
 
 impl Batch {
+    /// Whether its loops are made for the laws of a scene; contacts of others are computed one by one, [`Outcome::of`].
+    pub fn serves(s: &State) -> bool {
+        let m = &s.model;
+        m.normal == Normal::Hooke
+            && matches!(m.tangential, Tangential::None | Tangential::Coulomb)
+            && m.rolling == Rolling::None
+    }
+
     /// For the contacts of a scene.
     pub fn new(s: &State) -> Batch {
         let (row, rows) = ([0.0; LANES], [[0.0; LANES]; 3]);
@@ -112,15 +134,11 @@ impl Batch {
     #[inline(always)]
     pub fn compute(&mut self, s: &State, entries: &[ListEntry], lists: &Lists) {
         self.pairs.fill(s, entries, lists);
-        let law = Law::of(s);
+        let law = Law { normal: Normal::Hooke, rolling: Rolling::None, ..Law::of(s) };
         // The compiler is told the choices one by one, so that the loop over the lanes has none.
         match law.tangential {
-            Tangential::None => {
-                self.compute_damping(Law { normal: Normal::Hooke, tangential: Tangential::None, ..law })
-            }
-            Tangential::Coulomb => {
-                self.compute_damping(Law { normal: Normal::Hooke, tangential: Tangential::Coulomb, ..law })
-            }
+            Tangential::None => self.compute_damping(Law { tangential: Tangential::None, ..law }),
+            _ => self.compute_damping(Law { tangential: Tangential::Coulomb, ..law }),
         }
     }
 

@@ -1,6 +1,10 @@
 //! Twin of `shaders/contact/damping/`: the normal dashpot of a contact.
 
-use crate::{model::Damping, state::Pair};
+use crate::{
+    model::Damping,
+    scene::{self, Dashpot},
+    state::Pair,
+};
 
 /// Additional pressing force, N; `approach` = v · n, `inverse_mass` = 1/m_i + 1/m_j, `stiffness` is the slope of the normal force, N/m.
 #[inline(always)]
@@ -16,4 +20,15 @@ pub fn damping_force(law: Damping, pair: &Pair, approach: f64, inverse_mass: f64
 pub fn damping_ratio(restitution: f64) -> f64 {
     let l = restitution.ln();
     -l / (std::f64::consts::PI.powi(2) + l * l).sqrt()
+}
+
+/// Its parameter: a damping ratio, or a coefficient, 1/s.
+pub fn parameter(pair: &scene::Pair) -> f64 {
+    match pair.dashpot {
+        Dashpot::None => 0.0,
+        // With this ratio Hertz' force and the dashpot ζ √(m* dF/dδ) of Tsuji et al. rebound with e (Antypov & Elliott 2011, EPL 94, 50004).
+        Dashpot::Restitution(e) if pair.hertz.is_some() => (5.0_f64 / 6.0).sqrt() * damping_ratio(e),
+        Dashpot::Restitution(e) => damping_ratio(e),
+        Dashpot::MassScaled(eta) => eta,
+    }
 }

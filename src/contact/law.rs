@@ -17,7 +17,7 @@ use crate::{
         bodies::body,
         rotation::{rolling_inertia, surface_velocity},
     },
-    model::{Damping, Dimension, Normal, Rotation, Tangential},
+    model::{Damping, Dimension, Normal, Rolling, Rotation, Tangential},
     space::{
         dimension::moment,
         walls::{relative_to_wall, wall_normal_before, wall_separation, wall_velocity},
@@ -54,6 +54,7 @@ pub struct Law {
     pub normal: Normal,
     pub damping: Damping,
     pub tangential: Tangential,
+    pub rolling: Rolling,
     pub dimension: Dimension,
     pub rotation: Rotation,
     /// s, since history was brought up to date: 0 in the first step.
@@ -67,6 +68,7 @@ impl Law {
             normal: m.normal,
             damping: m.damping,
             tangential: m.tangential,
+            rolling: m.rolling,
             dimension: m.dimension,
             rotation: m.rotation,
             history_dt: s.params.history_dt,

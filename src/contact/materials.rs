@@ -1,7 +1,9 @@
-//! Twin of `shaders/contact/materials/`.
+//! Twin of `shaders/contact/materials/`: the parameters of a contact.
 
+use super::{damping, normal, tangential};
 use crate::{
     model::Materials,
+    scene,
     state::{Pair, State},
 };
 
@@ -25,4 +27,14 @@ pub fn pair_index(s: &State, i: usize, j: usize) -> usize {
 
 fn material_of(s: &State, i: usize) -> usize {
     s.material[s.id.get(i).map_or(i, |id| *id as usize)] as usize
+}
+
+/// The parameters of a pair of materials as the kernels want them.
+pub fn parameters(pair: &scene::Pair) -> Pair {
+    Pair {
+        stiffness: normal::parameter(pair),
+        tangential_stiffness: tangential::parameter(pair),
+        friction: pair.friction,
+        dashpot: damping::parameter(pair),
+    }
 }

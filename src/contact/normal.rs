@@ -1,22 +1,29 @@
 //! Twin of `shaders/contact/normal/`: the normal force of a contact.
 
 use super::law::ContactState;
-use crate::{model::Normal, state::Pair};
+use crate::{
+    model::Normal,
+    scene::{self, Hertz},
+    state::Pair,
+};
+use std::f64::consts::PI;
 
 /// Pressing force, N, of an overlap.
 #[inline(always)]
 pub fn normal_force(law: Normal, pair: &Pair, c: &ContactState) -> f64 {
     match law {
         Normal::Hooke => -pair.stiffness * c.gap,
+        Normal::Hertz => -4.0 / 3.0 * pair.stiffness * contact_radius(c) * c.gap,
         Normal::Rigid => 0.0,
     }
 }
 
 /// Its slope, N/m.
 #[inline(always)]
-pub fn normal_stiffness(law: Normal, pair: &Pair, _c: &ContactState) -> f64 {
+pub fn normal_stiffness(law: Normal, pair: &Pair, c: &ContactState) -> f64 {
     match law {
         Normal::Hooke => pair.stiffness,
+        Normal::Hertz => 2.0 * pair.stiffness * contact_radius(c),
         Normal::Rigid => 0.0,
     }
 }
@@ -26,6 +33,56 @@ pub fn normal_stiffness(law: Normal, pair: &Pair, _c: &ContactState) -> f64 {
 pub fn normal_energy(law: Normal, pair: &Pair, c: &ContactState) -> f64 {
     match law {
         Normal::Hooke => 0.5 * pair.stiffness * c.gap * c.gap,
+        Normal::Hertz => 8.0 / 15.0 * pair.stiffness * contact_radius(c) * c.gap * c.gap,
         Normal::Rigid => 0.0,
     }
+}
+
+/// Radius of the contact area of elastic spheres, m: √(R* δ).
+#[inline(always)]
+pub fn contact_radius(c: &ContactState) -> f64 {
+    (c.radius * (-c.gap).max(0.0)).sqrt()
+}
+
+/// What a contact has to bear, for bounds of the time step.
+#[derive(Clone, Copy, Debug)]
+pub struct Loading {
+    /// m, effective radius.
+    pub radius: f64,
+    /// kg, effective mass.
+    pub mass: f64,
+    /// m/s, of the fastest impact.
+    pub speed: f64,
+    /// N, the largest load at rest.
+    pub force: f64,
+}
+
+/// The law's parameter: k_N, N/m, or E*, Pa.
+pub fn parameter(pair: &scene::Pair) -> f64 {
+    pair.hertz.map_or(pair.normal_stiffness, |h| h.youngs_modulus)
+}
+
+/// The largest slope of the normal force under this loading, N/m.
+pub fn largest_stiffness(pair: &scene::Pair, loading: &Loading) -> f64 {
+    pair.hertz.map_or(pair.normal_stiffness, |h| 2.0 * h.youngs_modulus * largest_contact_radius(&h, loading))
+}
+
+/// The largest radius of the contact area under this loading, m: of the fastest impact or of the largest load at rest, with an overlap
+/// of 1e-5 R* at least, so that a scene at rest without weight has a bound too.
+pub fn largest_contact_radius(h: &Hertz, loading: &Loading) -> f64 {
+    let Loading { radius, mass, speed, force } = *loading;
+    let impact = (15.0 * mass * speed * speed / (16.0 * h.youngs_modulus * radius.sqrt())).powf(0.4);
+    let rest = (3.0 * force / (4.0 * h.youngs_modulus * radius.sqrt())).powf(2.0 / 3.0);
+    (radius * impact.max(rest).max(1e-5 * radius)).sqrt()
+}
+
+/// The duration of a collision, s: π √(m*/k_N), or of elastic spheres 2.8683 (m*² / (R* E*² v))^(1/5) (Johnson 1985, eq. 11.24, in which
+/// the fourth root of 225/256 is left out here), of the fastest impact or of small swings under the largest stiffness.
+pub fn contact_duration(pair: &scene::Pair, loading: &Loading) -> f64 {
+    if let Some(h) = pair.hertz {
+        let Loading { radius, mass, speed, .. } = *loading;
+        let impact = 2.868_265 * (mass * mass / (radius * h.youngs_modulus.powi(2) * speed)).powf(0.2);
+        return impact.min(PI * (mass / largest_stiffness(pair, loading)).sqrt());
+    }
+    PI * (loading.mass / pair.normal_stiffness).sqrt()
 }

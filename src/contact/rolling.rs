@@ -1,6 +1,10 @@
 //! Twin of `shaders/contact/rolling/`: rolling resistance. Grains roll freely.
 
-use super::law::{ContactState, Law};
+use super::{
+    law::{ContactState, Law},
+    normal::Loading,
+};
+use crate::scene;
 use glam::DVec3;
 
 /// What a contact remembers.
@@ -34,5 +38,10 @@ pub fn with_couple(_law: Law, torque: DVec3, _couple: DVec3) -> DVec3 {
 /// Energy stored in the rolling spring, J.
 #[inline(always)]
 pub fn rolling_energy(_law: Law, _c: &ContactState, _stiffness: f64, _h: RollingHistory) -> f64 {
+    0.0
+}
+
+/// The largest slope of the couple under this loading, N m.
+pub fn largest_stiffness(_pair: &scene::Pair, _loading: &Loading) -> f64 {
     0.0
 }

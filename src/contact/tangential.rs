@@ -3,8 +3,9 @@
 use super::{
     geometry::transported,
     law::{ContactState, Law},
+    normal::{Loading, contact_radius, largest_contact_radius},
 };
-use crate::{model::Tangential as Choice, state::Pair};
+use crate::{model::Tangential as Choice, scene, state::Pair};
 use glam::DVec3;
 
 /// What a contact remembers.
@@ -32,8 +33,10 @@ pub fn tangential_contact(
     pressing: f64,
     old: TangentialHistory,
 ) -> Tangential {
-    if law.tangential == Choice::None {
-        return Tangential::default();
+    match law.tangential {
+        Choice::None => return Tangential::default(),
+        Choice::Mindlin => return mindlin_contact(law, pair, c, pressing, old),
+        Choice::Coulomb => {}
     }
     let stretched = stretched_spring(law, old.force, pair, c);
     let force = slid_spring(stretched, pair, pressing);
@@ -67,11 +70,53 @@ fn sliding_power(law: Law, old: DVec3, stretched: DVec3, slid: DVec3, pair: &Pai
     (0.5 * (old + slid)).dot(stretched - slid) / (pair.tangential_stiffness * law.history_dt)
 }
 
+/// Mindlin's contact of elastic spheres without micro-slip, `shaders/contact/tangential/mindlin.wgsl`.
+#[inline(always)]
+fn mindlin_contact(law: Law, pair: &Pair, c: &ContactState, pressing: f64, old: TangentialHistory) -> Tangential {
+    let stiffness = mindlin_stiffness(pair, c);
+    let held = softening(c) * transported(old.force, c.n, c.n_before);
+    let stretched = held - stiffness * (law.history_dt * (c.v - c.v.dot(c.n) * c.n));
+    let force = slid_spring(stretched, pair, pressing);
+    let slides = stiffness > 0.0 && law.history_dt > 0.0;
+    let dissipation =
+        if slides { (0.5 * (held + force)).dot(stretched - force) / (stiffness * law.history_dt) } else { 0.0 };
+    Tangential { force, history: TangentialHistory { force }, dissipation }
+}
+
+/// 8 G* √(R* δ), N/m.
+#[inline(always)]
+fn mindlin_stiffness(pair: &Pair, c: &ContactState) -> f64 {
+    8.0 * pair.tangential_stiffness * contact_radius(c)
+}
+
+/// By what the stiffness has fallen since the last step: √(δ / δ before), at most 1.
+#[inline(always)]
+fn softening(c: &ContactState) -> f64 {
+    if c.gap > c.gap_before && c.gap_before < 0.0 { ((-c.gap).max(0.0) / -c.gap_before).sqrt() } else { 1.0 }
+}
+
 /// Energy stored in the spring, J.
 #[inline(always)]
-pub fn tangential_energy(law: Law, pair: &Pair, _c: &ContactState, h: TangentialHistory) -> f64 {
+pub fn tangential_energy(law: Law, pair: &Pair, c: &ContactState, h: TangentialHistory) -> f64 {
+    if law.tangential == Choice::Mindlin {
+        let stiffness = mindlin_stiffness(pair, c);
+        return if stiffness > 0.0 { 0.5 * h.force.length_squared() / stiffness } else { 0.0 };
+    }
     if law.tangential == Choice::None || pair.tangential_stiffness == 0.0 {
         return 0.0;
     }
     0.5 * h.force.length_squared() / pair.tangential_stiffness
+}
+
+/// The law's parameter: k_T, N/m, or G*, Pa.
+pub fn parameter(pair: &scene::Pair) -> f64 {
+    pair.hertz.map_or(pair.tangential_stiffness, |h| h.shear_modulus)
+}
+
+/// The largest slope of the tangential force under this loading, N/m.
+pub fn largest_stiffness(pair: &scene::Pair, loading: &Loading) -> f64 {
+    if pair.friction == 0.0 {
+        return 0.0;
+    }
+    pair.hertz.map_or(pair.tangential_stiffness, |h| 8.0 * h.shear_modulus * largest_contact_radius(&h, loading))
 }

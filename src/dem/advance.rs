@@ -4,7 +4,7 @@ use crate::body::blocks::{BLOCK, by_body};
 use crate::{
     body::{Body, ForceTorque, bodies::body, rotation::integrate_sphere_spin},
     contact::{
-        batch::{Batch, LANES, ListEntry},
+        batch::{Batch, LANES, ListEntry, Outcome},
         cohesion::{is_active, reach},
         geometry::closer_than,
         history::{Lists, with_lists},
@@ -112,12 +112,14 @@ pub struct Sums {
 #[inline(always)]
 pub fn forces_of_grains(s: &State, first: usize, count: usize, lists: &mut Lists) -> Sums {
     let mut sums = Sums { of_grains: [ForceTorque::default(); BLOCK], first_wall: [0; BLOCK] };
-    let mut batch = Batch::new(s);
+    let (mut batch, many) = (Batch::new(s), Batch::serves(s));
     for entries in near_entries(s, first, lists, &mut sums.first_wall[..count]).chunks(LANES) {
-        batch.compute(s, entries, lists);
+        if many {
+            batch.compute(s, entries, lists);
+        }
         for (lane, entry) in entries.iter().enumerate() {
             let (k, at) = (entry.i as usize - first, entry.index as usize);
-            let contact = batch.outcome(lane);
+            let contact = if many { batch.outcome(lane) } else { Outcome::of(s, entry, lists) };
             let active = is_active(contact.gap, lists.is_active(at));
             if active {
                 lists.set_history(at, &contact.history);

@@ -1,6 +1,7 @@
 //! What a validated scene comes down to: numbers in SI units, grains in input order, materials by index.
 //! Everything below `scene` in the crate reads this and nothing else of the scene file.
 
+use super::law::Pair;
 use super::shape::Shape;
 use crate::solve;
 use glam::{DQuat, DVec3};
@@ -54,29 +55,6 @@ pub struct Material {
     pub name: String,
     /// kg/m³; in two dimensions kg/m³ at unit thickness.
     pub density: f64,
-}
-
-/// How a pair of materials damps the normal motion of a contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Dashpot {
-    /// No dashpot.
-    None,
-    /// Coefficient of restitution, in (0, 1].
-    Restitution(f64),
-    /// Mass-scaled coefficient η in 1/s: the force is `η m* v_n`.
-    MassScaled(f64),
-}
-
-/// Contact parameters of a pair of materials.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pair {
-    /// k_N, N/m.
-    pub normal_stiffness: f64,
-    /// k_T, N/m.
-    pub tangential_stiffness: f64,
-    /// μ = tan φ.
-    pub friction: f64,
-    pub dashpot: Dashpot,
 }
 
 /// The surface of a wall at time 0.

@@ -6,22 +6,12 @@ use std::path::PathBuf;
 
 use glam::{DQuat, DVec2, DVec3};
 
+pub use super::law::{MaterialBuilder, PairBuilder};
 use super::schema::{self, Face, Format, Placement};
+use super::setters::setters;
 use super::shape::Kind;
 use super::{Assembly, Origin, Scene, overrides};
 use crate::{Error, Result, solve};
-
-/// Setters of keys that hold a number or a truth value, one line each: documentation, key, type.
-macro_rules! setters {
-    ($($(#[$doc:meta])* $key:ident: $type:ty;)*) => {$(
-        $(#[$doc])*
-        #[must_use]
-        pub fn $key(mut self, $key: $type) -> Self {
-            self.0.$key = $key.into();
-            self
-        }
-    )*};
-}
 
 /// Numbers, one per axis of the scene: from `[x, y]`, `[x, y, z]`, [`DVec2`] or [`DVec3`].
 #[derive(Clone, Debug)]
@@ -262,68 +252,6 @@ impl From<Face> for Boundary {
 impl<const N: usize> From<[Face; N]> for Boundary {
     fn from(faces: [Face; N]) -> Boundary {
         Boundary(schema::Boundary::Each(faces.to_vec()))
-    }
-}
-
-/// A material.
-#[derive(Clone, Debug)]
-pub struct MaterialBuilder(schema::Material);
-
-impl MaterialBuilder {
-    /// Of this density, kg/m³; in two dimensions at unit thickness.
-    pub fn new(density: f64) -> MaterialBuilder {
-        MaterialBuilder(schema::Material {
-            density,
-            normal_stiffness: None,
-            tangential_stiffness: None,
-            friction: 0.0,
-            restitution: None,
-            normal_damping: None,
-        })
-    }
-
-    setters! {
-        /// k_N of a contact of the material with itself, N/m. The discrete element method needs it.
-        normal_stiffness: f64;
-        /// k_T, N/m. Default: 2/7 of the normal stiffness.
-        tangential_stiffness: f64;
-        /// μ = tan φ. Default: 0.
-        friction: f64;
-        /// Normal coefficient of restitution, in (0, 1]. Default: no dashpot.
-        restitution: f64;
-        /// Mass-scaled damping η of the normal motion, 1/s, in place of a restitution. Default: no dashpot.
-        normal_damping: f64;
-    }
-}
-
-/// What replaces single parameters of the mixing rule for a pair of materials.
-#[derive(Clone, Debug)]
-pub struct PairBuilder(schema::Pair);
-
-impl PairBuilder {
-    /// For two materials, in any order, or for one against itself.
-    pub fn new(a: &str, b: &str) -> PairBuilder {
-        PairBuilder(schema::Pair {
-            materials: vec![a.to_owned(), b.to_owned()],
-            normal_stiffness: None,
-            tangential_stiffness: None,
-            friction: None,
-            restitution: None,
-            normal_damping: None,
-        })
-    }
-
-    setters! {
-        /// k_N, N/m.
-        normal_stiffness: f64;
-        /// k_T, N/m.
-        tangential_stiffness: f64;
-        /// μ = tan φ.
-        friction: f64;
-        /// Normal coefficient of restitution, in (0, 1].
-        restitution: f64;
-        /// Mass-scaled damping η, 1/s.
-        normal_damping: f64;
     }
 }
 

@@ -76,18 +76,7 @@ impl Assembly {
             return Err(check.origin.wrong("pair", message));
         }
         for (k, pair) in self.pairs.iter().enumerate() {
-            let at = |field: &str| format!("pair.{k}.{field}");
-            match check.rigid {
-                true => check.not_negative(&at("normal_stiffness"), pair.normal_stiffness, " of N/m")?,
-                false => check.positive(&at("normal_stiffness"), pair.normal_stiffness, " of N/m")?,
-            };
-            check.not_negative(&at("tangential_stiffness"), pair.tangential_stiffness, " of N/m")?;
-            check.not_negative(&at("friction"), pair.friction, "")?;
-            match pair.dashpot {
-                Dashpot::None => 0.0,
-                Dashpot::Restitution(e) => check.fraction(&at("restitution"), e)?,
-                Dashpot::MassScaled(eta) => check.not_negative(&at("normal_damping"), eta, " of 1/s")?,
-            };
+            pair.check(k, check)?;
             if *pair != self.pairs[k % count * count + k / count] {
                 let message = "differs from the pair of the same materials in the other order";
                 return Err(check.origin.wrong(&format!("pair.{k}"), message));

@@ -1,6 +1,7 @@
 //! Materials and the contact parameters of their pairs.
 
 use super::check::Check;
+use super::law::{Hertz, check_space};
 use super::schema::{File, Material, Method, Pair as Override};
 use super::{Dashpot, Pair};
 use crate::Result;
@@ -44,15 +45,17 @@ fn material_pair(name: &str, material: &Material, check: &Check) -> Result<Pair>
     check_name(name, check)?;
     let key = |field: &str| format!("material.{name}.{field}");
     check.positive(&key("density"), material.density, " of kg/m³")?;
-    let normal_stiffness = match (material.normal_stiffness, check.rigid) {
-        (Some(stiffness), _) => stiffness,
-        (None, true) => 1.0, // forgotten below
-        (None, false) => {
-            let message = "missing key `normal_stiffness`, which method = \"dem\" needs";
+    let hertz = hertz(name, material, check)?;
+    let normal_stiffness = match (material.normal_stiffness, hertz) {
+        (Some(stiffness), _) => check.positive(&key("normal_stiffness"), stiffness, " of N/m")?,
+        (None, Some(_)) => 0.0,
+        (None, None) if check.rigid => 1.0, // forgotten below
+        (None, None) => {
+            let message =
+                "missing key `normal_stiffness`, or youngs_modulus and poissons_ratio, which method = \"dem\" needs";
             return Err(check.origin.wrong(&format!("material.{name}"), message));
         }
     };
-    check.positive(&key("normal_stiffness"), normal_stiffness, " of N/m")?;
     let tangential_stiffness = material.tangential_stiffness.unwrap_or(2.0 / 7.0 * normal_stiffness);
     Ok(Pair {
         normal_stiffness,
@@ -60,7 +63,35 @@ fn material_pair(name: &str, material: &Material, check: &Check) -> Result<Pair>
         friction: check.not_negative(&key("friction"), material.friction, "")?,
         dashpot: dashpot(&format!("material.{name}"), material.restitution, material.normal_damping, check)?
             .unwrap_or(Dashpot::None),
+        hertz,
     })
+}
+
+/// The moduli of a material against itself, if it is elastic.
+fn hertz(name: &str, material: &Material, check: &Check) -> Result<Option<Hertz>> {
+    let key = |field: &str| format!("material.{name}.{field}");
+    let (e, nu) = match (material.youngs_modulus, material.poissons_ratio) {
+        (None, None) => return Ok(None),
+        (Some(e), Some(nu)) => (check.positive(&key("youngs_modulus"), e, " of Pa")?, nu),
+        (e, _) => {
+            let missing = if e.is_none() { "youngs_modulus" } else { "poissons_ratio" };
+            let message = format!("missing key `{missing}`: elastic spheres need youngs_modulus and poissons_ratio");
+            return Err(check.origin.wrong(&format!("material.{name}"), message));
+        }
+    };
+    if !(nu > -1.0 && nu <= 0.5) {
+        return Err(check.origin.bad(&key("poissons_ratio"), nu, "must be above -1 and at most 0.5"));
+    }
+    if check.rigid {
+        return Ok(None);
+    }
+    check_space(&key("youngs_modulus"), check)?;
+    if material.normal_stiffness.is_some() || material.tangential_stiffness.is_some() {
+        let message =
+            "has youngs_modulus and a stiffness; elastic spheres get theirs from the modulus, so only one is allowed";
+        return Err(check.origin.wrong(&format!("material.{name}"), message));
+    }
+    Ok(Some(Hertz::of_material(e, nu)))
 }
 
 /// The dashpot that the two keys ask for. One that damps nothing is `Dashpot::None`.
@@ -113,6 +144,14 @@ fn pair(a: usize, b: usize, own: &[Pair], over: Option<(usize, &Override)>, chec
         tangential_stiffness: in_series(first.tangential_stiffness, second.tangential_stiffness),
         friction: first.friction.min(second.friction),
         dashpot: Dashpot::None,
+        hertz: mix_moduli(first, second).map_err(|()| {
+            let (a, b) = (check.materials[a], check.materials[b]);
+            let (a, b) = if first.hertz.is_some() { (a, b) } else { (b, a) };
+            let message = format!(
+                "\"{a}\" has youngs_modulus and \"{b}\" normal_stiffness; give all materials of a scene the same one"
+            );
+            check.origin.wrong("material", message)
+        })?,
     };
     let mixed_dashpot = || {
         mix_dashpots(first.dashpot, second.dashpot).ok_or_else(|| {
@@ -134,8 +173,17 @@ fn pair(a: usize, b: usize, own: &[Pair], over: Option<(usize, &Override)>, chec
     let tangential = over.tangential_stiffness.unwrap_or(mixed.tangential_stiffness);
     let friction = over.friction.unwrap_or(mixed.friction);
     let own_dashpot = dashpot(&format!("pair.{number}"), over.restitution, over.normal_damping, check)?;
+    let stiffness = over.normal_stiffness.or(over.tangential_stiffness);
+    if let (Some(_), Some(stiffness)) = (mixed.hertz, stiffness) {
+        let field = if over.normal_stiffness.is_some() { "normal_stiffness" } else { "tangential_stiffness" };
+        let rule = "elastic spheres get their stiffness from the moduli of the two materials";
+        return Err(check.origin.bad(&key(field), stiffness, rule));
+    }
+    let normal_stiffness =
+        if mixed.hertz.is_some() { 0.0 } else { check.positive(&key("normal_stiffness"), normal, " of N/m")? };
     Ok(Pair {
-        normal_stiffness: check.positive(&key("normal_stiffness"), normal, " of N/m")?,
+        normal_stiffness,
+        hertz: mixed.hertz,
         tangential_stiffness: check.not_negative(&key("tangential_stiffness"), tangential, " of N/m")?,
         friction: check.not_negative(&key("friction"), friction, "")?,
         dashpot: own_dashpot.map_or_else(mixed_dashpot, Ok)?,
@@ -145,6 +193,18 @@ fn pair(a: usize, b: usize, own: &[Pair], over: Option<(usize, &Override)>, chec
 /// Harmonic mean: two springs in series, scaled so that equal springs give their own value.
 fn in_series(a: f64, b: f64) -> f64 {
     if a == b { a } else { 2.0 * a * b / (a + b) }
+}
+
+/// Compliances of the two add up, so moduli of equal materials give their own. An error if only one of the two is elastic.
+fn mix_moduli(a: &Pair, b: &Pair) -> std::result::Result<Option<Hertz>, ()> {
+    match (a.hertz, b.hertz) {
+        (None, None) => Ok(None),
+        (Some(a), Some(b)) => Ok(Some(Hertz {
+            youngs_modulus: in_series(a.youngs_modulus, b.youngs_modulus),
+            shear_modulus: in_series(a.shear_modulus, b.shear_modulus),
+        })),
+        _ => Err(()),
+    }
 }
 
 /// Geometric mean of restitutions, arithmetic mean of dampings. None if the kinds differ.

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::check::show;
+pub use super::law::{MaterialKeys as Material, PairKeys as Pair};
 
 /// A whole scene file.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -65,29 +66,6 @@ pub enum Face {
     Open,
     /// What leaves here comes in at the opposite face.
     Periodic,
-}
-
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Material {
-    pub density: f64,
-    pub normal_stiffness: Option<f64>,
-    pub tangential_stiffness: Option<f64>,
-    #[serde(default)]
-    pub friction: f64,
-    pub restitution: Option<f64>,
-    pub normal_damping: Option<f64>,
-}
-
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Pair {
-    pub materials: Vec<String>,
-    pub normal_stiffness: Option<f64>,
-    pub tangential_stiffness: Option<f64>,
-    pub friction: Option<f64>,
-    pub restitution: Option<f64>,
-    pub normal_damping: Option<f64>,
 }
 
 /// One struct for all kinds, so that an unknown key is reported at its own line; `walls.rs` checks which keys go with which kind.

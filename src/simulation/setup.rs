@@ -6,19 +6,19 @@ use super::{
 };
 use crate::{
     body::{grains::spins_in_scene, rotation::inverse_inertia},
-    contact::damping::damping_ratio,
+    contact::materials::parameters,
     error::{Error, Result},
     memory,
     model::{Grains, Model, Precision, Rotation},
     plans::Plans,
-    scene::{Assembly, Clump, Dashpot, Grain, Method, Surface},
+    scene::{Assembly, Clump, Grain, Method, Surface},
     solve,
     space::{
         boundary::wrap,
         precision::{Point, add_rotation, arm_end, quantised, quantum, split},
     },
     state::{
-        Orientation, PARTIAL_SUMS, Packed, Pair, Params, Position, PositionLow, RotationIterations, Sizes, Spin, State,
+        Orientation, PARTIAL_SUMS, Packed, Params, Position, PositionLow, RotationIterations, Sizes, Spin, State,
         Velocity, Wall,
     },
     time_step,
@@ -67,20 +67,6 @@ impl Setup {
     }
 }
 
-/// Contact parameters as the kernels want them.
-fn pair(pair: &crate::scene::Pair) -> Pair {
-    Pair {
-        stiffness: pair.normal_stiffness,
-        tangential_stiffness: pair.tangential_stiffness,
-        friction: pair.friction,
-        dashpot: match pair.dashpot {
-            Dashpot::None => 0.0,
-            Dashpot::Restitution(e) => damping_ratio(e),
-            Dashpot::MassScaled(eta) => eta,
-        },
-    }
-}
-
 /// Gaps and overlaps that are none, in radii of the smallest grain: what a step leaves within its tolerance must not cost the
 /// next one passes.
 const GAP_BAND: f64 = 1e-4;
@@ -108,7 +94,7 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
         displacement_limit: 0.5 * margin,
         step_limit: 0.5 * margin.min(smallest),
         gap_band: GAP_BAND * smallest,
-        pair: pair(&assembly.pairs[0]),
+        pair: parameters(&assembly.pairs[0]),
         cells: UVec3::ONE,
         bodies: grains.len() as u32,
         clumps: assembly.clumps.len() as u32,
@@ -253,7 +239,7 @@ pub(super) fn fill(state: &mut State, assembly: &Assembly) {
     if !state.material.is_empty() {
         let materials = assembly.grains.iter().map(|g| g.material).chain(assembly.walls.iter().map(|w| w.material));
         state.material = materials.collect();
-        state.pair = assembly.pairs.iter().map(pair).collect();
+        state.pair = assembly.pairs.iter().map(parameters).collect();
     }
 }
 

@@ -1,0 +1,23 @@
+// twin: src/contact/normal.rs
+// Normal slot: Hertz' contact of elastic spheres (Johnson, Contact Mechanics, 1985, eq. 4.23). pair.stiffness is the effective modulus
+// E*, Pa: 1/E* = (1 - nu_i²)/E_i + (1 - nu_j²)/E_j.
+
+/// Pressing force, N, of an overlap: 4/3 E* √(R* δ) δ.
+fn normal_force(pair: Pair, c: ContactState) -> Real {
+    return -Real(4) / 3 * pair.stiffness * contact_radius(c) * c.gap;
+}
+
+/// Its slope, N/m: 2 E* √(R* δ).
+fn normal_stiffness(pair: Pair, c: ContactState) -> Real {
+    return 2 * pair.stiffness * contact_radius(c);
+}
+
+/// Energy stored in the overlap, J: 8/15 E* √(R* δ) δ².
+fn normal_energy(pair: Pair, c: ContactState) -> Real {
+    return Real(8) / 15 * pair.stiffness * contact_radius(c) * c.gap * c.gap;
+}
+
+/// Radius of the contact area, m: √(R* δ).
+fn contact_radius(c: ContactState) -> Real {
+    return sqrt(c.radius * max(-c.gap, Real(0)));
+}
