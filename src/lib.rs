@@ -64,6 +64,7 @@ pub mod model;
 pub mod neighbours;
 pub mod nscd;
 pub mod plan;
+pub mod record;
 pub mod render;
 pub mod scene;
 pub mod shaders;

@@ -205,12 +205,20 @@ impl Model {
                 "dem/predictor_corrector.wgsl",
                 "measure/energies/clumps.wgsl",
             ],
-            (Method::ContactDynamics, Grains::Spheres) => {
-                &["nscd/contact.wgsl", "nscd/response/spheres.wgsl", "measure/energies/spheres.wgsl"]
-            }
-            (Method::ContactDynamics, Grains::Clumps) => {
-                &["nscd/contact.wgsl", "nscd/response/clumps.wgsl", "measure/energies/clumps.wgsl"]
-            }
+            (Method::ContactDynamics, Grains::Spheres) => &[
+                "solve/natural_map.wgsl",
+                "solve/momentum.wgsl",
+                "nscd/contact.wgsl",
+                "nscd/response/spheres.wgsl",
+                "measure/energies/spheres.wgsl",
+            ],
+            (Method::ContactDynamics, Grains::Clumps) => &[
+                "solve/natural_map.wgsl",
+                "solve/momentum.wgsl",
+                "nscd/contact.wgsl",
+                "nscd/response/clumps.wgsl",
+                "measure/energies/clumps.wgsl",
+            ],
         });
         if self.method == Method::ContactDynamics && self.grains == Grains::Clumps {
             files.push(self.gyroscopic.file());
