@@ -32,6 +32,8 @@ pub struct Contact {
     /// Of the disc update, see [`UpdateScales`]; W_nn where the tangent cannot move.
     pub scales: UpdateScales,
     w: DMat3,
+    /// λmax(W_tt)
+    tangent: f64,
     isotropic: bool,
     /// Pseudo-inverse of the Schur complement `W_tt − W_tn W_nt / W_nn`, and the projection on its null space.
     schur_inverse: DMat2,
@@ -50,7 +52,8 @@ impl Contact {
         debug_assert!(w.x_axis.x > 0.0 && mu >= 0.0);
         let lambda = largest_eigenvalue(&w);
         let (w_tt, w_nt) = (tangential_block(&w), tangent(w.x_axis));
-        let moves = eigenvalues(&w_tt).1 > ROUND_OFF * lambda;
+        let tangent = eigenvalues(&w_tt).1;
+        let moves = tangent > ROUND_OFF * lambda;
         let coupling = w_nt.abs().max_element().max(w_tt.x_axis.y.abs());
         let uneven = (w_tt.x_axis.x - w_tt.y_axis.y).abs();
         let schur = w_tt - outer(w_nt, w_nt / w.x_axis.x);
@@ -63,6 +66,7 @@ impl Contact {
                 false => UpdateScales { normal: w.x_axis.x, tangential: w.x_axis.x },
             },
             w,
+            tangent,
             isotropic: coupling.max(uneven) <= ROUND_OFF * lambda && moves,
             schur_inverse,
             schur_null,
@@ -94,6 +98,11 @@ impl Contact {
         u - self.w * r
     }
 
+    /// The velocity with it.
+    pub fn with(&self, r: DVec3, b: DVec3) -> DVec3 {
+        self.w * r + b
+    }
+
     /// The impulse that obeys the laws of contact with `u = W_kk r + b`, and whether one was found (it exists whenever
     /// W_kk is positive definite). The search for the direction of slip begins at `guess`; if nothing is found, that is
     /// relaxed a little.
@@ -102,8 +111,9 @@ impl Contact {
             return (DVec3::ZERO, true);
         }
         if self.isotropic {
-            let (p, friction) = (-b.x / self.w.x_axis.x, -tangent(b) / self.w.y_axis.y);
-            return (join(p, friction.clamp_length_max(self.mu * p)), true);
+            let (p, t) = (-b.x / self.w.x_axis.x, -tangent(b) / self.tangent);
+            let (length, limit) = (t.length(), self.mu * p);
+            return (join(p, if length > limit { t * (limit / length) } else { t }), true);
         }
         let (stick, sticks) = self.stick(b);
         if sticks && tangent(stick).length() <= self.mu * stick.x {
@@ -114,10 +124,10 @@ impl Contact {
             .find_map(DVec2::try_normalize)
             .unwrap_or(DVec2::X);
         // Where a push hardly moves the contact off, the equation may have huge roots that solve nothing.
-        let solves = |r: &DVec3| self.natural_map(*r, self.w * *r + b).length() <= 1e-6 * b.length();
+        let solves = |r: &DVec3| self.natural_map(*r, self.with(*r, b)).length() <= 1e-6 * b.length();
         match self.slip(b, start).filter(solves) {
             Some(r) => (r, true),
-            None => (disc_update(&self.at(self.w * guess + b), guess, 0.5), false),
+            None => (disc_update(&self.at(self.with(guess, b)), guess, 0.5), false),
         }
     }
 
