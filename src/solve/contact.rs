@@ -299,6 +299,10 @@ mod tests {
         assert_eq!(contact.solve(DVec3::new(1.0, 3.0, 0.0), DVec3::ZERO).0, DVec3::ZERO);
         assert_eq!(contact.solve(DVec3::new(-2.0, 1.75, 0.0), DVec3::ZERO).0, DVec3::new(1.0, -0.25, 0.0));
         assert_eq!(contact.solve(DVec3::new(-2.0, 0.0, 70.0), DVec3::ZERO).0, DVec3::new(1.0, 0.0, -0.5));
+        // The disc update is the same, wherever it sets out from.
+        let (b, guess) = (DVec3::new(-2.0, 1.75, -1.0), DVec3::new(3.0, 0.5, 1.0));
+        let updated = disc_update(&contact.at(contact.with(guess, b)), guess, 1.0);
+        assert!((updated - contact.solve(b, guess).0).length() < 1e-15, "{updated}");
     }
 
     #[test]
@@ -317,13 +321,14 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         for k in 0..1000 {
             let (r, mu) = (vector(&mut rng), [0.0, 0.4, 2.0][k % 3]);
-            let p = project(r, mu);
+            // At rest the natural map is what the projection takes away.
+            let p = r - Contact::new(DMat3::IDENTITY, mu).natural_map(r, DVec3::ZERO);
             let polar = r - p;
             assert!(p.dot(polar).abs() < 1e-14, "{r:?}");
             assert!(tangent(p).length() <= mu * p.x + 1e-14);
             assert!(mu * tangent(polar).length() <= -polar.x + 1e-14);
         }
-        assert_eq!(project(-DVec3::X, 0.0), DVec3::ZERO);
+        assert_eq!(Contact::new(DMat3::IDENTITY, 0.0).natural_map(-DVec3::X, DVec3::ZERO), -DVec3::X);
     }
 
     #[test]

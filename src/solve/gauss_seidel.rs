@@ -16,7 +16,7 @@ use rand_chacha::ChaCha8Rng;
 use std::time::Instant;
 
 /// Sweeps after which velocities are computed anew from the impulses.
-const REFRESH: usize = 64;
+const REFRESH: u32 = 64;
 
 /// Updates of a contact whenever a sweep by colours comes to it. The first one solves spheres exactly, as in scenes; blocks
 /// of files, which join normal and tangent, leave something to a second one, which costs no pass.
@@ -69,13 +69,13 @@ pub fn solve<O: Operator>(operator: &O, start: Vec<DVec3>, options: &Options) ->
         order.shuffle(&mut rng);
     }
     let mut sweep = Sweep { operator, contacts: &contacts, r: start, state: operator.free() };
-    let mut pass = 0;
+    let mut pass = 0_u32;
     loop {
-        if pass % REFRESH == 0 {
+        if pass.is_multiple_of(REFRESH) {
             monitor.other_passes += 1;
             sweep.refresh();
         }
-        if monitor.stop(pass, sweep.residual(), &sweep.r) {
+        if monitor.stop(pass as usize, sweep.residual(), &sweep.r) {
             return monitor.finish();
         }
         pass += 1;
@@ -135,7 +135,7 @@ pub fn coloured<O: Operator>(operator: &O, start: Vec<DVec3>, options: &Options)
         newer.clone_from(&sweep.state);
         operator.extrapolate(&mut sweep.state, &newer, &state_x, beta);
         std::mem::swap(&mut state_x, &mut newer);
-        if momentum.passes as usize % REFRESH == 0 {
+        if momentum.passes.is_multiple_of(REFRESH) {
             monitor.other_passes += 2;
             operator.set(&mut state_x, &x);
             sweep.refresh();
