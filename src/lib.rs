@@ -63,6 +63,7 @@ pub mod nscd;
 pub mod plan;
 pub mod plans;
 pub mod prelude;
+pub mod record;
 #[cfg(feature = "render")]
 pub mod render;
 pub mod scene;

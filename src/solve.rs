@@ -12,14 +12,18 @@ pub mod gauss_seidel;
 pub mod jacobi;
 pub mod lemke;
 pub mod momentum;
+pub mod natural_map;
 pub mod operator;
+pub mod options;
 pub mod problem;
 pub mod residual;
 #[cfg(feature = "socp")]
 pub mod socp;
+pub mod solution;
 pub mod solver;
 
-pub use gauss_seidel::Order;
 pub use operator::{Operator, velocities};
+pub use options::{Options, Order, Solver};
 pub use problem::{Matrix, Problem};
-pub use solver::{Options, Record, Solution, Solver, solve};
+pub use solution::{Record, Solution};
+pub use solver::solve;

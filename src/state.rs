@@ -3,7 +3,11 @@
 //! The CPU engine works on this struct; the GPU engine keeps buffers of the same names, whose layout it reads from the
 //! WGSL text, so that no struct is described twice. On the CPU a plane is space with z = 0.
 
-use crate::model::{Grains, History, Materials, Method, Model, Precision, Rotation, Tangential, Walls};
+use crate::{
+    model::{Grains, History, Materials, Method, Model, Precision, Rotation, Tangential, Walls},
+    record::record,
+};
+pub use crate::{record::Element, solve::momentum::SolverState};
 use glam::{DVec3, DVec4, UVec3};
 use std::{
     any::Any,
@@ -21,59 +25,6 @@ pub const TILE: usize = 256;
 pub const GROUP: usize = 64;
 /// Rows of the measurement.
 pub const PARTIAL_SUMS: usize = 4096;
-
-/// A value made of scalars ("lanes") in the order in which WGSL declares them.
-pub trait Element: Clone + Default + Send + Sync + 'static {
-    /// Member names of a record in `dims` dimensions, empty for a plain value.
-    fn names(_dims: usize) -> &'static [&'static str] {
-        &[]
-    }
-    /// Feed the lanes in `dims` dimensions.
-    fn put(&self, dims: usize, sink: &mut impl FnMut(f64));
-    /// Build from lanes.
-    fn take(dims: usize, source: &mut impl FnMut() -> f64) -> Self;
-    /// Whether this is a whole number.
-    const INTEGER: bool = false;
-}
-
-impl Element for f64 {
-    fn put(&self, _: usize, sink: &mut impl FnMut(f64)) {
-        sink(*self);
-    }
-    fn take(_: usize, source: &mut impl FnMut() -> f64) -> f64 {
-        source()
-    }
-}
-
-impl Element for u32 {
-    const INTEGER: bool = true;
-    fn put(&self, _: usize, sink: &mut impl FnMut(f64)) {
-        sink(f64::from(*self));
-    }
-    fn take(_: usize, source: &mut impl FnMut() -> f64) -> u32 {
-        source() as u32
-    }
-}
-
-impl Element for UVec3 {
-    fn put(&self, _: usize, sink: &mut impl FnMut(f64)) {
-        self.to_array().iter().for_each(|c| sink(f64::from(*c)));
-    }
-    fn take(_: usize, source: &mut impl FnMut() -> f64) -> UVec3 {
-        UVec3::from_array(std::array::from_fn(|_| source() as u32))
-    }
-}
-
-impl Element for DVec3 {
-    fn put(&self, dims: usize, sink: &mut impl FnMut(f64)) {
-        self.to_array()[..dims].iter().for_each(|c| sink(*c));
-    }
-    fn take(dims: usize, source: &mut impl FnMut() -> f64) -> DVec3 {
-        let mut v = [0.0; 3];
-        v[..dims].iter_mut().for_each(|c| *c = source());
-        v.into()
-    }
-}
 
 /// An angular quantity: three components in space, one about z in the plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -117,28 +68,6 @@ impl Element for Orientation {
         q[if dims == 2 { 2 } else { 0 }..].iter_mut().for_each(|c| *c = source());
         Orientation(q.into())
     }
-}
-
-/// Declares the Rust side of a WGSL struct: same name, same members, same order.
-macro_rules! record {
-    ($(#[$meta:meta])* $name:ident { $($(#[$fmeta:meta])* $field:ident: $ty:ty),* $(,)? }) => {
-        $(#[$meta])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq)]
-        pub struct $name { $($(#[$fmeta])* pub $field: $ty),* }
-
-        impl Element for $name {
-            const INTEGER: bool = true $(&& <$ty as Element>::INTEGER)*;
-            fn names(_: usize) -> &'static [&'static str] {
-                &[$(stringify!($field)),*]
-            }
-            fn put(&self, dims: usize, sink: &mut impl FnMut(f64)) {
-                $(self.$field.put(dims, sink);)*
-            }
-            fn take(dims: usize, source: &mut impl FnMut() -> f64) -> Self {
-                $name { $($field: Element::take(dims, source)),* }
-            }
-        }
-    };
 }
 
 record!(
@@ -188,31 +117,12 @@ record!(
     }
 );
 record!(
-    /// A contact of a step of contact dynamics (this and the next three: `shaders/nscd/contact.wgsl`).
+    /// A contact of a step of contact dynamics (this and the next: `shaders/nscd/contact.wgsl`).
     ContactGeometry { n: DVec3, bias_velocity: f64 }
 );
 record!(
     /// What an impulse does to the two.
     EffectiveMass { arm: f64, arm_to: f64, normal: f64, tangential: f64 }
-);
-record!(
-    /// The state of a step's relaxation.
-    SolverState {
-        scale: f64,
-        lipschitz_bound: f64,
-        lipschitz: f64,
-        theta: f64,
-        beta: f64,
-        residual_estimate: f64,
-        best: f64,
-        lowest_residual: f64,
-        lowest_pass: u32,
-        step_divisor: f64,
-        residual: f64,
-        coulomb_excess: f64,
-        passes: u32,
-        late_contacts: u32,
-    }
 );
 record!(
     /// Sums of a group of grains.
@@ -221,7 +131,7 @@ record!(
         gravity_speed_squared: f64,
         imposed_speed: f64,
         lipschitz_bound: f64,
-        residual: f64,
+        residual_squared: f64,
         restart_criterion: f64,
         curvature: f64,
         step_squared: f64,

@@ -7,7 +7,7 @@ use common::*;
 use glam::{DMat3, DQuat, DVec3, EulerRot};
 use packstone::{
     scene::{Assembly, Clump, Grain, Method, Relaxation, Shape, TimeStep},
-    solve::{Solver, contact::largest_eigenvalue},
+    solve::{Solver, natural_map::largest_eigenvalue},
     state::{ACTIVE, EffectiveMass, NONE, array},
 };
 use std::collections::HashSet;

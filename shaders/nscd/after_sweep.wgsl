@@ -4,23 +4,18 @@
 var<storage, read_write> pass_residual: array<Real>;           // N, (m/s)²
 
 fn placed(i: u32) -> ResidualSums {
+    if (i >= params.bodies) {
+        return ResidualSums();
+    }
     var sums = ResidualSums();
-    sums.residual = pass_residual[i];
+    sums.residual_squared = pass_residual[i];
     pass_residual[i] = 0;
     sums.restart_criterion = respond_to_sweep(i);
     return sums;
 }
 
 @compute @workgroup_size(GROUP)
-fn after_sweep(
-    @builtin(global_invocation_id) gid: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
+fn after_sweep(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
-    of_lane[lane] = ResidualSums();
-    if (i < params.bodies) {
-        of_lane[lane] = placed(i);
-    }
-    add_group(lane, i / GROUP);
+    store_residual_sums(i, placed(i));
 }

@@ -1,6 +1,9 @@
 // twin: src/nscd/clump_response.rs
 // Contact dynamics of clumps, after `setup_contacts` and after a pass: clumps answer to the impulses that their members hold.
 fn responded(c: u32) -> ResidualSums {
+    if (c >= params.clumps) {
+        return ResidualSums();
+    }
     let here = clump(c);
     let course = clump_response_of(c, here);
     set_member_velocities(c, here, course);
@@ -19,15 +22,7 @@ fn responded(c: u32) -> ResidualSums {
 }
 
 @compute @workgroup_size(GROUP)
-fn clump_response(
-    @builtin(global_invocation_id) gid: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
+fn clump_response(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let c = linear(gid, groups);
-    of_lane[lane] = ResidualSums();
-    if (c < params.clumps) {
-        of_lane[lane] = responded(c);
-    }
-    add_group_of_clumps(lane, c / GROUP);
+    store_clump_residual_sums(c, responded(c));
 }

@@ -14,28 +14,10 @@ struct ContactGeometry {
 
 /// What an impulse does to the two.
 struct EffectiveMass {
-    own: Real,        // m, from the centre of the grain of interest to the contact point
-    other: Real,      // m, from the centre of the other
+    arm: Real,        // m, from the centre of the grain of interest to the contact point
+    arm_to: Real,     // m, from the centre of the other
     normal: Real,     // 1/kg, W in the direction of n; of clumps what takes its place, see `effective_mass_of`
     tangential: Real, // 1/kg, W across; of clumps what takes the place of its largest eigenvalue there
-}
-
-/// The state of a step's relaxation.
-struct SolverState {
-    scale: Real,     // m/s: what residuals are relative to, max(|v_free|, g dt sqrt(N)), or the largest velocity imposed
-    lipschitz_bound: Real,     // what no eigenvalue of W exceeds, for the number of contacts that a grain has
-    lipschitz: Real,   // the largest eigenvalue of W known so far, with contacts scaled by both numbers of their `EffectiveMass`
-    theta: Real,     // Nesterov's sequence
-    beta: Real,      // momentum of the next pass
-    residual_estimate: Real,  // relative residual of the natural map that the last pass has met
-    best: Real,      // the smallest one since the residual rose last
-    lowest_residual: Real,    // the smallest one since steps were made shorter
-    lowest_pass: u32,  // after so many passes
-    step_divisor: Real,   // by this factor steps are shorter than W asks for
-    residual: Real,  // relative residual of the natural map, as last judged
-    coulomb_excess: Real,    // largest friction beyond the Coulomb limit, over the largest normal impulse, as last judged
-    passes: u32,
-    late_contacts: u32,       // pairs found by the last judgement to meet after all, counted from both sides
 }
 
 var<storage, read_write> contact_geometry: array<ContactGeometry>; // slots
@@ -51,10 +33,10 @@ struct ResidualSums {
     gravity_speed_squared: Real,     // m²/s², what gravity gives them in a step
     imposed_speed: Real,   // m/s, largest velocity that a wall, a fixed grain, a spin or an overlap asks for
     lipschitz_bound: Real,     // what no eigenvalue of W exceeds
-    residual: Real,  // m²/s²
-    restart_criterion: Real, // J, > 0: momentum carries the wrong way
-    curvature: Real,      // J, of the pass: its velocities in the metric of the masses
-    step_squared: Real,       // J, its impulses in the metric of W_kk
+    residual_squared: Real,  // and the next three: see `PassSums`; (m/s)²
+    restart_criterion: Real, // J
+    curvature: Real,         // J, by the velocities of the grains in the metric of their masses
+    step_squared: Real,      // J
     pressing: Real,  // N s, largest
     coulomb_excess: Real,    // N s, largest
     late_contacts: u32,       // pairs left out that meet after all
@@ -66,7 +48,7 @@ fn combined(a: ResidualSums, b: ResidualSums) -> ResidualSums {
         a.gravity_speed_squared + b.gravity_speed_squared,
         max(a.imposed_speed, b.imposed_speed),
         max(a.lipschitz_bound, b.lipschitz_bound),
-        a.residual + b.residual,
+        a.residual_squared + b.residual_squared,
         a.restart_criterion + b.restart_criterion,
         a.curvature + b.curvature,
         a.step_squared + b.step_squared,
@@ -85,26 +67,32 @@ fn groups_of(items: u32) -> u32 {
     return (items + GROUP - 1u) / GROUP;
 }
 
-/// Add up what the lanes of a group of bodies have left in `of_lane`.
-fn add_group(lane: u32, group: u32) {
-    workgroupBarrier();
-    if (lane == 0u && group * GROUP < params.bodies) {
-        residual_sums[group] = sum_of_lanes();
+/// Add up the sums of a group of bodies, of which invocation i brings its own.
+fn store_residual_sums(i: u32, sums: ResidualSums) {
+    let sum = sum_of_group(i, sums);
+    if (i % GROUP == 0u && i < params.bodies) {
+        residual_sums[i / GROUP] = sum;
     }
 }
 
 /// The same for a group of clumps.
-fn add_group_of_clumps(lane: u32, group: u32) {
-    workgroupBarrier();
-    if (lane == 0u && group * GROUP < params.clumps) {
-        residual_sums[groups_of(params.bodies) + group] = sum_of_lanes();
+fn store_clump_residual_sums(c: u32, sums: ResidualSums) {
+    let sum = sum_of_group(c, sums);
+    if (c % GROUP == 0u && c < params.clumps) {
+        residual_sums[groups_of(params.bodies) + c / GROUP] = sum;
     }
 }
 
-fn sum_of_lanes() -> ResidualSums {
-    var sum = of_lane[0];
-    for (var l = 1u; l < GROUP; l++) {
-        sum = combined(sum, of_lane[l]);
+/// In the first lane only.
+fn sum_of_group(item: u32, sums: ResidualSums) -> ResidualSums {
+    let lane = item % GROUP;
+    of_lane[lane] = sums;
+    workgroupBarrier();
+    var sum = sums;
+    if (lane == 0u) {
+        for (var l = 1u; l < GROUP; l++) {
+            sum = combined(sum, of_lane[l]);
+        }
     }
     return sum;
 }
@@ -171,19 +159,6 @@ fn remove_rounding(i: u32, velocity: Velocity, spin: Spin) {
     store_extrapolated_spin(i, extrapolated_spin_of(i) + spin_off);
 }
 
-/// A contact as its first side sees it, the grain with the smaller index: both grains compute it from there, so that they get
-/// the same bits, and turn what comes of it to their own side.
-struct OrientedContact {
-    turn: Real,       // 1: the grain of interest is that side; -1: the other
-    share: Real,      // 1/2 of a contact that two grains add to a sum
-    n: Vec,           // away from that side
-    bias_velocity: Real,     // m/s
-    normal: Real,     // 1/kg, as in `EffectiveMass`
-    tangential: Real, // 1/kg
-    friction: Real,
-    velocity: Vec,    // m/s, of that side past the other in the contact point
-}
-
 /// The contact in a slot of grain i at the velocities that a pass starts from.
 fn oriented_contact(i: u32, entry: u32, j: u32, here: Velocity, spin: Spin) -> OrientedContact {
     let m = contact_geometry[entry];
@@ -222,52 +197,6 @@ fn bias_velocity_of(gap: Real) -> Real {
         return gap / params.dt;
     }
     return max((gap + params.gap_band) / params.dt, -params.max_correction_velocity);
-}
-
-/// Vector shortened to a length.
-fn project_on_disc(v: Vec, length: Real) -> Vec {
-    let squared = dot(v, v);
-    if (squared > length * length) {
-        return v * (length / sqrt(squared));
-    }
-    return v;
-}
-
-/// Impulse on the first side after a pass from `impulse`: the disc update. Its fixed points are contacts that are open, stick
-/// or slip as Algorithm 1 has them; with step = 1 it is that algorithm for spheres.
-fn disc_update(side: OrientedContact, impulse: Vec, step: Real) -> Vec {
-    let pressing = -dot(impulse, side.n);
-    let approach = dot(side.velocity, side.n);
-    let friction = impulse + pressing * side.n;
-    let slip = side.velocity - approach * side.n;
-    let pressing_next = max(pressing + step / side.normal * (approach - side.bias_velocity), Real(0));
-    // In m/s, because squares of a small grain's impulses are beyond single precision.
-    let weight = side.tangential;
-    let friction_next = project_on_disc(weight * friction - step * slip, side.friction * (weight * pressing_next));
-    return (1 / weight) * friction_next - pressing_next * side.n;
-}
-
-/// The natural map of a contact, m/s: r - P(r - rho (u + mu |u_T| n)), rho = 1/weight, over rho. The weight is λmax(W_kk).
-fn natural_map(side: OrientedContact, impulse: Vec, weight: Real) -> Vec {
-    let pressing = -dot(impulse, side.n);
-    let approach = dot(side.velocity, side.n);
-    let friction = impulse + pressing * side.n;
-    let slip = side.velocity - approach * side.n;
-    let mu = side.friction;
-    let normal = weight * pressing + (approach - side.bias_velocity) - mu * sqrt(dot(slip, slip));
-    let across = weight * friction - slip;
-    let length = sqrt(dot(across, across));
-    if (normal > 0 && length <= mu * normal) {
-        // What is left of the differences below, without the rounding of impulses beside which velocities are small.
-        return slip + (approach - side.bias_velocity - mu * sqrt(dot(slip, slip))) * side.n;
-    }
-    var kept = Vec();
-    var pressed = Real(0);
-    if (mu * length > -normal) {
-        pressed = (normal + mu * length) / (1 + mu * mu);
-        kept = across * (mu * pressed / length);
-    }
-    return (weight * friction - kept) - (weight * pressing - pressed) * side.n;
 }
 
 /// The contact of grain i in a slot, as samples and forces see it: what carries an impulse is closed.

@@ -4,14 +4,7 @@
 fn init_solver(@builtin(local_invocation_index) lane: u32) {
     let sum = total_sums(lane);
     if (lane == 0u) {
-        var next = SolverState();
-        next.scale = max(sqrt(max(sum.reference, sum.gravity_speed_squared)), max(sum.imposed_speed, Real(1e-30)));
-        next.lipschitz_bound = sum.lipschitz_bound;
-        next.lipschitz = max(solver_state.lipschitz, Real(1));
-        next.theta = 1;
-        next.best = 1e30;
-        next.lowest_residual = 1e30;
-        next.step_divisor = 1;
-        solver_state = next;
+        let scale = max(sqrt(max(sum.reference, sum.gravity_speed_squared)), max(sum.imposed_speed, Real(1e-30)));
+        solver_state = initial_state(scale, sum.lipschitz_bound, solver_state.lipschitz);
     }
 }

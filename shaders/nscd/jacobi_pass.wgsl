@@ -3,9 +3,12 @@
 // carried ahead, and every grain gathers what its contacts do to it.
 
 fn pass_of(i: u32) -> ResidualSums {
+    if (i >= params.bodies) {
+        return ResidualSums();
+    }
     let here = extrapolated_velocity[i];
     let spin = extrapolated_spin_of(i);
-    let step = 1 / (solver_state.step_divisor * solver_state.lipschitz);
+    let step = step_of(solver_state);
     var sums = ResidualSums();
     var sum = ForceTorque();
     let end = list_start[i + 1u];
@@ -27,30 +30,17 @@ fn pass_of(i: u32) -> ResidualSums {
         sum.torque += moment(effective_mass[entry].arm * contact_geometry[entry].n, mine);
         let back = start - next;
         let on = next - old;
-        let back_normal = dot(back, side.n);
-        let on_normal = dot(on, side.n);
-        let back_across = back - back_normal * side.n;
-        let normal = side.normal * back_normal;
-        let across = side.tangential * back_across;
         let far = natural_map(side, start, natural_map_scale(entry, side.tangential));
-        sums.residual += side.share * dot(far, far);
-        sums.restart_criterion += side.share * (normal * on_normal + dot(across, on - on_normal * side.n));
-        sums.step_squared += side.share * (normal * back_normal + dot(across, back_across));
+        sums.residual_squared += side.share * dot(far, far);
+        sums.restart_criterion += side.share * scaled_product(side, back, on);
+        sums.step_squared += side.share * scaled_product(side, back, back);
     }
     sums.curvature = respond_to_pass(i, sum, here, spin);
     return sums;
 }
 
 @compute @workgroup_size(GROUP)
-fn jacobi_pass(
-    @builtin(global_invocation_id) gid: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
+fn jacobi_pass(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
-    of_lane[lane] = ResidualSums();
-    if (i < params.bodies) {
-        of_lane[lane] = pass_of(i);
-    }
-    add_group(lane, i / GROUP);
+    store_residual_sums(i, pass_of(i));
 }

@@ -2,6 +2,9 @@
 // Contact dynamics of clumps, after a pass of the power iteration: the impulses that their members hold alone give clumps
 // velocities.
 fn echoed(c: u32) -> ResidualSums {
+    if (c >= params.clumps) {
+        return ResidualSums();
+    }
     let here = clump(c);
     set_member_velocities(c, here, impulse_response(c, here));
     var sums = ResidualSums();
@@ -11,15 +14,7 @@ fn echoed(c: u32) -> ResidualSums {
 }
 
 @compute @workgroup_size(GROUP)
-fn power_iteration_clumps(
-    @builtin(global_invocation_id) gid: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
+fn power_iteration_clumps(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let c = linear(gid, groups);
-    of_lane[lane] = ResidualSums();
-    if (c < params.clumps) {
-        of_lane[lane] = echoed(c);
-    }
-    add_group_of_clumps(lane, c / GROUP);
+    store_clump_residual_sums(c, echoed(c));
 }

@@ -4,6 +4,6 @@
 fn power_iteration_eigenvalue(@builtin(local_invocation_index) lane: u32) {
     let sum = total_sums(lane);
     if (lane == 0u && sum.curvature > 0) {
-        solver_state.lipschitz = max(solver_state.lipschitz, 1.02 * sum.step_squared / sum.curvature);
+        solver_state.lipschitz = max(solver_state.lipschitz, LIPSCHITZ_MARGIN * sum.step_squared / sum.curvature);
     }
 }

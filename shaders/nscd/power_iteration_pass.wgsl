@@ -3,6 +3,9 @@
 // undo them one by one, and these give the grains velocities.
 
 fn probed(i: u32) -> ResidualSums {
+    if (i >= params.bodies) {
+        return ResidualSums();
+    }
     let here = extrapolated_velocity[i];
     let spin = extrapolated_spin_of(i);
     let scale = 1 / max(solver_state.lipschitz, Real(1));
@@ -35,15 +38,7 @@ fn probed(i: u32) -> ResidualSums {
 }
 
 @compute @workgroup_size(GROUP)
-fn power_iteration_pass(
-    @builtin(global_invocation_id) gid: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
+fn power_iteration_pass(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
-    of_lane[lane] = ResidualSums();
-    if (i < params.bodies) {
-        of_lane[lane] = probed(i);
-    }
-    add_group(lane, i / GROUP);
+    store_residual_sums(i, probed(i));
 }

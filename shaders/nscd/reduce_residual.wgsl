@@ -4,11 +4,11 @@
 fn reduce_residual(@builtin(local_invocation_index) lane: u32) {
     let sum = total_sums(lane);
     if (lane == 0u) {
-        solver_state.residual = sqrt(sum.residual) / solver_state.scale;
+        solver_state.residual = sqrt(sum.residual_squared) / solver_state.scale;
         solver_state.late_contacts = sum.late_contacts;
         if (sum.late_contacts > 0u) {
             // With more contacts the residual begins anew.
-            solver_state.lowest_residual = 1e30;
+            solver_state.lowest_residual = NONE_YET;
             solver_state.lowest_pass = solver_state.passes;
         }
         solver_state.coulomb_excess = max(sum.coulomb_excess, Real(0)) / max(sum.pressing, Real(1e-36));

@@ -3,6 +3,9 @@
 // were left out and meet after all take part from now on.
 
 fn judged(i: u32) -> ResidualSums {
+    if (i >= params.bodies) {
+        return ResidualSums();
+    }
     let here = extrapolated_velocity[i];
     let spin = extrapolated_spin_of(i);
     var sums = ResidualSums();
@@ -21,7 +24,7 @@ fn judged(i: u32) -> ResidualSums {
         let far = natural_map(side, impulse, natural_map_scale(entry, side.tangential));
         let pressing = -dot(impulse, side.n);
         let friction = impulse + pressing * side.n;
-        sums.residual += side.share * dot(far, far);
+        sums.residual_squared += side.share * dot(far, far);
         sums.pressing = max(sums.pressing, pressing);
         // In m/s, because squares of a small grain's impulses are beyond single precision.
         let across = side.tangential * friction;
@@ -31,15 +34,7 @@ fn judged(i: u32) -> ResidualSums {
 }
 
 @compute @workgroup_size(GROUP)
-fn residual(
-    @builtin(global_invocation_id) gid: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
+fn residual(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
-    of_lane[lane] = ResidualSums();
-    if (i < params.bodies) {
-        of_lane[lane] = judged(i);
-    }
-    add_group(lane, i / GROUP);
+    store_residual_sums(i, judged(i));
 }

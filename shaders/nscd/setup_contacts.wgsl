@@ -3,6 +3,9 @@
 
 /// Contacts of body i.
 fn met(i: u32) -> ResidualSums {
+    if (i >= params.bodies) {
+        return ResidualSums();
+    }
     let here = body(i);
     let free = free_velocity_of(i);
     var sum = ForceTorque();
@@ -54,15 +57,7 @@ fn met(i: u32) -> ResidualSums {
 }
 
 @compute @workgroup_size(GROUP)
-fn setup_contacts(
-    @builtin(global_invocation_id) gid: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
+fn setup_contacts(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
-    of_lane[lane] = ResidualSums();
-    if (i < params.bodies) {
-        of_lane[lane] = met(i);
-    }
-    add_group(lane, i / GROUP);
+    store_residual_sums(i, met(i));
 }

@@ -2,6 +2,9 @@
 // Contact dynamics of clumps 3, coloured: members get the velocities that the sweeps have given the first of them, and what the
 // momentum of the next pass depends on.
 fn fallen_in(c: u32) -> ResidualSums {
+    if (c >= params.clumps) {
+        return ResidualSums();
+    }
     let here = clump(c);
     let q = here.orientation;
     let i = index_of_id[first_member[c]];
@@ -24,15 +27,7 @@ fn fallen_in(c: u32) -> ResidualSums {
 }
 
 @compute @workgroup_size(GROUP)
-fn sync_members(
-    @builtin(global_invocation_id) gid: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
+fn sync_members(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let c = linear(gid, groups);
-    of_lane[lane] = ResidualSums();
-    if (c < params.clumps) {
-        of_lane[lane] = fallen_in(c);
-    }
-    add_group_of_clumps(lane, c / GROUP);
+    store_clump_residual_sums(c, fallen_in(c));
 }

@@ -144,7 +144,7 @@ fn residual_sums_floor(s: &State, member: &str) -> f64 {
         s.extrapolated_velocity.iter().map(of).fold(0.0, f64::max) * s.model.precision.epsilon()
     };
     match member {
-        "residual" => squares(|m| m.v.length_squared()),
+        "residual_squared" => squares(|m| m.v.length_squared()),
         "restart_criterion" | "curvature" | "step_squared" => {
             squares(|m| if m.inverse_mass == 0.0 { 0.0 } else { m.v.length_squared() / m.inverse_mass })
         }

@@ -20,7 +20,7 @@ pub fn after_sweep(s: &mut State) {
 
 fn swept(s: &State, i: usize) -> ResidualSums {
     let beta = s.solver_state[0].beta;
-    let mut sums = ResidualSums { residual: s.pass_residual[i], ..ResidualSums::default() };
+    let mut sums = ResidualSums { residual_squared: s.pass_residual[i], ..ResidualSums::default() };
     if s.model.grains == Grains::Clumps {
         return sums; // members will fall in with the first of them
     }

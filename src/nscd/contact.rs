@@ -1,6 +1,7 @@
 //! Twin of `shaders/nscd/contact.wgsl`: contact dynamics, section 2.2. Grains are rigid; a step is one
 //! implicit Euler step with restitution 0.
 
+use crate::solve::natural_map::OrientedContact;
 use crate::state::{ACTIVE, ContactGeometry, GROUP, INDEX, NONE, ResidualSums, State, Velocity};
 use crate::{
     body::{Body, ForceTorque, rotation::surface_velocity},
@@ -25,7 +26,7 @@ pub fn combined(a: ResidualSums, b: ResidualSums) -> ResidualSums {
         gravity_speed_squared: a.gravity_speed_squared + b.gravity_speed_squared,
         imposed_speed: a.imposed_speed.max(b.imposed_speed),
         lipschitz_bound: a.lipschitz_bound.max(b.lipschitz_bound),
-        residual: a.residual + b.residual,
+        residual_squared: a.residual_squared + b.residual_squared,
         restart_criterion: a.restart_criterion + b.restart_criterion,
         curvature: a.curvature + b.curvature,
         step_squared: a.step_squared + b.step_squared,
@@ -89,25 +90,6 @@ pub fn remove_rounding(s: &mut State, i: usize, velocity: Velocity, spin: DVec3)
     }
 }
 
-/// A contact as its first side sees it, the grain with the smaller index.
-#[derive(Clone, Copy, Debug)]
-pub struct OrientedContact {
-    /// 1: the grain of interest is that side; -1: the other.
-    pub sign: f64,
-    /// 1/2 of a contact that two grains add to a sum.
-    pub share: f64,
-    /// Away from that side.
-    pub n: DVec3,
-    /// m/s
-    pub bias_velocity: f64,
-    /// 1/kg, as in [`crate::state::Lever`]: W in the direction of n, and across; of clumps more than that.
-    pub normal: f64,
-    pub tangential: f64,
-    pub friction: f64,
-    /// m/s, of that side past the other in the contact point.
-    pub velocity: DVec3,
-}
-
 /// The contact in a slot of grain i at the velocities that `at` gives for a grain: translation and spin.
 pub fn oriented_contact(s: &State, i: usize, entry: usize, at: impl Fn(usize) -> (DVec3, DVec3)) -> OrientedContact {
     let j = (s.neighbour[entry] & INDEX) as usize;
@@ -147,48 +129,6 @@ pub fn bias_velocity_of(s: &State, gap: f64) -> f64 {
         return gap / s.params.dt;
     }
     ((gap + s.params.gap_band) / s.params.dt).max(-s.params.max_correction_velocity)
-}
-
-/// Vector shortened to a length.
-fn project_on_disc(v: DVec3, length: f64) -> DVec3 {
-    let squared = v.length_squared();
-    if squared > length * length { v * (length / squared.sqrt()) } else { v }
-}
-
-/// Impulse on the first side after a pass from `impulse`: the disc update. Its fixed points are contacts that are open,
-/// stick or slip as Algorithm 1 has them; with `step` = 1 it is that algorithm for spheres.
-pub fn disc_update(side: &OrientedContact, impulse: DVec3, step: f64) -> DVec3 {
-    let pressing = -impulse.dot(side.n);
-    let approach = side.velocity.dot(side.n);
-    let friction = impulse + pressing * side.n;
-    let slip = side.velocity - approach * side.n;
-    let pressing_next = (pressing + step / side.normal * (approach - side.bias_velocity)).max(0.0);
-    let weight = side.tangential;
-    let friction_next = project_on_disc(weight * friction - step * slip, side.friction * (weight * pressing_next));
-    (1.0 / weight) * friction_next - pressing_next * side.n
-}
-
-/// The natural map of a contact, m/s: r - P(r - rho (u + mu |u_T| n)), rho = 1/weight, over rho. The weight is
-/// λmax(W_kk).
-pub fn natural_map(side: &OrientedContact, impulse: DVec3, weight: f64) -> DVec3 {
-    let pressing = -impulse.dot(side.n);
-    let approach = side.velocity.dot(side.n);
-    let friction = impulse + pressing * side.n;
-    let slip = side.velocity - approach * side.n;
-    let mu = side.friction;
-    let normal = weight * pressing + (approach - side.bias_velocity) - mu * slip.length();
-    let across = weight * friction - slip;
-    let length = across.length();
-    if normal > 0.0 && length <= mu * normal {
-        // What is left of the differences below, without the rounding of impulses beside which velocities are small.
-        return slip + (approach - side.bias_velocity - mu * slip.length()) * side.n;
-    }
-    let (mut kept, mut pressed) = (DVec3::ZERO, 0.0);
-    if mu * length > -normal {
-        pressed = (normal + mu * length) / (1.0 + mu * mu);
-        kept = across * (mu * pressed / length);
-    }
-    (weight * friction - kept) - (weight * pressing - pressed) * side.n
 }
 
 /// The contact of grain i with neighbour j, as samples and forces see it: what carries an impulse is closed.

@@ -4,10 +4,8 @@
 use crate::{
     body::rotation::surface_velocity,
     contact::materials::pair_of,
-    nscd::{
-        contact::{OrientedContact, disc_update, natural_map},
-        response::{ContactBody, VelocityUpdate, apply_impulse, contact_body, natural_map_scale},
-    },
+    nscd::response::{ContactBody, VelocityUpdate, apply_impulse, contact_body, natural_map_scale},
+    solve::natural_map::{OrientedContact, disc_update, natural_map},
     space::walls::wall_velocity,
     state::{ColorCursor, ColoredContact, ContactGeometry, NONE, Packed, State},
 };

@@ -6,9 +6,10 @@ use crate::{
     body::ForceTorque,
     model::Grains,
     nscd::{
-        contact::{active_entries, add_impulse, disc_update, natural_map, oriented_contact, store_residual_sums},
+        contact::{active_entries, add_impulse, oriented_contact, store_residual_sums},
         response::{extrapolated_velocity_of, kinetic_metric, natural_map_scale, response, store_member_load},
     },
+    solve::natural_map::{disc_update, natural_map, scaled_product},
     state::{Packed, ResidualSums, Spin, State},
 };
 use rayon::prelude::*;
@@ -57,7 +58,7 @@ fn passes<T: Send>(s: &mut State, then: impl Fn(&State, usize, ForceTorque, Resi
 /// Sum and moment of the impulses that grain i gets from a pass; `before` has those of the pass before from slot `begin` on, and
 /// gets those of this one.
 fn pass_of(s: &State, i: usize, before: &mut [Packed], begin: usize) -> (ForceTorque, ResidualSums) {
-    let (step, beta) = (1.0 / (s.solver_state[0].step_divisor * s.solver_state[0].lipschitz), s.solver_state[0].beta);
+    let (step, beta) = (s.solver_state[0].step(), s.solver_state[0].beta);
     let mut sums = ResidualSums::default();
     let mut sum = ForceTorque::default();
     for entry in active_entries(s, i) {
@@ -70,13 +71,10 @@ fn pass_of(s: &State, i: usize, before: &mut [Packed], begin: usize) -> (ForceTo
         before.0 = mine;
         add_impulse(&mut sum, s, entry, mine);
         let (back, on) = (start - next, next - old);
-        let (back_normal, on_normal) = (back.dot(side.n), on.dot(side.n));
-        let back_across = back - back_normal * side.n;
-        let (normal, across) = (side.normal * back_normal, side.tangential * back_across);
-        sums.residual +=
+        sums.residual_squared +=
             side.share * natural_map(&side, start, natural_map_scale(s, entry, side.tangential)).length_squared();
-        sums.restart_criterion += side.share * (normal * on_normal + across.dot(on - on_normal * side.n));
-        sums.step_squared += side.share * (normal * back_normal + across.dot(back_across));
+        sums.restart_criterion += side.share * scaled_product(&side, back, on);
+        sums.step_squared += side.share * scaled_product(&side, back, back);
     }
     (sum, sums)
 }

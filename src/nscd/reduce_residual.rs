@@ -1,15 +1,15 @@
 //! Twin of `shaders/nscd/reduce_residual.wgsl`: the judgement, for the host.
 
-use crate::{nscd::contact::total_sums, state::State};
+use crate::{nscd::contact::total_sums, solve::momentum::NONE_YET, state::State};
 
 pub fn reduce_residual(s: &mut State) {
     let sum = total_sums(s);
     let solver_state = &mut s.solver_state[0];
-    solver_state.residual = sum.residual.sqrt() / solver_state.scale;
+    solver_state.residual = sum.residual_squared.sqrt() / solver_state.scale;
     solver_state.late_contacts = sum.late_contacts;
     if sum.late_contacts > 0 {
         // With more contacts the residual begins anew.
-        (solver_state.lowest_residual, solver_state.lowest_pass) = (1e30, solver_state.passes);
+        (solver_state.lowest_residual, solver_state.lowest_pass) = (NONE_YET, solver_state.passes);
     }
     solver_state.coulomb_excess = sum.coulomb_excess.max(0.0) / sum.pressing.max(1e-36);
 }

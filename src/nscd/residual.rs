@@ -3,9 +3,10 @@
 use crate::{
     contact::history::set_active,
     nscd::{
-        contact::{OrientedContact, list_entries, natural_map, oriented_contact, store_residual_sums},
+        contact::{list_entries, oriented_contact, store_residual_sums},
         response::natural_map_scale,
     },
+    solve::natural_map::{OrientedContact, natural_map},
     state::{ACTIVE, ResidualSums, State},
 };
 use glam::DVec3;
@@ -39,7 +40,7 @@ fn judged(s: &State, i: usize) -> ResidualSums {
         let impulse = side.sign * s.impulse[entry].0;
         let pressing = -impulse.dot(side.n);
         let friction = impulse + pressing * side.n;
-        sums.residual +=
+        sums.residual_squared +=
             side.share * natural_map(&side, impulse, natural_map_scale(s, entry, side.tangential)).length_squared();
         sums.pressing = sums.pressing.max(pressing);
         sums.coulomb_excess = sums.coulomb_excess.max(friction.length() - side.friction * pressing);

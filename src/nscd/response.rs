@@ -13,7 +13,7 @@ use crate::{
 };
 use crate::{
     model::Grains,
-    solve::contact::largest_eigenvalue,
+    solve::natural_map::{UpdateScales, largest_eigenvalue, update_scales},
     state::{EffectiveMass, Spin, State, Velocity},
 };
 use glam::{DMat3, DVec3};
@@ -79,20 +79,8 @@ pub fn effective_mass_of(s: &State, i: usize, j: usize, gap: f64, n: DVec3) -> (
                 // Nothing moves out of the plane.
                 (w.x_axis.z, w.y_axis.z, w.z_axis) = (0.0, 0.0, DVec3::ZERO);
             }
-            let across = DMat3::IDENTITY - DMat3::from_cols(n * n.x, n * n.y, n * n.z);
-            let (normal, tangential) = (n.dot(w * n), largest_eigenvalue(&(across * w * across)));
-            // More than W has there: so much that the two are nowhere less than W, which joins them, and that friction at its
-            // limit, which answers to the normal impulse, makes it overshoot by half at most.
-            let turned_aside = ((w * n) / normal - n).length();
-            let joined = turned_aside * (normal / tangential).sqrt();
-            let more = (1.0 + joined).max((1.0 + pair_of(s, i, j).friction * turned_aside) / 1.5);
-            let effective_mass = EffectiveMass {
-                arm: own,
-                arm_to: other,
-                normal: more * normal,
-                tangential: (1.0 + joined) * tangential,
-            };
-            (effective_mass, largest_eigenvalue(&w))
+            let UpdateScales { normal, tangential } = update_scales(&w, n, pair_of(s, i, j).friction);
+            (EffectiveMass { arm: own, arm_to: other, normal, tangential }, largest_eigenvalue(&w))
         }
     }
 }

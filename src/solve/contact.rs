@@ -1,12 +1,18 @@
 //! One contact by itself: its cone, its natural map, and the three-way choice open, stick or slip (Algorithm 1).
 
-use glam::{DMat2, DMat3, DVec2, DVec3, Vec3Swizzles};
+use crate::solve::natural_map::{
+    OrientedContact, UpdateScales, disc_update, largest_eigenvalue, natural_map, update_scales,
+};
+use glam::{DMat2, DMat3, DVec2, DVec3};
 
 /// Couplings below this fraction of λmax are round-off: the closed form of spheres and disks then holds.
 const ROUND_OFF: f64 = 1e-14;
 /// Newton steps on the direction of slip before the whole circle is searched, and sectors of that search.
 const NEWTON: usize = 12;
 const SECTORS: usize = 64;
+
+/// The normal as [`OrientedContact`] has it: r_n > 0 presses, and u_n > 0 opens.
+const NORMAL: DVec3 = DVec3::NEG_X;
 
 /// What a contact does: the normalised case distinction of Coulomb's law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,10 +29,11 @@ pub struct Contact {
     pub mu: f64,
     /// λmax(W_kk), by which the natural map is scaled.
     pub lambda: f64,
-    /// Scales of the relaxations: W_nn, and λmax(W_tt) (W_nn where the tangent cannot move).
-    pub normal: f64,
-    pub tangent: f64,
+    /// Of the disc update, see [`UpdateScales`]; W_nn where the tangent cannot move.
+    pub scales: UpdateScales,
     w: DMat3,
+    /// λmax(W_tt)
+    tangent: f64,
     isotropic: bool,
     /// Pseudo-inverse of the Schur complement `W_tt − W_tn W_nt / W_nn`, and the projection on its null space.
     schur_inverse: DMat2,
@@ -46,6 +53,7 @@ impl Contact {
         let lambda = largest_eigenvalue(&w);
         let (w_tt, w_nt) = (tangential_block(&w), tangent(w.x_axis));
         let tangent = eigenvalues(&w_tt).1;
+        let moves = tangent > ROUND_OFF * lambda;
         let coupling = w_nt.abs().max_element().max(w_tt.x_axis.y.abs());
         let uneven = (w_tt.x_axis.x - w_tt.y_axis.y).abs();
         let schur = w_tt - outer(w_nt, w_nt / w.x_axis.x);
@@ -53,24 +61,46 @@ impl Contact {
         Contact {
             mu,
             lambda,
-            normal: w.x_axis.x,
-            tangent: if tangent > ROUND_OFF * lambda { tangent } else { w.x_axis.x },
+            scales: match moves {
+                true => update_scales(&w, NORMAL, mu),
+                false => UpdateScales { normal: w.x_axis.x, tangential: w.x_axis.x },
+            },
             w,
-            isotropic: coupling.max(uneven) <= ROUND_OFF * lambda && tangent > ROUND_OFF * lambda,
+            tangent,
+            isotropic: coupling.max(uneven) <= ROUND_OFF * lambda && moves,
             schur_inverse,
             schur_null,
         }
     }
 
-    /// `λmax (r − P_K(r − (u + μ‖u_T‖ n)/λmax))`: zero when and only when r and u obey Signorini's and Coulomb's laws.
-    /// A velocity.
+    /// The contact at velocity u.
+    pub fn at(&self, u: DVec3) -> OrientedContact {
+        let UpdateScales { normal, tangential } = self.scales;
+        OrientedContact {
+            sign: 1.0,
+            share: 1.0,
+            n: NORMAL,
+            bias_velocity: 0.0,
+            normal,
+            tangential,
+            friction: self.mu,
+            velocity: u,
+        }
+    }
+
+    /// See [`natural_map`](fn@natural_map); a velocity.
     pub fn natural_map(&self, r: DVec3, u: DVec3) -> DVec3 {
-        self.lambda * natural_map(r, u, self.mu, 1.0 / self.lambda)
+        natural_map(&self.at(u), r, self.lambda)
     }
 
     /// The velocity u without the part that the contact's own impulse r has in it.
     pub fn without(&self, r: DVec3, u: DVec3) -> DVec3 {
         u - self.w * r
+    }
+
+    /// The velocity with it.
+    pub fn with(&self, r: DVec3, b: DVec3) -> DVec3 {
+        self.w * r + b
     }
 
     /// The impulse that obeys the laws of contact with `u = W_kk r + b`, and whether one was found (it exists whenever
@@ -81,8 +111,9 @@ impl Contact {
             return (DVec3::ZERO, true);
         }
         if self.isotropic {
-            let p = -b.x / self.normal;
-            return (clamp(p, -tangent(b) / self.tangent, self.mu), true);
+            let (p, t) = (-b.x / self.w.x_axis.x, -tangent(b) / self.tangent);
+            let (length, limit) = (t.length(), self.mu * p);
+            return (join(p, if length > limit { t * (limit / length) } else { t }), true);
         }
         let (stick, sticks) = self.stick(b);
         if sticks && tangent(stick).length() <= self.mu * stick.x {
@@ -93,10 +124,10 @@ impl Contact {
             .find_map(DVec2::try_normalize)
             .unwrap_or(DVec2::X);
         // Where a push hardly moves the contact off, the equation may have huge roots that solve nothing.
-        let solves = |r: &DVec3| self.natural_map(*r, self.w * *r + b).length() <= 1e-6 * b.length();
+        let solves = |r: &DVec3| self.natural_map(*r, self.with(*r, b)).length() <= 1e-6 * b.length();
         match self.slip(b, start).filter(solves) {
             Some(r) => (r, true),
-            None => (self.disc(guess, self.w * guess + b, 0.5), false),
+            None => (disc_update(&self.at(self.with(guess, b)), guess, 0.5), false),
         }
     }
 
@@ -104,10 +135,10 @@ impl Contact {
     /// contact altogether.
     fn stick(&self, b: DVec3) -> (DVec3, bool) {
         let w_nt = tangent(self.w.x_axis);
-        let rest = tangent(b) - w_nt * (b.x / self.normal);
+        let rest = tangent(b) - w_nt * (b.x / self.w.x_axis.x);
         let t = -(self.schur_inverse * rest);
         let sticks = (self.schur_null * rest).length() <= ROUND_OFF * b.length();
-        (join((-b.x - w_nt.dot(t)) / self.normal, t), sticks)
+        (join((-b.x - w_nt.dot(t)) / self.w.x_axis.x, t), sticks)
     }
 
     /// Slip in the unit direction d: `u_n = 0`, `u_T = s d` with s ≥ 0 and `r = p (1, −μ d)` with p > 0.
@@ -118,12 +149,12 @@ impl Contact {
     /// fails by looking at all of the circle.
     fn slip(&self, b: DVec3, start: DVec2) -> Option<DVec3> {
         let (w_nt, b_t) = (tangent(self.w.x_axis), tangent(b));
-        let c = self.normal * b_t - b.x * w_nt;
+        let c = self.w.x_axis.x * b_t - b.x * w_nt;
         let matrix = (b.x * tangential_block(&self.w) - outer(b_t, w_nt)) * self.mu;
         let size = c.length() + matrix.x_axis.length() + matrix.y_axis.length();
         let off = |d: DVec2| d.perp().dot(c + matrix * d);
         let valid = |d: DVec2| {
-            let (sliding, normal) = (d.dot(c + matrix * d), self.normal - self.mu * w_nt.dot(d));
+            let (sliding, normal) = (d.dot(c + matrix * d), self.w.x_axis.x - self.mu * w_nt.dot(d));
             let holds = off(d).abs() <= 1e-13 * size && sliding >= -1e-13 * size && normal > 0.0;
             holds.then(|| {
                 let p = -b.x / normal;
@@ -170,43 +201,6 @@ impl Contact {
             () => Status::Stick,
         }
     }
-
-    /// One relaxation of the forces from velocity `u`, with the fraction `step` of the contact's own scales: push, then
-    /// the friction within the disc that this push allows. Its fixed points are exactly Coulomb's law.
-    pub fn disc(&self, r: DVec3, u: DVec3, step: f64) -> DVec3 {
-        let p = (r.x - step / self.normal * u.x).max(0.0);
-        clamp(p, tangent(r) - tangent(u) * (step / self.tangent), self.mu)
-    }
-
-    /// `a·b` of two impulses in the scales of the relaxations: normal by W_nn, tangent by λmax(W_tt).
-    pub fn dot(&self, a: DVec3, b: DVec3) -> f64 {
-        self.normal * a.x * b.x + self.tangent * tangent(a).dot(tangent(b))
-    }
-}
-
-/// `r − P_K(r − ρ (u + μ‖u_T‖ n))`, an impulse.
-pub fn natural_map(r: DVec3, u: DVec3, mu: f64, rho: f64) -> DVec3 {
-    let corrected = u + DVec3::X * (mu * tangent(u).length());
-    r - project(r - rho * corrected, mu)
-}
-
-/// The nearest point of the cone `‖r_T‖ ≤ μ r_n`.
-pub fn project(r: DVec3, mu: f64) -> DVec3 {
-    let (n, t) = (r.x, tangent(r).length());
-    if mu * t <= -n {
-        DVec3::ZERO // asked first: without friction the other test holds for all that has no tangent
-    } else if t <= mu * n {
-        r
-    } else {
-        let p = (n + mu * t) / (1.0 + mu * mu);
-        join(p, tangent(r) * (mu * p / t))
-    }
-}
-
-/// The normal impulse p with a friction of at most μ p.
-fn clamp(p: f64, t: DVec2, mu: f64) -> DVec3 {
-    let (length, limit) = (t.length(), mu * p);
-    join(p, if length > limit { t * (limit / length) } else { t })
 }
 
 pub fn tangent(v: DVec3) -> DVec2 {
@@ -245,29 +239,6 @@ fn pseudo_inverse(m: &DMat2, zero: f64) -> (DMat2, DMat2) {
     // m − small I is (large − small) d dᵀ for the unit eigenvector d of the large one.
     let onto = (*m - DMat2::from_diagonal(DVec2::splat(small))) * (1.0 / (large - small));
     (onto * (1.0 / large), DMat2::IDENTITY - onto)
-}
-
-/// Largest eigenvalue of a positive semidefinite symmetric 3×3 matrix, by Jacobi's rotations; as in `shaders/space/dimension/space.wgsl`.
-pub fn largest_eigenvalue(m: &DMat3) -> f64 {
-    let mut diagonal = DVec3::new(m.x_axis.x, m.y_axis.y, m.z_axis.z);
-    let size = diagonal.element_sum();
-    if !(size > 0.0) {
-        return 0.0;
-    }
-    diagonal /= size;
-    let mut off = DVec3::new(m.y_axis.z, m.z_axis.x, m.x_axis.y) / size;
-    for _ in 0..15 {
-        let square = off.z * off.z;
-        if square > 0.0 {
-            let half = 0.5 * (diagonal.y - diagonal.x);
-            let t = if half >= 0.0 { off.z } else { -off.z } / (half.abs() + (half * half + square).sqrt());
-            diagonal += t * off.z * DVec3::new(-1.0, 1.0, 0.0);
-            off = DVec3::new(off.x + t * off.y, off.y - t * off.x, 0.0) / (1.0 + t * t).sqrt();
-        }
-        // The next two axes.
-        (diagonal, off) = (diagonal.yzx(), off.yzx());
-    }
-    size * diagonal.max_element()
 }
 
 #[cfg(test)]
@@ -328,6 +299,10 @@ mod tests {
         assert_eq!(contact.solve(DVec3::new(1.0, 3.0, 0.0), DVec3::ZERO).0, DVec3::ZERO);
         assert_eq!(contact.solve(DVec3::new(-2.0, 1.75, 0.0), DVec3::ZERO).0, DVec3::new(1.0, -0.25, 0.0));
         assert_eq!(contact.solve(DVec3::new(-2.0, 0.0, 70.0), DVec3::ZERO).0, DVec3::new(1.0, 0.0, -0.5));
+        // The disc update is the same, wherever it sets out from.
+        let (b, guess) = (DVec3::new(-2.0, 1.75, -1.0), DVec3::new(3.0, 0.5, 1.0));
+        let updated = disc_update(&contact.at(contact.with(guess, b)), guess, 1.0);
+        assert!((updated - contact.solve(b, guess).0).length() < 1e-15, "{updated}");
     }
 
     #[test]
@@ -346,13 +321,14 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         for k in 0..1000 {
             let (r, mu) = (vector(&mut rng), [0.0, 0.4, 2.0][k % 3]);
-            let p = project(r, mu);
+            // At rest the natural map is what the projection takes away.
+            let p = r - Contact::new(DMat3::IDENTITY, mu).natural_map(r, DVec3::ZERO);
             let polar = r - p;
             assert!(p.dot(polar).abs() < 1e-14, "{r:?}");
             assert!(tangent(p).length() <= mu * p.x + 1e-14);
             assert!(mu * tangent(polar).length() <= -polar.x + 1e-14);
         }
-        assert_eq!(project(-DVec3::X, 0.0), DVec3::ZERO);
+        assert_eq!(Contact::new(DMat3::IDENTITY, 0.0).natural_map(-DVec3::X, DVec3::ZERO), -DVec3::X);
     }
 
     #[test]

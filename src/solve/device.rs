@@ -9,15 +9,18 @@
 
 use crate::solve::{
     contact::Contact,
-    jacobi::{MARGIN, POWER, largest_eigenvalue},
+    jacobi::{POWER, ROUNDING_DOUBLE, initial_state},
+    momentum::{ROUNDING, SolverState},
     operator::{Operator, velocities},
+    options::{Options, Solver},
     problem::Problem,
     residual::{contacts, relative},
-    solver::{DIVERGED, Options, Record, Solution, Solver},
+    solution::{DIVERGED, Record, Solution},
 };
 use crate::{
     error::{Error, Result},
     gpu::{Arrays, Device, Layout, Program, compose, workgroups},
+    record::Element,
     shaders,
 };
 use glam::DVec3;
@@ -29,7 +32,9 @@ const BATCH: usize = 64;
 /// The device's residual has round-off in it: from this multiple of the tolerance on the host looks for itself.
 const NEAR: f64 = 10.0;
 /// The kernels of a pass; the first one also puts by the best iterate of all passes before.
-const PASS: [&str; 3] = ["project", "multiply", "steer"];
+const PASS: [&str; 3] = ["disc_pass", "apply_delassus", "momentum_restart"];
+/// As [`ROUNDING_DOUBLE`].
+const ROUNDING_SINGLE: f64 = 1e-5;
 /// What single precision bears: the part of the largest scale of W that each of a contact's own must be, and μ.
 const SINGLE: (f64, f64) = (1e-15, 1e9);
 
@@ -66,15 +71,15 @@ impl Jacobi {
         let record = |pass, residual| Record { pass, residual, seconds: started.elapsed().as_secs_f64() };
         let mut history = vec![record(0, found.residual)];
         let (mut passes, mut goal, mut seen) = (0, options.tolerance, f64::INFINITY);
-        let relaxation = Relaxation::new(self, problem, &contacts)?;
+        let relaxation = Relaxation::new(self, problem, &contacts, options.tolerance)?;
         while found.residual > options.tolerance && passes < options.max_iterations {
             let limit = options.max_iterations.min(passes + BATCH);
-            let (state, residuals) = relaxation.advance(limit - passes, limit, goal)?;
-            let [done, residual, least] = ["passes", "residual", "least"].map(|name| state[name]);
-            history.extend((passes..done as usize).map(|pass| record(pass + 1, residuals[pass % BATCH])));
+            let (state, least, residuals) = relaxation.advance(limit - passes, limit, goal)?;
+            let (done, residual) = (state.passes as usize, state.residual_estimate);
+            history.extend((passes..done).map(|pass| record(pass + 1, residuals[pass % BATCH])));
             // The device compares in its own precision, and may be content with what the host is not.
-            let content = residual <= goal || done as usize == passes;
-            passes = done as usize;
+            let content = residual <= goal || done == passes;
+            passes = done;
             // Written so that NaN stops. At 0 nothing would change any more.
             let going = residual > 0.0 && residual <= DIVERGED * least && passes < options.max_iterations;
             if !going || least <= NEAR * options.tolerance && least < seen {
@@ -127,9 +132,8 @@ struct Relaxation<'a> {
     device: &'a Device,
     contacts: usize,
     dims: usize,
-    accelerated: bool,
-    /// Below this fraction of the impulses, squared, a step is lost in round-off.
-    round_off: f64,
+    max_momentum: f64,
+    rounding: f64,
     /// What the device counts impulses in.
     unit: f64,
     /// Of a pass, with their workgroups.
@@ -139,7 +143,7 @@ struct Relaxation<'a> {
 }
 
 impl<'a> Relaxation<'a> {
-    fn new(jacobi: &'a Jacobi, problem: &Problem, contacts: &[Contact]) -> Result<Relaxation<'a>> {
+    fn new(jacobi: &'a Jacobi, problem: &Problem, contacts: &[Contact], tolerance: f64) -> Result<Relaxation<'a>> {
         let Jacobi { device, solver, double } = jacobi;
         let (n, dims, blocks) = (problem.len(), problem.dims(), problem.blocks());
         let weight = contacts.iter().map(|c| c.lambda).fold(0.0, f64::max);
@@ -152,8 +156,8 @@ impl<'a> Relaxation<'a> {
             device,
             contacts: n,
             dims,
-            accelerated: *solver == Solver::JacobiAccelerated,
-            round_off: if *double { 1e-20 } else { 1e-10 },
+            max_momentum: f64::from(u8::from(*solver == Solver::JacobiAccelerated)),
+            rounding: (ROUNDING * tolerance).max(if *double { ROUNDING_DOUBLE } else { ROUNDING_SINGLE }),
             unit: problem.reference() / weight,
             layouts: bindings.map(|binding| (binding.name.clone(), binding.layout.clone())).collect(),
             buffers: HashMap::new(),
@@ -162,8 +166,9 @@ impl<'a> Relaxation<'a> {
         let (x, y) = workgroups(n);
         let rows = [("row_start", n + 1), ("column", blocks), ("w", blocks * dims), ("contact", n)];
         let iterates = ["x", "y", "next", "u_next", "best"].map(|name| (name, n));
-        let sums = [("sums", (x * y) as usize), ("residuals", BATCH), ("relaxation", 1), ("rule", 1)];
-        for (name, length) in [&rows[..], &iterates, &sums].concat() {
+        let sums = [("pass_sums", (x * y) as usize), ("residuals", BATCH)];
+        let states = [("solver_state", 1), ("best_pass", 1), ("rule", 1)];
+        for (name, length) in [&rows[..], &iterates, &sums, &states].concat() {
             relaxation.allocate(name, length)?;
         }
         relaxation.fill(problem, contacts, weight);
@@ -173,7 +178,7 @@ impl<'a> Relaxation<'a> {
             let pipeline = device.pipeline(&label, program)?;
             let resources = names.iter().map(|name| relaxation.buffers[name].as_entire_binding());
             let group = device.group(&label, &pipeline, resources);
-            let size = if label == "steer" { (1, 1) } else { (x, y) };
+            let size = if label == "momentum_restart" { (1, 1) } else { (x, y) };
             relaxation.kernels.push((pipeline, group, size));
         }
         Ok(relaxation)
@@ -197,7 +202,9 @@ impl<'a> Relaxation<'a> {
         self.write("contact", n, |sink| {
             for (q, c) in q.iter().zip(contacts) {
                 put(*q, sink);
-                [c.mu, c.lambda / weight, c.normal / weight, c.tangent / weight].into_iter().for_each(&mut *sink);
+                [c.mu, c.lambda / weight, c.scales.normal / weight, c.scales.tangential / weight]
+                    .into_iter()
+                    .for_each(&mut *sink);
             }
         });
         self.write("u_next", n, |sink| q.iter().for_each(|q| put(*q, sink)));
@@ -211,13 +218,11 @@ impl<'a> Relaxation<'a> {
         self.write("w", problem.blocks() * self.dims, |sink| {
             rows().for_each(|(_, block)| (0..self.dims).for_each(|axis| put(block.col(axis) / weight, sink)));
         });
-        let largest = MARGIN * largest_eigenvalue(problem, contacts, POWER);
+        // No pass has been yet.
         let none = f64::from(f32::MAX);
-        let start = [("residual", none), ("least", none), ("best", none)];
-        self.write_record(
-            "relaxation",
-            &[&start[..], &[("accepted", 1.0), ("largest", largest), ("theta", 1.0)]].concat(),
-        );
+        let state = SolverState { scale: 1.0, residual_estimate: none, ..initial_state(problem, contacts) };
+        self.write("solver_state", 1, |sink| state.put(self.dims, &mut |lane| sink(lane)));
+        self.write_record("best_pass", &[("residual", none)]);
     }
 
     fn write(&self, name: &str, length: usize, values: impl FnOnce(Sink)) {
@@ -239,17 +244,17 @@ impl<'a> Relaxation<'a> {
     }
 
     /// So many passes, but none after the one whose number is `limit` or whose residual is at most `goal`: the state after
-    /// them and the residuals of the latest, by turns.
-    fn advance(&self, passes: usize, limit: usize, goal: f64) -> Result<(HashMap<&str, f64>, Vec<f64>)> {
+    /// them, the least residual, and the residuals of the latest, by turns.
+    fn advance(&self, passes: usize, limit: usize, goal: f64) -> Result<(SolverState, f64, Vec<f64>)> {
         let count = |value: usize| value as f64;
         self.write_record(
             "rule",
             &[
                 ("contacts", count(self.contacts)),
-                ("accelerated", f64::from(u8::from(self.accelerated))),
                 ("limit", count(limit)),
                 ("goal", goal),
-                ("round_off", self.round_off),
+                ("max_momentum", self.max_momentum),
+                ("rounding", self.rounding),
             ],
         );
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
@@ -263,8 +268,10 @@ impl<'a> Relaxation<'a> {
         drop(compute);
         self.device.queue.submit([encoder.finish()]);
         self.device.check()?;
-        let names = self.layouts["relaxation"].names.iter().map(String::as_str);
-        Ok((names.zip(self.read("relaxation", 1)?).collect(), self.read("residuals", BATCH)?))
+        let mut lanes = self.read("solver_state", 1)?.into_iter();
+        let state = SolverState::take(self.dims, &mut || lanes.next().expect("the kernels have the same record"));
+        let [_improved, least] = self.read("best_pass", 1)?[..] else { unreachable!("two numbers") };
+        Ok((state, least, self.read("residuals", BATCH)?))
     }
 
     /// Impulses of the best pass.
@@ -278,10 +285,11 @@ impl<'a> Relaxation<'a> {
 type Sink<'a> = &'a mut dyn FnMut(f64);
 
 fn program(kernel: &str, dims: usize, double: bool) -> Result<Program> {
-    let scalar = if double { "scalar/double.wgsl" } else { "scalar/single.wgsl" };
-    let dimension = if dims == 2 { "dimension/plane.wgsl" } else { "dimension/space.wgsl" };
-    let own = format!("problem/{kernel}.wgsl");
-    let files = [scalar, dimension, "dispatch.wgsl", "problem/relaxation.wgsl", &own].map(shaders::file);
+    let scalar = if double { "space/scalar/double.wgsl" } else { "space/scalar/single.wgsl" };
+    let dimension = if dims == 2 { "space/dimension/plane.wgsl" } else { "space/dimension/space.wgsl" };
+    let own = format!("solve/{kernel}.wgsl");
+    let shared = ["gpu/dispatch.wgsl", "solve/natural_map.wgsl", "solve/momentum.wgsl", "solve/relaxation.wgsl"];
+    let files: Vec<_> = [scalar, dimension].into_iter().chain(shared).chain([&*own]).map(shaders::file).collect();
     compose(&files, kernel, |_| false)
 }
 
@@ -293,7 +301,7 @@ fn check_range(contacts: &[Contact], weight: f64) -> Result<()> {
         Err(Error::Problem(format!("contact {k}: {what}, beyond single precision; {advice}")))
     };
     for (k, c) in contacts.iter().enumerate() {
-        let part = c.normal.min(c.tangent) / weight;
+        let part = c.scales.normal.min(c.scales.tangential) / weight;
         if part < least {
             return refuse(k, format!("W is {part:e} of the largest"));
         }

@@ -1,13 +1,14 @@
-//! One contact after the other, each solved exactly with all others as they are: in various orders, and colour by
-//! colour with momentum.
+//! One contact after the other with all others as they are: each solved exactly, in various orders, or colour by colour by
+//! the disc update of scenes, with momentum.
 
-use crate::error::{Error, Result};
 use crate::solve::{
     contact::Contact,
-    momentum::Momentum,
+    momentum::{MomentumLimits, PassSums, SolverState, next_momentum},
+    natural_map::disc_update,
     operator::Operator,
+    options::{Options, Order},
     residual::contacts,
-    solver::{Options, Solution, Watch},
+    solution::{Monitor, Solution},
 };
 use glam::DVec3;
 use rand::{Rng, SeedableRng, seq::SliceRandom};
@@ -15,44 +16,11 @@ use rand_chacha::ChaCha8Rng;
 use std::time::Instant;
 
 /// Sweeps after which velocities are computed anew from the impulses.
-const REFRESH: usize = 64;
+const REFRESH: u32 = 64;
 
-/// The order of the contacts in a sweep.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Order {
-    /// Each once, in a fresh order every sweep.
-    RandomSweep,
-    /// As many as there are, drawn with replacement.
-    RandomSequential,
-    /// Each once, in a random order that all sweeps share.
-    ShuffledOnce,
-    /// Each once, as they are numbered.
-    #[default]
-    Fixed,
-}
-
-impl Order {
-    pub const ALL: [Order; 4] = [Order::RandomSweep, Order::RandomSequential, Order::ShuffledOnce, Order::Fixed];
-
-    pub fn label(self) -> &'static str {
-        match self {
-            Order::RandomSweep => "random-sweep",
-            Order::RandomSequential => "random-sequential",
-            Order::ShuffledOnce => "shuffled-once",
-            Order::Fixed => "fixed",
-        }
-    }
-}
-
-impl std::str::FromStr for Order {
-    type Err = Error;
-
-    fn from_str(name: &str) -> Result<Order> {
-        let all = Order::ALL.map(Order::label).join(", ");
-        let found = Order::ALL.into_iter().find(|order| order.label() == name);
-        found.ok_or_else(|| Error::Problem(format!("order = \"{name}\" must be one of {all}")))
-    }
-}
+/// Updates of a contact whenever a sweep by colours comes to it. The first one solves spheres exactly, as in scenes; blocks
+/// of files, which join normal and tangent, leave something to a second one, which costs no pass.
+const UPDATES: usize = 2;
 
 /// Contacts with their impulses and the state that belongs to them.
 struct Sweep<'a, O: Operator> {
@@ -63,20 +31,17 @@ struct Sweep<'a, O: Operator> {
 }
 
 impl<O: Operator> Sweep<'_, O> {
-    /// Update the contacts of `order` one by one. How many updates found no solution.
-    fn run(&mut self, order: &[usize]) -> usize {
-        let mut failures = 0;
+    /// Give the contacts of `order` one by one the impulse that `update` makes of contact, impulse and velocity.
+    fn run(&mut self, order: &[usize], mut update: impl FnMut(&Contact, DVec3, DVec3) -> DVec3) {
         for &k in order {
             let u = self.operator.velocity(&self.state, k);
-            let (new, found) = self.contacts[k].solve(self.contacts[k].without(self.r[k], u), self.r[k]);
-            failures += usize::from(!found);
+            let new = update(&self.contacts[k], self.r[k], u);
             let change = new - self.r[k];
             if change != DVec3::ZERO {
                 self.operator.add(&mut self.state, k, change);
                 self.r[k] = new;
             }
         }
-        failures
     }
 
     /// Free the state from the round-off that sweeps leave in it.
@@ -96,7 +61,7 @@ impl<O: Operator> Sweep<'_, O> {
 pub fn solve<O: Operator>(operator: &O, start: Vec<DVec3>, options: &Options) -> Solution {
     let started = Instant::now();
     let contacts = contacts(operator);
-    let mut watch = Watch::new(operator, &contacts, options, started);
+    let mut monitor = Monitor::new(operator, &contacts, options, started);
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
     let n = contacts.len();
     let mut order: Vec<usize> = (0..n).collect();
@@ -104,14 +69,14 @@ pub fn solve<O: Operator>(operator: &O, start: Vec<DVec3>, options: &Options) ->
         order.shuffle(&mut rng);
     }
     let mut sweep = Sweep { operator, contacts: &contacts, r: start, state: operator.free() };
-    let mut pass = 0;
+    let mut pass = 0_u32;
     loop {
-        if pass % REFRESH == 0 {
-            watch.other_passes += 1;
+        if pass.is_multiple_of(REFRESH) {
+            monitor.other_passes += 1;
             sweep.refresh();
         }
-        if watch.stop(pass, sweep.residual(), &sweep.r) {
-            return watch.finish();
+        if monitor.stop(pass as usize, sweep.residual(), &sweep.r) {
+            return monitor.finish();
         }
         pass += 1;
         match options.order {
@@ -119,7 +84,11 @@ pub fn solve<O: Operator>(operator: &O, start: Vec<DVec3>, options: &Options) ->
             Order::RandomSequential => order.fill_with(|| rng.random_range(0..n)),
             Order::ShuffledOnce | Order::Fixed => {}
         }
-        watch.local_failures += sweep.run(&order);
+        sweep.run(&order, |contact, r, u| {
+            let (new, found) = contact.solve(contact.without(r, u), r);
+            monitor.local_failures += usize::from(!found);
+            new
+        });
     }
 }
 
@@ -128,28 +97,37 @@ pub fn solve<O: Operator>(operator: &O, start: Vec<DVec3>, options: &Options) ->
 pub fn coloured<O: Operator>(operator: &O, start: Vec<DVec3>, options: &Options) -> Solution {
     let started = Instant::now();
     let contacts = contacts(operator);
-    let mut watch = Watch::new(operator, &contacts, options, started);
+    let mut monitor = Monitor::new(operator, &contacts, options, started);
     let colours = colours(operator);
     let mut order: Vec<usize> = (0..contacts.len()).collect();
     order.sort_by_key(|&k| colours[k]);
     let mut sweep = Sweep { operator, contacts: &contacts, r: start, state: operator.free() };
     sweep.refresh();
-    watch.other_passes += 1;
+    monitor.other_passes += 1;
     // The iterate before, and where the sweep began.
     let (mut x, mut y) = (sweep.r.clone(), sweep.r.clone());
     let (mut state_x, mut newer) = (sweep.state.clone(), sweep.state.clone());
-    let mut momentum = Momentum::default();
-    let mut pass = 0;
-    let mut stop = watch.stop(0, sweep.residual(), &sweep.r);
+    // Updates in place have no step length.
+    let mut momentum = SolverState::new(operator.reference(), 0.0, 1.0);
+    let limits = MomentumLimits { max_momentum: 1.0, rounding: 0.0 };
+    let mut stop = monitor.stop(0, sweep.residual(), &sweep.r);
     while !stop {
-        pass += 1;
         y.copy_from_slice(&sweep.r);
-        watch.local_failures += sweep.run(&order);
-        let residual = sweep.residual();
-        stop = watch.stop(pass, residual, &sweep.r);
+        sweep.run(&order, |contact, r, u| {
+            let b = contact.without(r, u);
+            (0..UPDATES).fold(r, |r, _| disc_update(&contact.at(contact.with(r, b)), r, 1.0))
+        });
+        let mut sums = PassSums::default();
+        for (k, contact) in contacts.iter().enumerate() {
+            let (u, u_x) = (operator.velocity(&sweep.state, k), operator.velocity(&state_x, k));
+            sums.residual_squared += contact.natural_map(sweep.r[k], u).length_squared();
+            // (y − x⁺)·W (x⁺ − x): in place the metric is W.
+            sums.restart_criterion += (y[k] - sweep.r[k]).dot(u - u_x);
+        }
+        momentum = next_momentum(&momentum, &sums, &limits);
+        stop = monitor.stop(momentum.passes as usize, momentum.residual_estimate, &sweep.r);
 
-        let uphill = (0..x.len()).map(|k| contacts[k].dot(y[k] - sweep.r[k], sweep.r[k] - x[k])).sum();
-        let beta = momentum.next(uphill, residual);
+        let beta = momentum.beta;
         for (x, r) in x.iter_mut().zip(&mut sweep.r) {
             let older = std::mem::replace(x, *r);
             *r += beta * (*r - older);
@@ -157,13 +135,13 @@ pub fn coloured<O: Operator>(operator: &O, start: Vec<DVec3>, options: &Options)
         newer.clone_from(&sweep.state);
         operator.extrapolate(&mut sweep.state, &newer, &state_x, beta);
         std::mem::swap(&mut state_x, &mut newer);
-        if pass % REFRESH == 0 {
-            watch.other_passes += 2;
+        if momentum.passes.is_multiple_of(REFRESH) {
+            monitor.other_passes += 2;
             operator.set(&mut state_x, &x);
             sweep.refresh();
         }
     }
-    watch.finish()
+    monitor.finish()
 }
 
 /// The smallest colour that no neighbour has, contact by contact: at most one more colour than the largest number of

@@ -9,9 +9,10 @@
 use crate::error::{Error, Result};
 use crate::solve::{
     operator::Operator,
+    options::Options,
     problem::Problem,
     residual::{contacts, relative},
-    solver::{Options, Record, Solution},
+    solution::{Record, Solution},
 };
 use glam::DVec3;
 use std::{cmp::Ordering, time::Instant};
@@ -36,7 +37,7 @@ pub fn solve(problem: &Problem, options: &Options) -> Result<Solution> {
     let contacts = contacts(problem);
     // Scaled like the relaxations: pairs of order 1.
     let (normal, tangent): (Vec<f64>, Vec<f64>) =
-        contacts.iter().map(|c| (c.normal.sqrt().recip(), c.tangent.sqrt().recip())).unzip();
+        contacts.iter().map(|c| (c.scales.normal.sqrt().recip(), c.scales.tangential.sqrt().recip())).unzip();
     let unit = (0..n).map(|k| (problem.q()[k].x * normal[k]).abs().max((problem.q()[k].y * tangent[k]).abs()));
     let unit = unit.fold(f64::MIN_POSITIVE, f64::max);
     let mut m = vec![vec![0.0; 4 * n]; 4 * n];

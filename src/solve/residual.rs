@@ -1,7 +1,8 @@
 //! How far impulses are from obeying the laws of contact: one measure for all solvers, tests and answers of others.
 
 use crate::solve::{
-    contact::{Contact, Status, natural_map, project, tangent},
+    contact::{Contact, Status, tangent},
+    natural_map::natural_map,
     operator::{Operator, velocities},
 };
 use glam::DVec3;
@@ -28,16 +29,17 @@ pub fn relative(contacts: &[Contact], r: &[DVec3], u: &[DVec3], reference: f64) 
 
 /// The same for the associated problem, `K* ∋ u ⟂ r ∈ K_μ`: no De Saxcé term, so sliding opens contacts.
 pub fn associated(contacts: &[Contact], r: &[DVec3], u: &[DVec3], reference: f64) -> f64 {
-    let map = |c: &Contact, r: DVec3, u: DVec3| c.lambda * (r - project(r - u / c.lambda, c.mu));
-    let sum: f64 = contacts.iter().zip(r).zip(u).map(|((c, &r), &u)| map(c, r, u).length_squared()).sum();
-    sum.sqrt() / reference
+    // The natural map adds μ‖u_T‖ n itself.
+    let without = |c: &Contact, u: DVec3| u - DVec3::X * (c.mu * tangent(u).length());
+    let u: Vec<DVec3> = contacts.iter().zip(u).map(|(c, &u)| without(c, u)).collect();
+    relative(contacts, r, &u, reference)
 }
 
 /// What Siconos reports: the natural map with ρ = 1 whatever the units, relative to the larger of ‖q‖ and ‖r‖. It reads
 /// up to 130 times smaller than [`residual`] and is here for comparison only.
 pub fn siconos(contacts: &[Contact], r: &[DVec3], u: &[DVec3], reference: f64) -> f64 {
     let norm = |v: &mut dyn Iterator<Item = DVec3>| v.map(|v| v.length_squared()).sum::<f64>().sqrt();
-    let error = norm(&mut contacts.iter().zip(r).zip(u).map(|((c, &r), &u)| natural_map(r, u, c.mu, 1.0)));
+    let error = norm(&mut contacts.iter().zip(r).zip(u).map(|((c, &r), &u)| natural_map(&c.at(u), r, 1.0)));
     error / norm(&mut r.iter().copied()).max(reference)
 }
 

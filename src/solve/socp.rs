@@ -7,9 +7,10 @@
 use crate::solve::{
     contact::tangent,
     operator::Operator,
+    options::Options,
     problem::Problem,
     residual::{associated, contacts, relative},
-    solver::{Options, Record, Solution},
+    solution::{Record, Solution},
 };
 use clarabel::{
     algebra::CscMatrix,

@@ -42,17 +42,9 @@ fn effective_mass_of(entry: u32, i: u32, j: u32, free: Velocity, there: Velocity
         w = delassus_block(select(i, j, first), select(arm, arm_to, first));
     }
     w = plus(delassus_block(select(j, i, first), select(arm_to, arm, first)), 1, w);
-    let across = times(w, n);
-    l.normal = dot(n, across);
-    let along = across * (1 / l.normal) - n; // how a push along n moves the point across
-    let tangents = plus(plus(plus(w, -1, outer(n, across)), -1, outer(across, n)), l.normal, outer(n, n));
-    l.tangential = largest_eigenvalue(tangents);
-    // More than W has there: so much that the two are nowhere less than W, which joins them, and that friction at its limit, which
-    // answers to the normal impulse, makes it overshoot by half at most.
-    let turned_aside = sqrt(dot(along, along));
-    let joined = turned_aside * sqrt(l.normal / l.tangential);
-    l.normal *= max(1 + joined, (1 + pair_of(i, j).friction * turned_aside) / 1.5);
-    l.tangential *= 1 + joined;
+    let scales = update_scales(w, n, pair_of(i, j).friction);
+    l.normal = scales.normal;
+    l.tangential = scales.tangential;
     delassus_eigenvalue[entry] = largest_eigenvalue(w);
     return l;
 }

@@ -1,0 +1,79 @@
+//! Values made of scalars, as arrays of the CPU and of a device hold them.
+
+use glam::{DVec3, UVec3};
+
+/// A value made of scalars ("lanes") in the order in which WGSL declares them.
+pub trait Element: Clone + Default + Send + Sync + 'static {
+    /// Member names of a record in `dims` dimensions, empty for a plain value.
+    fn names(_dims: usize) -> &'static [&'static str] {
+        &[]
+    }
+    /// Feed the lanes in `dims` dimensions.
+    fn put(&self, dims: usize, sink: &mut impl FnMut(f64));
+    /// Build from lanes.
+    fn take(dims: usize, source: &mut impl FnMut() -> f64) -> Self;
+    /// Whether this is a whole number.
+    const INTEGER: bool = false;
+}
+
+impl Element for f64 {
+    fn put(&self, _: usize, sink: &mut impl FnMut(f64)) {
+        sink(*self);
+    }
+    fn take(_: usize, source: &mut impl FnMut() -> f64) -> f64 {
+        source()
+    }
+}
+
+impl Element for u32 {
+    const INTEGER: bool = true;
+    fn put(&self, _: usize, sink: &mut impl FnMut(f64)) {
+        sink(f64::from(*self));
+    }
+    fn take(_: usize, source: &mut impl FnMut() -> f64) -> u32 {
+        source() as u32
+    }
+}
+
+impl Element for UVec3 {
+    fn put(&self, _: usize, sink: &mut impl FnMut(f64)) {
+        self.to_array().iter().for_each(|c| sink(f64::from(*c)));
+    }
+    fn take(_: usize, source: &mut impl FnMut() -> f64) -> UVec3 {
+        UVec3::from_array(std::array::from_fn(|_| source() as u32))
+    }
+}
+
+impl Element for DVec3 {
+    fn put(&self, dims: usize, sink: &mut impl FnMut(f64)) {
+        self.to_array()[..dims].iter().for_each(|c| sink(*c));
+    }
+    fn take(dims: usize, source: &mut impl FnMut() -> f64) -> DVec3 {
+        let mut v = [0.0; 3];
+        v[..dims].iter_mut().for_each(|c| *c = source());
+        v.into()
+    }
+}
+
+/// Declares the Rust side of a WGSL struct: same name, same members, same order.
+macro_rules! record {
+    ($(#[$meta:meta])* $name:ident { $($(#[$fmeta:meta])* $field:ident: $ty:ty),* $(,)? }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        pub struct $name { $($(#[$fmeta])* pub $field: $ty),* }
+
+        impl $crate::record::Element for $name {
+            const INTEGER: bool = true $(&& <$ty as $crate::record::Element>::INTEGER)*;
+            fn names(_: usize) -> &'static [&'static str] {
+                &[$(stringify!($field)),*]
+            }
+            fn put(&self, dims: usize, sink: &mut impl FnMut(f64)) {
+                $($crate::record::Element::put(&self.$field, dims, sink);)*
+            }
+            fn take(dims: usize, source: &mut impl FnMut() -> f64) -> Self {
+                $name { $($field: $crate::record::Element::take(dims, source)),* }
+            }
+        }
+    };
+}
+pub(crate) use record;
