@@ -146,7 +146,7 @@ impl<'a> Relaxation<'a> {
         if !double {
             check_range(contacts, weight)?;
         }
-        let programs = PASS.map(|kernel| program(kernel, dims, *double)).into_iter().collect::<Result<Vec<_>>>()?;
+        let programs = programs(dims, *double)?;
         let bindings = programs.iter().flat_map(|program| &program.bindings);
         let mut relaxation = Relaxation {
             device,
@@ -277,12 +277,13 @@ impl<'a> Relaxation<'a> {
 
 type Sink<'a> = &'a mut dyn FnMut(f64);
 
-fn program(kernel: &str, dims: usize, double: bool) -> Result<Program> {
+/// The kernels of a pass.
+fn programs(dims: usize, double: bool) -> Result<Vec<Program>> {
     let scalar = if double { "scalar/double.wgsl" } else { "scalar/single.wgsl" };
     let dimension = if dims == 2 { "dimension/plane.wgsl" } else { "dimension/space.wgsl" };
-    let own = format!("problem/{kernel}.wgsl");
-    let files = [scalar, dimension, "dispatch.wgsl", "problem/relaxation.wgsl", &own].map(shaders::file);
-    compose(&files, kernel, |_| false)
+    let shared = [scalar, dimension, "dispatch.wgsl", "problem/relaxation.wgsl"].map(shaders::file);
+    let kernels = PASS.map(|kernel| (kernel, shaders::file(&format!("problem/{kernel}.wgsl"))));
+    compose(&shared, &kernels, |_, _| false)
 }
 
 /// Whether single precision can tell the contacts apart from nothing.

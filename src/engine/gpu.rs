@@ -37,6 +37,7 @@ pub struct Gpu {
     times: Option<Times>,
 }
 
+#[derive(Clone)]
 struct Kernel {
     pipeline: wgpu::ComputePipeline,
     /// Array names in binding order; `params` for the uniform.
@@ -58,16 +59,16 @@ enum Memory {
     Image(wgpu::Texture, wgpu::TextureView),
 }
 
-/// The kernel of a stage, composed for a model.
-pub fn program(model: &Model, stage: &Stage) -> Result<Program> {
-    program_with_images(model, stage, &HashSet::new())
+/// The kernels of stages, composed for a model.
+pub fn programs(model: &Model, stages: &[&Stage]) -> Result<Vec<Program>> {
+    programs_with_images(model, stages, &HashSet::new())
 }
 
 /// The same with images in place of these arrays.
-fn program_with_images(model: &Model, stage: &Stage, images: &HashSet<&'static str>) -> Result<Program> {
-    let own = format!("{}.wgsl", stage.kernel);
-    let files: Vec<_> = model.files().into_iter().chain([own.as_str()]).map(shaders::file).collect();
-    compose(&files, stage.kernel, |binding| images.contains(stage.array(&binding.name)))
+fn programs_with_images(model: &Model, stages: &[&Stage], images: &HashSet<&'static str>) -> Result<Vec<Program>> {
+    let shared: Vec<_> = model.files().into_iter().map(shaders::file).collect();
+    let kernels = stages.iter().map(|stage| (stage.kernel, shaders::file(&format!("{}.wgsl", stage.kernel))));
+    compose(&shared, &kernels.collect::<Vec<_>>(), |k, binding| images.contains(stages[k].array(&binding.name)))
 }
 
 /// Arrays with which all kernels, and the plan, do only what can be done with images. Buffers and images cannot be
@@ -86,8 +87,9 @@ fn imageable(plan: &Plan, programs: &[(&'static Stage, Program)]) -> HashSet<&'s
 /// # Errors
 /// [`Error::Shader`] if a kernel does not compose, or if a struct differs between Rust and WGSL.
 pub fn layouts(model: &Model, plan: &Plan) -> Result<HashMap<&'static str, Layout>> {
-    let programs = plan.stages().into_iter().map(|stage| Ok((stage, program(model, stage)?)));
-    collect_layouts(model.dims(), &programs.collect::<Result<Vec<_>>>()?)
+    let stages = plan.stages();
+    let programs = programs(model, &stages)?;
+    collect_layouts(model.dims(), &stages.into_iter().zip(programs).collect::<Vec<_>>())
 }
 
 fn collect_layouts(dims: usize, programs: &[(&'static Stage, Program)]) -> Result<HashMap<&'static str, Layout>> {
@@ -137,8 +139,9 @@ impl Gpu {
     pub fn new(device: Device, plan: &Plan, state: &State) -> Result<Gpu> {
         let model = &state.model;
         let programs = |images: &HashSet<_>| -> Result<Vec<_>> {
-            let stages = plan.stages().into_iter();
-            stages.map(|stage| Ok((stage, program_with_images(model, stage, images)?))).collect()
+            let stages = plan.stages();
+            let programs = programs_with_images(model, &stages, images)?;
+            Ok(stages.into_iter().zip(programs).collect())
         };
         let mut composed = programs(&HashSet::new())?;
         let layouts = collect_layouts(model.dims(), &composed)?;
@@ -156,6 +159,27 @@ impl Gpu {
         for (stage, program) in composed {
             kernels.insert(stage.name, Kernel::new(&device, stage, program)?);
         }
+        Gpu::filled(device, kernels, layouts, images, state)
+    }
+
+    /// Another one on the same device and with the same kernels, filled with the content of another state of the model.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if the arrays do not fit.
+    pub fn beside(&self, state: &State) -> Result<Gpu> {
+        let kernels =
+            self.kernels.iter().map(|(name, kernel)| (*name, Kernel { groups: Vec::new(), ..kernel.clone() }));
+        Gpu::filled(self.device.clone(), kernels.collect(), self.layouts.clone(), self.images.clone(), state)
+    }
+
+    fn filled(
+        device: Device,
+        kernels: HashMap<&'static str, Kernel>,
+        layouts: HashMap<&'static str, Layout>,
+        images: HashSet<&'static str>,
+        state: &State,
+    ) -> Result<Gpu> {
+        let model = &state.model;
         let params_layout = layouts["params"].clone();
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let params = device.buffer("params", params_layout.stride as u64, usage)?;
@@ -476,5 +500,9 @@ impl Engine for Gpu {
 
     fn stride(&self, array: &str) -> usize {
         self.layouts.get(array).map_or(4, |l| l.stride)
+    }
+
+    fn gpu(&self) -> Option<&Gpu> {
+        Some(self)
     }
 }

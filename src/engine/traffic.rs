@@ -1,6 +1,6 @@
 //! Bytes that a stage has to move, counted from what its kernel is seen to read and to write.
 
-use super::gpu::program;
+use super::gpu::programs;
 use crate::{
     error::Result,
     kernels::Stage,
@@ -13,8 +13,8 @@ use crate::{
 /// # Errors
 /// [`crate::Error::Shader`] if the kernel does not compose.
 pub fn bytes(model: &Model, stage: &Stage, sizes: &Sizes, stride: impl Fn(&str) -> usize) -> Result<u64> {
-    let program = program(model, stage)?;
-    let arrays = program.bindings.iter().filter(|b| !b.uniform);
+    let programs = programs(model, &[stage])?;
+    let arrays = programs.iter().flat_map(|program| &program.bindings).filter(|b| !b.uniform);
     let of = |array: &Array| sizes.of(array.length) * stride(array.name);
     let moved = arrays.map(|b| (usize::from(b.read) + usize::from(b.written)) * of(Array::named(stage.array(&b.name))));
     Ok(moved.sum::<usize>() as u64)
