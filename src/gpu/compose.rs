@@ -5,7 +5,7 @@
 use super::images;
 use crate::error::{Error, Result};
 use naga::{
-    AddressSpace, Handle, Module, ResourceBinding, ScalarKind, Type, TypeInner,
+    AddressSpace, EntryPoint, Handle, Module, ResourceBinding, ScalarKind, Type, TypeInner,
     compact::{KeepUnused, compact},
     proc::Layouter,
     valid::{Capabilities, GlobalUse, ModuleInfo, ValidationFlags, Validator},
@@ -92,9 +92,10 @@ pub fn compose(
     for group in groups {
         let own = group.files.iter().map(|(name, text)| (*name, text.as_str()));
         let files: Vec<File> = shared.iter().copied().chain(own).collect();
-        let module = parse(&files)?;
+        let mut module = parse(&files)?;
         validated(&module, &files)?;
-        let composed = group.kernels.iter().map(|&k| Ok((k, isolated(module.clone(), kernels[k].0, &files)?)));
+        let entries = std::mem::take(&mut module.entry_points);
+        let composed = group.kernels.iter().map(|&k| Ok((k, isolated(&module, &entries, kernels[k].0, &[], &files)?)));
         let composed: Vec<_> = composed.collect::<Result<_>>()?;
         programs.extend(with_images(composed, files, &image)?);
     }
@@ -123,15 +124,14 @@ fn with_images(
     }
     let declared: String = declared.into_values().collect();
     let files: Vec<File> = [("images", declared.as_str())].into_iter().chain(files).collect();
-    let module = parse(&files)?;
+    let mut module = parse(&files)?;
+    let entries = std::mem::take(&mut module.entry_points);
     let redirected = composed.into_iter().map(|(k, program)| {
         let images = images_of(k, &program);
         if images.is_empty() {
             return Ok((k, program));
         }
-        let mut module = module.clone();
-        images::redirect(&mut module, &images);
-        let mut program = isolated(module, &program.entry, &files)?;
+        let mut program = isolated(&module, &entries, &program.entry, &images, &files)?;
         for binding in &mut program.bindings {
             if let Some(array) = images.iter().find(|b| images::name(b) == binding.name) {
                 *binding = Binding { image: true, ..array.clone() };
@@ -196,9 +196,20 @@ fn declaration(line: &str) -> Option<(&str, Option<&str>)> {
     Some((name, line.split_once(';').map(|(whole, _)| whole).filter(|_| value)))
 }
 
-/// One entry point with what it uses.
-fn isolated(mut module: Module, entry: &str, files: &[File<'_>]) -> Result<Program> {
-    module.entry_points.retain(|e| e.name == entry);
+/// One of the entry points, which have been taken out of the module, with what it uses of the module; and images in place
+/// of these arrays.
+fn isolated(
+    module: &Module,
+    entries: &[EntryPoint],
+    entry: &str,
+    images: &[Binding],
+    files: &[File<'_>],
+) -> Result<Program> {
+    let entry_points = entries.iter().filter(|e| e.name == entry).cloned().collect();
+    let mut module = Module { entry_points, ..module.clone() };
+    if !images.is_empty() {
+        images::redirect(&mut module, images);
+    }
     compact(&mut module, KeepUnused::No);
     let info = validated(&module, files)?;
     let bindings = number(&mut module, &info, entry)?;
