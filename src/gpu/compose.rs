@@ -1,6 +1,6 @@
-//! Composer: whole WGSL files are concatenated (module scope does not care about order), parsed by naga for many kernels at
-//! once, reduced to what an entry point uses, and the variables that it uses get binding numbers. Bindings are matched to arrays by name, and the layout of
-//! every array is read from the module, so that no struct is described twice.
+//! Composer: whole WGSL files are concatenated (module scope does not care about order), parsed by naga for many kernels
+//! at once, and reduced to what an entry point uses; the variables among that get binding numbers. Bindings are matched
+//! to arrays by name, and the layout of every array is read from the module, so that no struct is described twice.
 
 use super::images;
 use crate::error::{Error, Result};
