@@ -10,7 +10,6 @@ use crate::{
     contact::overlap::deepest,
     engine::{Engine, Gpu, cpu::apply},
     error::{Error, Result},
-    gpu::Device,
     measure::Sample,
     model::{Method, Precision},
     nscd::plan::reset_colors,
@@ -81,7 +80,8 @@ pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64) -> R
     for array in [&FORCE, &TORQUE].into_iter().filter(|a| arrays.contains(a)) {
         state.column_mut(array).resize(bodies);
     }
-    let gpu = Gpu::new(Device::open(precision == Precision::Double, options.arrays)?, &plans, &state)?;
+    let device = simulation.engine().gpu().expect("a simulation on the device");
+    let gpu = device.beside(&state)?;
 
     let (mut checker, mut contacts) = (Checker { gpu, state, rows: Vec::new(), colored: 0 }, 0);
     for step in 0..steps {
@@ -100,22 +100,22 @@ pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64) -> R
 
     let Checker { rows, gpu, .. } = checker;
     let passed = rows.iter().all(|r| r.passed);
-    let trajectory = trajectory(assembly, options, after + steps)?;
+    let trajectory = trajectory(simulation, options, steps)?;
     let precision = precision.label();
     Ok(Report { adapter: gpu.adapter(), precision, steps, after, contacts, rows, trajectory, passed })
 }
 
-fn trajectory(assembly: &Assembly, options: Options, steps: u64) -> Result<f64> {
-    let run = |engine| -> Result<_> {
-        let mut simulation = Simulation::new(assembly.clone(), Options { engine, ..options })?;
-        simulation.advance(steps)?;
-        simulation.grains()
-    };
-    let (gpu, cpu) = (run(EngineChoice::Gpu)?, run(EngineChoice::Cpu)?);
+/// How far a simulation on the device is from one on the CPU, after so many more steps.
+fn trajectory(mut on_gpu: Simulation, options: Options, steps: u64) -> Result<f64> {
+    on_gpu.advance(steps)?;
+    let mut on_cpu = Simulation::new(on_gpu.assembly().clone(), Options { engine: EngineChoice::Cpu, ..options })?;
+    on_cpu.advance(on_gpu.step())?;
+    let (gpu, cpu) = (on_gpu.grains()?, on_cpu.grains()?);
+    let domain = &on_gpu.assembly().domain;
     let mean_radius = cpu.iter().map(|g| g.radius).sum::<f64>() / cpu.len() as f64;
     let nearest = |mut d: glam::DVec3| {
-        for axis in (0..3).filter(|a| assembly.domain.periodic[*a]) {
-            let length = assembly.domain.upper[axis] - assembly.domain.lower[axis];
+        for axis in (0..3).filter(|a| domain.periodic[*a]) {
+            let length = domain.upper[axis] - domain.lower[axis];
             d[axis] -= length * (d[axis] / length).round();
         }
         d.length()

@@ -37,4 +37,8 @@ pub trait Engine: Send {
     fn clock(&self) -> &'static str;
     /// Bytes from one element of an array to the next.
     fn stride(&self, array: &'static Array) -> usize;
+    /// The device engine, if it is that.
+    fn gpu(&self) -> Option<&Gpu> {
+        None
+    }
 }

@@ -278,6 +278,13 @@ fn many_contacts_at_a_time_are_as_one_by_one() {
 fn every_model_composes_and_matches_the_rust_records() {
     for precision in [Precision::Single, Precision::Double] {
         for model in Model::all(precision) {
+            // Walls that stay are those that may move, with a kernel less.
+            let moving = Model { moving_walls: true, ..model };
+            if model.walls == Walls::Some && model != moving {
+                let kernels = |m: &Model| Plans::new(m).stages().iter().map(|s| s.kernel).collect::<HashSet<_>>();
+                assert!(kernels(&model).is_subset(&kernels(&moving)) && model.files() == moving.files());
+                continue;
+            }
             layouts(&model, &Plans::new(&model)).unwrap_or_else(|e| panic!("{model:?}: {e}"));
         }
     }

@@ -3,7 +3,7 @@
 use super::{Engine, Times};
 use crate::{
     error::{Error, Result},
-    gpu::{Arrays, Device, Layout, Program, Stopwatch, compose, images, workgroups},
+    gpu::{Arrays, Binding, Device, Layout, Program, Stopwatch, compose, images, workgroups},
     memory,
     model::Model,
     plan::Op,
@@ -37,6 +37,7 @@ pub struct Gpu {
     times: Option<Times>,
 }
 
+#[derive(Clone)]
 struct Kernel {
     pipeline: wgpu::ComputePipeline,
     /// In binding order; None for `params`.
@@ -59,6 +60,7 @@ enum Memory {
 }
 
 /// How the arrays of a model, and `params`, lie on a device.
+#[derive(Clone)]
 pub struct Layouts {
     params: Layout,
     arrays: HashMap<&'static Array, Layout>,
@@ -71,16 +73,17 @@ impl Layouts {
     }
 }
 
-/// The kernel of a stage, composed for a model.
-pub fn program(model: &Model, stage: &Stage) -> Result<Program> {
-    program_with_images(model, stage, &HashSet::new())
+/// The kernels of stages, composed for a model.
+pub fn programs(model: &Model, stages: &[&Stage]) -> Result<Vec<Program>> {
+    programs_with_images(model, stages, &HashSet::new())
 }
 
 /// The same with images in place of these arrays.
-fn program_with_images(model: &Model, stage: &Stage, images: &HashSet<&'static Array>) -> Result<Program> {
-    let own = stage.file();
-    let files: Vec<_> = model.files().into_iter().chain([own.as_str()]).map(shaders::file).collect();
-    compose(&files, stage.kernel, |binding| stage.array(&binding.name).is_some_and(|a| images.contains(a)))
+fn programs_with_images(model: &Model, stages: &[&Stage], images: &HashSet<&'static Array>) -> Result<Vec<Program>> {
+    let shared: Vec<_> = model.files().into_iter().map(shaders::file).collect();
+    let kernels = stages.iter().map(|stage| (stage.kernel, shaders::file(&stage.file())));
+    let image = |k: usize, binding: &Binding| stages[k].array(&binding.name).is_some_and(|a| images.contains(a));
+    compose(&shared, &kernels.collect::<Vec<_>>(), image)
 }
 
 /// Arrays with which all kernels, and the plan, do only what can be done with images. Buffers and images cannot be
@@ -102,8 +105,9 @@ fn imageable(plans: &Plans, programs: &[(&'static Stage, Program)]) -> HashSet<&
 /// # Errors
 /// [`Error::Shader`] if a kernel does not compose, or if a struct differs between Rust and WGSL.
 pub fn layouts(model: &Model, plans: &Plans) -> Result<Layouts> {
-    let programs = plans.stages().into_iter().map(|stage| Ok((stage, program(model, stage)?)));
-    collect_layouts(model.dims(), &programs.collect::<Result<Vec<_>>>()?)
+    let stages = plans.stages();
+    let programs = programs(model, &stages)?;
+    collect_layouts(model.dims(), &stages.into_iter().zip(programs).collect::<Vec<_>>())
 }
 
 fn collect_layouts(dims: usize, programs: &[(&'static Stage, Program)]) -> Result<Layouts> {
@@ -162,8 +166,9 @@ impl Gpu {
     pub fn new(device: Device, plans: &Plans, state: &State) -> Result<Gpu> {
         let model = &state.model;
         let programs = |images: &HashSet<_>| -> Result<Vec<_>> {
-            let stages = plans.stages().into_iter();
-            stages.map(|stage| Ok((stage, program_with_images(model, stage, images)?))).collect()
+            let stages = plans.stages();
+            let programs = programs_with_images(model, &stages, images)?;
+            Ok(stages.into_iter().zip(programs).collect())
         };
         let mut composed = programs(&HashSet::new())?;
         let layouts = collect_layouts(model.dims(), &composed)?;
@@ -181,6 +186,27 @@ impl Gpu {
         for (stage, program) in composed {
             kernels.insert(stage, Kernel::new(&device, stage, program)?);
         }
+        Gpu::filled(device, kernels, layouts, images, state)
+    }
+
+    /// Another one on the same device and with the same kernels, filled with the content of another state of the model.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if the arrays do not fit.
+    pub fn beside(&self, state: &State) -> Result<Gpu> {
+        let kernels =
+            self.kernels.iter().map(|(stage, kernel)| (*stage, Kernel { groups: Vec::new(), ..kernel.clone() }));
+        Gpu::filled(self.device.clone(), kernels.collect(), self.layouts.clone(), self.images.clone(), state)
+    }
+
+    fn filled(
+        device: Device,
+        kernels: HashMap<&'static Stage, Kernel>,
+        layouts: Layouts,
+        images: HashSet<&'static Array>,
+        state: &State,
+    ) -> Result<Gpu> {
+        let model = &state.model;
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let params = device.buffer("params", layouts.params.stride as u64, usage)?;
         let mut gpu = Gpu {
@@ -496,5 +522,9 @@ impl Engine for Gpu {
 
     fn stride(&self, array: &'static Array) -> usize {
         self.layouts.stride(array)
+    }
+
+    fn gpu(&self) -> Option<&Gpu> {
+        Some(self)
     }
 }

@@ -1,6 +1,6 @@
 //! Bytes that a stage has to move, counted from what its kernel is seen to read and to write.
 
-use super::gpu::program;
+use super::gpu::programs;
 use crate::{
     error::Result,
     model::Model,
@@ -13,8 +13,9 @@ use crate::{
 /// # Errors
 /// [`crate::Error::Shader`] if the kernel does not compose.
 pub fn bytes(model: &Model, stage: &Stage, sizes: &Sizes, stride: impl Fn(&'static Array) -> usize) -> Result<u64> {
-    let program = program(model, stage)?;
-    let arrays = program.bindings.iter().filter_map(|b| Some((b, stage.array(&b.name)?)));
+    let programs = programs(model, &[stage])?;
+    let bindings = programs.iter().flat_map(|program| &program.bindings);
+    let arrays = bindings.filter_map(|b| Some((b, stage.array(&b.name)?)));
     let of = |array: &'static Array| sizes.of(array.length) * stride(array);
     let moved = arrays.map(|(b, array)| (usize::from(b.read) + usize::from(b.written)) * of(array));
     Ok(moved.sum::<usize>() as u64)

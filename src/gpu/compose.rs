@@ -1,6 +1,6 @@
-//! Composer: whole WGSL files are concatenated (module scope does not care about order), parsed by naga, and the
-//! variables that the entry point uses get binding numbers. Bindings are matched to arrays by name, and the layout of
-//! every array is read from the module, so that no struct is described twice.
+//! Composer: whole WGSL files are concatenated (module scope does not care about order), parsed by naga for many kernels
+//! at once, and reduced to what an entry point uses; the variables among that get binding numbers. Bindings are matched
+//! to arrays by name, and the layout of every array is read from the module, so that no struct is described twice.
 
 use super::{
     images,
@@ -8,10 +8,12 @@ use super::{
 };
 use crate::error::{Error, Result};
 use naga::{
-    AddressSpace, Handle, Module, ResourceBinding, ScalarKind, Type, TypeInner,
+    AddressSpace, EntryPoint, Handle, Module, ResourceBinding, ScalarKind, Type, TypeInner,
+    compact::{KeepUnused, compact},
     proc::Layouter,
     valid::{Capabilities, GlobalUse, ModuleInfo, ValidationFlags, Validator},
 };
+use std::collections::{BTreeMap, HashMap};
 
 /// A kernel ready for a device.
 pub struct Program {
@@ -23,43 +25,162 @@ pub struct Program {
     pub bindings: Vec<Binding>,
 }
 
-/// Compose `files` (name, text) into the kernel `entry`, with images in place of the arrays for which `image` holds.
+/// The name and the text of a file of WGSL.
+pub type File<'a> = (&'a str, &'a str);
+
+/// Compose `shared` files and a file of its own into every kernel (entry point, own file), with images in place of the
+/// arrays for which `image` holds; that is asked with the number of the kernel.
 ///
 /// # Errors
 /// [`Error::Shader`] with file and line if the text does not parse or validate.
-pub fn compose(files: &[(&str, &str)], entry: &str, image: impl Fn(&Binding) -> bool) -> Result<Program> {
-    let mut module = parse(files)?;
+pub fn compose(
+    shared: &[File<'_>],
+    kernels: &[(&str, File<'_>)],
+    image: impl Fn(usize, &Binding) -> bool,
+) -> Result<Vec<Program>> {
+    let mut groups: Vec<Group> = Vec::new();
+    for (k, (_, file)) in kernels.iter().enumerate() {
+        match groups.iter_mut().find(|group| group.can_take(*file)) {
+            Some(group) => group.take(k, *file),
+            None => {
+                groups.push(Group::default());
+                groups.last_mut().expect("just made").take(k, *file);
+            }
+        }
+    }
+    let mut programs = Vec::new();
+    for group in groups {
+        let own = group.files.iter().map(|(name, text)| (*name, text.as_str()));
+        let files: Vec<File> = shared.iter().copied().chain(own).collect();
+        let mut module = parse(&files)?;
+        validated(&module, &files)?;
+        let entries = std::mem::take(&mut module.entry_points);
+        let composed = group.kernels.iter().map(|&k| Ok((k, isolated(&module, &entries, kernels[k].0, &[], &files)?)));
+        let composed: Vec<_> = composed.collect::<Result<_>>()?;
+        programs.extend(with_images(composed, files, &image)?);
+    }
+    programs.sort_by_key(|(k, _)| *k);
+    Ok(programs.into_iter().map(|(_, program)| program).collect())
+}
+
+/// The kernels of a group with images in place of some arrays.
+fn with_images(
+    composed: Vec<(usize, Program)>,
+    files: Vec<File<'_>>,
+    image: impl Fn(usize, &Binding) -> bool,
+) -> Result<Vec<(usize, Program)>> {
+    let images_of = |k: usize, program: &Program| -> Vec<Binding> {
+        program.bindings.iter().filter(|b| image(k, b)).cloned().collect()
+    };
+    let mut declared = BTreeMap::new();
+    for (k, program) in &composed {
+        for binding in images_of(*k, program) {
+            let declaration = || images::declaration(&program.module, &binding);
+            declared.entry(images::name(&binding)).or_insert_with(declaration);
+        }
+    }
+    if declared.is_empty() {
+        return Ok(composed);
+    }
+    let declared: String = declared.into_values().collect();
+    let files: Vec<File> = [("images", declared.as_str())].into_iter().chain(files).collect();
+    let mut module = parse(&files)?;
+    let entries = std::mem::take(&mut module.entry_points);
+    let redirected = composed.into_iter().map(|(k, program)| {
+        let images = images_of(k, &program);
+        if images.is_empty() {
+            return Ok((k, program));
+        }
+        let mut program = isolated(&module, &entries, &program.entry, &images, &files)?;
+        for binding in &mut program.bindings {
+            if let Some(array) = images.iter().find(|b| images::name(b) == binding.name) {
+                *binding = Binding { image: true, ..array.clone() };
+            }
+        }
+        if let Some(left) =
+            images.iter().find(|image| program.bindings.iter().any(|b| b.name == image.name && !b.image))
+        {
+            let message =
+                format!("`{}` is not only loaded and stored element by element, so it cannot be an image", left.name);
+            return Err(Error::Shader { file: program.entry, line: 1, message });
+        }
+        Ok((k, program))
+    });
+    redirected.collect()
+}
+
+/// Kernels that are parsed together, because what takes time is to parse what they share. What two of them declare alike
+/// is declared once.
+#[derive(Default)]
+struct Group<'a> {
+    kernels: Vec<usize>,
+    files: Vec<(&'a str, String)>,
+    declared: HashMap<&'a str, Option<&'a str>>,
+}
+
+impl<'a> Group<'a> {
+    fn has(&self, (file, _): File<'a>) -> bool {
+        self.files.iter().any(|(name, _)| *name == file)
+    }
+
+    /// Whether nothing in a file is declared otherwise in the others.
+    fn can_take(&self, file: File<'a>) -> bool {
+        let known = |name| self.declared.get(name);
+        let mut declared = file.1.lines().filter_map(declaration);
+        self.has(file) || declared.all(|(name, whole)| known(name).is_none_or(|k| whole.is_some() && *k == whole))
+    }
+
+    fn take(&mut self, kernel: usize, file: File<'a>) {
+        self.kernels.push(kernel);
+        if self.has(file) {
+            return;
+        }
+        let mut text = String::new();
+        for line in file.1.lines() {
+            let again = declaration(line).is_some_and(|(name, whole)| self.declared.insert(name, whole).is_some());
+            text += if again { "" } else { line };
+            text.push('\n');
+        }
+        self.files.push((file.0, text));
+    }
+}
+
+/// The name that a line of WGSL declares in module scope, and all of the declaration if that is of a constant or a
+/// variable and ends there.
+fn declaration(line: &str) -> Option<(&str, Option<&str>)> {
+    let keywords = ["fn ", "struct ", "alias ", "const ", "var<"];
+    let (keyword, rest) = keywords.iter().find_map(|keyword| Some((*keyword, line.strip_prefix(keyword)?)))?;
+    let rest = if keyword == "var<" { rest.split_once('>')?.1.trim_start() } else { rest };
+    let name = rest.split(|c: char| !c.is_alphanumeric() && c != '_').next()?;
+    let value = matches!(keyword, "const " | "var<");
+    Some((name, line.split_once(';').map(|(whole, _)| whole).filter(|_| value)))
+}
+
+/// One of the entry points, which have been taken out of the module, with what it uses of the module; and images in place
+/// of these arrays.
+fn isolated(
+    module: &Module,
+    entries: &[EntryPoint],
+    entry: &str,
+    images: &[Binding],
+    files: &[File<'_>],
+) -> Result<Program> {
+    let entry_points = entries.iter().filter(|e| e.name == entry).cloned().collect();
+    let mut module = Module { entry_points, ..module.clone() };
+    if !images.is_empty() {
+        images::redirect(&mut module, images);
+    }
+    compact(&mut module, KeepUnused::No);
     let info = validated(&module, files)?;
     let bindings = number(&mut module, &info, entry)?;
-    let images: Vec<_> = bindings.iter().filter(|b| image(b)).collect();
-    if images.is_empty() {
-        return Ok(Program { module, entry: entry.to_owned(), bindings });
-    }
-    let variable = |name: &str| module.global_variables.iter().find(|(_, v)| v.name.as_deref() == Some(name));
-    let declared = images.iter().filter_map(|b| Some(images::declaration(&module, variable(&b.name)?.0, b)));
-    let declared: String = declared.collect();
-    let files: Vec<_> = [("images", declared.as_str())].into_iter().chain(files.iter().copied()).collect();
-    let mut module = parse(&files)?;
-    images::redirect(&mut module, &images.iter().map(|b| b.name.as_str()).collect::<Vec<_>>());
-    let info = validated(&module, &files)?;
-    let with_images = number(&mut module, &info, entry)?.into_iter().map(|binding| {
-        let array = binding.name.strip_suffix("_image").and_then(|name| images.iter().find(|b| b.name == name));
-        array.map_or(binding.clone(), |array| Binding { image: true, ..(*array).clone() })
-    });
-    let bindings: Vec<Binding> = with_images.collect();
-    if let Some(left) = images.iter().find(|image| bindings.iter().any(|b| b.name == image.name && !b.image)) {
-        let message =
-            format!("`{}` is not only loaded and stored element by element, so it cannot be an image", left.name);
-        return Err(Error::Shader { file: entry.to_owned(), line: 1, message });
-    }
     Ok(Program { module, entry: entry.to_owned(), bindings })
 }
 
-fn joined(files: &[(&str, &str)]) -> String {
+fn joined(files: &[File<'_>]) -> String {
     files.iter().flat_map(|(_, text)| [*text, "\n"]).collect()
 }
 
-fn parse(files: &[(&str, &str)]) -> Result<Module> {
+fn parse(files: &[File<'_>]) -> Result<Module> {
     let text = joined(files);
     naga::front::wgsl::parse_str(&text).map_err(|e| {
         let line = e.location(&text).map_or(1, |l| l.line_number as usize);
@@ -69,7 +190,7 @@ fn parse(files: &[(&str, &str)]) -> Result<Module> {
 
 /// Validated without bindings, which are known only after this pass has found what the entry point uses; the device
 /// validates the numbered module again.
-fn validated(module: &Module, files: &[(&str, &str)]) -> Result<ModuleInfo> {
+fn validated(module: &Module, files: &[File<'_>]) -> Result<ModuleInfo> {
     let flags = ValidationFlags::all() - ValidationFlags::BINDINGS;
     Validator::new(flags, Capabilities::all()).validate(module).map_err(|e| {
         let text = joined(files);
@@ -156,7 +277,7 @@ fn flatten(module: &Module, ty: Handle<Type>, offset: usize, lanes: &mut Vec<Lan
 }
 
 /// File and line of a line of the composed text.
-fn locate(files: &[(&str, &str)], line: usize, message: String) -> Error {
+fn locate(files: &[File<'_>], line: usize, message: String) -> Error {
     let mut line = line;
     for (file, text) in files {
         let lines = text.lines().count() + 1;

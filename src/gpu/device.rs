@@ -37,7 +37,8 @@ pub enum Arrays {
     Images,
 }
 
-/// An open device.
+/// An open device; a clone is the same one.
+#[derive(Clone)]
 pub struct Device {
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,

@@ -42,47 +42,55 @@ pub fn possible(binding: &Binding) -> bool {
             .is_some_and(|f| !both || !matches!(f, TextureFormat::Rgba32Float | TextureFormat::Rgba32Uint))
 }
 
+fn access(binding: &Binding) -> &'static str {
+    match (binding.read, binding.written) {
+        (true, true) => "read_write",
+        (true, false) => "read",
+        _ => "write",
+    }
+}
+
+/// The name of the image that takes the place of an array: kernels that do other things to the array have other images.
+pub fn name(binding: &Binding) -> String {
+    format!("{}_{}_image", binding.name, access(binding))
+}
+
 /// WGSL of the image that takes the place of an array, and of the functions that load and store an element.
-pub fn declaration(module: &Module, array: Handle<GlobalVariable>, binding: &Binding) -> String {
-    let TypeInner::Array { base, .. } = module.types[module.global_variables[array].ty].inner else {
+pub fn declaration(module: &Module, binding: &Binding) -> String {
+    let array = module.global_variables.iter().find(|(_, v)| v.name.as_ref() == Some(&binding.name));
+    let TypeInner::Array { base, .. } = module.types[array.expect("bound").1.ty].inner else {
         unreachable!("`{}` is no array", binding.name);
     };
-    let (name, ty, texels) = (&binding.name, type_name(module, base), texels(&binding.layout));
+    let (name, ty, texels) = (name(binding), type_name(module, base), texels(&binding.layout));
     let (format, vector) = match format(&binding.layout) {
         Some(TextureFormat::Rgba32Float) => ("rgba32float", "vec4<f32>"),
         Some(TextureFormat::Rgba32Uint) => ("rgba32uint", "vec4<u32>"),
         Some(TextureFormat::R32Uint) => ("r32uint", "vec4<u32>"),
         _ => ("r32float", "vec4<f32>"),
     };
-    let access = match (binding.read, binding.written) {
-        (true, true) => "read_write",
-        (true, false) => "read",
-        _ => "write",
-    };
+    let access = access(binding);
     let texel = |k| format!("vec2<u32>((i * {texels}u + {k}u) % {ROW}u, (i * {texels}u + {k}u) / {ROW}u)");
-    let mut text = format!("var {name}_image: texture_storage_2d<{format}, {access}>;\n");
+    let mut text = format!("var {name}: texture_storage_2d<{format}, {access}>;\n");
     // What the kernel does not do, functions that it does not call may still ask for.
     if !binding.read {
-        text += &format!("fn {name}_image_load(i: u32) -> {ty} {{\nreturn {ty}();\n}}\n");
+        text += &format!("fn {name}_load(i: u32) -> {ty} {{\nreturn {ty}();\n}}\n");
     } else {
-        let loads: String =
-            (0..texels).map(|k| format!("let t{k} = textureLoad({name}_image, {});\n", texel(k))).collect();
+        let loads: String = (0..texels).map(|k| format!("let t{k} = textureLoad({name}, {});\n", texel(k))).collect();
         let whole = built(module, base, 0, &|scalar| match texels {
             1 => format!("t0[{scalar}]"),
             _ => format!("t{scalar}[0]"),
         });
-        text += &format!("fn {name}_image_load(i: u32) -> {ty} {{\n{loads}return {whole};\n}}\n");
+        text += &format!("fn {name}_load(i: u32) -> {ty} {{\n{loads}return {whole};\n}}\n");
     }
     if !binding.written {
-        text += &format!("fn {name}_image_store(i: u32, v: {ty}) {{}}\n");
+        text += &format!("fn {name}_store(i: u32, v: {ty}) {{}}\n");
     } else {
         let mut scalars = vec!["0".to_owned(); binding.layout.stride / 4];
         take_apart(module, base, 0, "v", &mut scalars);
         let values = scalars.chunks(scalars.len() / texels).map(|of_texel| of_texel.join(", "));
-        let stores = values
-            .enumerate()
-            .map(|(k, value)| format!("textureStore({name}_image, {}, {vector}({value}));\n", texel(k)));
-        text += &format!("fn {name}_image_store(i: u32, v: {ty}) {{\n{}}}\n", stores.collect::<String>());
+        let stores =
+            values.enumerate().map(|(k, value)| format!("textureStore({name}, {}, {vector}({value}));\n", texel(k)));
+        text += &format!("fn {name}_store(i: u32, v: {ty}) {{\n{}}}\n", stores.collect::<String>());
     }
     text
 }
@@ -128,18 +136,15 @@ fn take_apart(module: &Module, ty: Handle<Type>, first: usize, value: &str, scal
 }
 
 /// Turn every access to these arrays into a call; the functions are those of [`declaration`].
-pub fn redirect(module: &mut Module, arrays: &[&str]) {
+pub fn redirect(module: &mut Module, arrays: &[Binding]) {
     let function = |name: String| {
         let found = module.functions.iter().find(|(_, f)| f.name.as_ref() == Some(&name));
         found.expect("declared with the image").0
     };
     let variables = module.global_variables.iter();
     let images = variables.filter_map(|(handle, v)| {
-        let name = v.name.as_deref().filter(|name| arrays.contains(name))?;
-        Some((
-            handle,
-            Image { load: function(format!("{name}_image_load")), store: function(format!("{name}_image_store")) },
-        ))
+        let name = name(arrays.iter().find(|array| v.name.as_ref() == Some(&array.name))?);
+        Some((handle, Image { load: function(format!("{name}_load")), store: function(format!("{name}_store")) }))
     });
     let images: HashMap<_, _> = images.collect();
     let functions = module.functions.iter_mut().map(|(_, f)| f);

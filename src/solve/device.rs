@@ -150,7 +150,7 @@ impl<'a> Relaxation<'a> {
         if !double {
             check_range(contacts, weight)?;
         }
-        let programs = PASS.map(|kernel| program(kernel, dims, *double)).into_iter().collect::<Result<Vec<_>>>()?;
+        let programs = programs(dims, *double)?;
         let bindings = programs.iter().flat_map(|program| &program.bindings);
         let mut relaxation = Relaxation {
             device,
@@ -284,13 +284,14 @@ impl<'a> Relaxation<'a> {
 
 type Sink<'a> = &'a mut dyn FnMut(f64);
 
-fn program(kernel: &str, dims: usize, double: bool) -> Result<Program> {
+/// The kernels of a pass.
+fn programs(dims: usize, double: bool) -> Result<Vec<Program>> {
     let scalar = if double { "space/scalar/double.wgsl" } else { "space/scalar/single.wgsl" };
     let dimension = if dims == 2 { "space/dimension/plane.wgsl" } else { "space/dimension/space.wgsl" };
-    let own = format!("solve/{kernel}.wgsl");
     let shared = ["gpu/dispatch.wgsl", "solve/natural_map.wgsl", "solve/momentum.wgsl", "solve/relaxation.wgsl"];
-    let files: Vec<_> = [scalar, dimension].into_iter().chain(shared).chain([&*own]).map(shaders::file).collect();
-    compose(&files, kernel, |_| false)
+    let shared: Vec<_> = [scalar, dimension].into_iter().chain(shared).map(shaders::file).collect();
+    let kernels = PASS.map(|kernel| (kernel, shaders::file(&format!("solve/{kernel}.wgsl"))));
+    compose(&shared, &kernels, |_, _| false)
 }
 
 /// Whether single precision can tell the contacts apart from nothing.
