@@ -229,7 +229,7 @@ impl GrainPairs {
             radii_rest: self.radii_rest[lane],
             inverse_mass: self.inverse_mass[lane],
             inverse_mass_to: self.inverse_mass_to[lane],
-            materials: 0,
+            rolling: Default::default(),
             pair: Pair {
                 stiffness: self.stiffness[lane],
                 tangential_stiffness: self.tangential_stiffness[lane],

@@ -3,6 +3,7 @@
 use super::{rolling::RollingHistory, tangential::TangentialHistory};
 use crate::{
     body::blocks::by_entry,
+    model::History as Slot,
     state::{ACTIVE, INDEX, NONE, Packed, State},
 };
 use glam::DVec3;
@@ -29,6 +30,8 @@ pub fn history_of(s: &State, entry: usize) -> History {
 
 /// The entries of a run of grains: neighbours, and what their contacts remember; empty what the model does not have.
 pub struct Lists<'a> {
+    /// Whether contacts remember anything at all.
+    remembers: bool,
     pub neighbour: &'a mut [u32],
     pub tangential_force: &'a mut [Packed],
 }
@@ -59,7 +62,7 @@ impl Lists<'_> {
     /// Whether the contact at this entry is active, so that what it remembers counts.
     #[inline(always)]
     pub fn set_active(&mut self, entry: usize, active: bool) {
-        set_active(&mut self.neighbour[entry], active && !self.tangential_force.is_empty());
+        set_active(&mut self.neighbour[entry], active && self.remembers);
     }
 }
 
@@ -71,13 +74,16 @@ pub fn with_lists<T: Send, R: Send>(
     reduce: impl Fn(R, R) -> R + Sync + Send,
     zero: impl Fn() -> R + Sync + Send,
 ) -> R {
+    let remembers = s.model.history == Slot::Kept;
     let (mut neighbour, mut tangential_force) = (take(&mut s.neighbour), take(&mut s.tangential_force));
     let result = items
         .zip(by_entry(&mut neighbour, s))
         .zip(by_entry(&mut tangential_force, s))
         .enumerate()
         .with_min_len(2)
-        .map(|(k, ((item, neighbour), tangential_force))| of(s, k, item, Lists { neighbour, tangential_force }))
+        .map(|(k, ((item, neighbour), tangential_force))| {
+            of(s, k, item, Lists { remembers, neighbour, tangential_force })
+        })
         .reduce(zero, reduce);
     (s.neighbour, s.tangential_force) = (neighbour, tangential_force);
     result

@@ -6,9 +6,9 @@ use super::{
     damping::damping_force,
     geometry::{Separation, branch_vector, lengthened, sphere_separation, unit_or},
     history::{History, history_of},
-    materials::{pair_index, pair_of},
+    materials::pair_of,
     normal::{normal_energy, normal_force, normal_stiffness},
-    rolling::{rolling_contact, rolling_energy, with_couple},
+    rolling::{Parameters, parameters_of, rolling_contact, rolling_energy, with_couple},
     tangential::{tangential_contact, tangential_energy},
 };
 use crate::{
@@ -97,8 +97,8 @@ pub struct ContactState {
     pub radius: f64,
     /// 1/(kg m²), inverse: of both about the contact point.
     pub rolling_inertia: f64,
-    /// Where their pair of materials is in tables of pairs.
-    pub materials: usize,
+    /// Of rolling, of their pair of materials.
+    pub rolling: Parameters,
 }
 
 /// What two surfaces in contact do to the first of the two.
@@ -163,7 +163,7 @@ pub struct GrainPair {
     pub inverse_mass: f64,
     pub inverse_mass_to: f64,
     pub pair: Pair,
-    pub materials: usize,
+    pub rolling: Parameters,
 }
 
 /// Grain j seen from grain i.
@@ -182,7 +182,7 @@ pub fn grain_pair(s: &State, i: usize, here: &Body, j: usize, old: History) -> G
         inverse_mass: here.velocity.inverse_mass,
         inverse_mass_to: there.velocity.inverse_mass,
         pair: pair_of(s, i, j),
-        materials: pair_index(s, i, j),
+        rolling: parameters_of(s, i, j),
     }
 }
 
@@ -205,7 +205,7 @@ pub fn grain_contact(law: Law, m: &GrainPair, was_active: bool) -> Contact {
         inverse_mass: m.inverse_mass + m.inverse_mass_to,
         radius: m.radius * m.radius_to / (m.radius + m.radius_to),
         rolling_inertia: inertia(m.radius, m.inverse_mass) + inertia(m.radius_to, m.inverse_mass_to),
-        materials: m.materials,
+        rolling: m.rolling,
     };
     seen(law, arm, is_active(gap, was_active), gap, contact_force(law, &m.pair, &c, m.old))
 }
@@ -232,7 +232,7 @@ pub fn wall_contact(s: &State, i: usize, here: &Body, w: usize, was_active: bool
         inverse_mass,
         radius,
         rolling_inertia: rolling_inertia(law.rotation, law.dimension, radius, inverse_mass),
-        materials: pair_index(s, i, s.sizes.bodies + w),
+        rolling: parameters_of(s, i, s.sizes.bodies + w),
     };
     seen(law, arm, true, gap, contact_force(law, &pair_of(s, i, s.sizes.bodies + w), &c, old))
 }
@@ -263,6 +263,6 @@ pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, entry: usize) -> C
 
 /// Energy, J, of what a contact that has opened still remembers: the next step forgets it.
 pub fn forgotten_energy(s: &State, i: usize, j: usize, entry: usize, gap: f64) -> f64 {
-    let c = ContactState { gap, materials: pair_index(s, i, j), ..ContactState::default() };
+    let c = ContactState { gap, rolling: parameters_of(s, i, j), ..ContactState::default() };
     stored_energy(Law::of(s), &pair_of(s, i, j), &c, history_of(s, entry))
 }

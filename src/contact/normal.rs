@@ -76,8 +76,8 @@ pub fn largest_contact_radius(h: &Hertz, loading: &Loading) -> f64 {
     (radius * impact.max(rest).max(1e-5 * radius)).sqrt()
 }
 
-/// The duration of a collision, s: π √(m*/k_N), or of elastic spheres 2.8683 (m*² / (R* E*² v))^(1/5) (Johnson 1985, eq. 11.24, in which
-/// the fourth root of 225/256 is left out here), of the fastest impact or of small swings under the largest stiffness.
+/// The duration of a collision, s: π √(m*/k_N), or of elastic spheres 2.8683 (m*² / (R* E*² v))^(1/5) (Johnson 1985, eq. 11.24) of the
+/// fastest impact, or half a period of small swings under the largest stiffness, whichever is shorter.
 pub fn contact_duration(pair: &scene::Pair, loading: &Loading) -> f64 {
     if let Some(h) = pair.hertz {
         let Loading { radius, mass, speed, .. } = *loading;

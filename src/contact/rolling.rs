@@ -4,8 +4,21 @@ use super::{
     law::{ContactState, Law},
     normal::Loading,
 };
-use crate::scene;
+use crate::{
+    scene::{self, Assembly},
+    state::State,
+};
 use glam::DVec3;
+
+/// Parameters of a pair of materials: none.
+pub type Parameters = ();
+
+/// Those of i and j; wall w is number `bodies + w`.
+#[inline(always)]
+pub fn parameters_of(_s: &State, _i: usize, _j: usize) -> Parameters {}
+
+/// The parameters of a scene, into the arrays that this slot owns: none.
+pub fn fill(_s: &mut State, _assembly: &Assembly) {}
 
 /// What a contact remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     body::{grains::spins_in_scene, rotation::inverse_inertia},
-    contact::materials::parameters,
+    contact::{materials::parameters, rolling},
     error::{Error, Result},
     memory,
     model::{Grains, Model, Precision, Rotation},
@@ -241,6 +241,7 @@ pub(super) fn fill(state: &mut State, assembly: &Assembly) {
         state.material = materials.collect();
         state.pair = assembly.pairs.iter().map(parameters).collect();
     }
+    rolling::fill(state, assembly);
 }
 
 /// The clumps of a scene, and what their members know of them.

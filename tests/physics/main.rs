@@ -8,6 +8,7 @@ mod shared;
 mod chains;
 mod dissipation;
 mod flight;
+mod hertz;
 mod impact;
 mod moving_walls;
 mod oblique;

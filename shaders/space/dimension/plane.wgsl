@@ -50,6 +50,16 @@ fn vertical_spin(w: Real) -> Spin {
     return w;
 }
 
+/// The part of a spin across a direction in the plane: all of it.
+fn across_spin(w: Spin, n: Vec) -> Spin {
+    return w;
+}
+
+/// `transported` for a moment, which is about the axis out of the plane.
+fn transported_spin(old: Spin, n: Vec, n_before: Vec) -> Spin {
+    return old;
+}
+
 fn outside(x: Vec, lower: Vec, upper: Vec) -> bool {
     return !(all(x >= lower) && all(x <= upper));
 }

@@ -51,6 +51,16 @@ fn vertical_spin(w: Real) -> Spin {
     return Spin(0, 0, w);
 }
 
+/// The part of a spin across a direction: rolling without twist.
+fn across_spin(w: Spin, n: Vec) -> Spin {
+    return w - dot(w, n) * n;
+}
+
+/// `transported` for a moment.
+fn transported_spin(old: Spin, n: Vec, n_before: Vec) -> Spin {
+    return transported(old, n, n_before);
+}
+
 fn outside(x: Vec, lower: Vec, upper: Vec) -> bool {
     return !(all(x >= lower) && all(x <= upper));
 }
