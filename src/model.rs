@@ -78,7 +78,7 @@ slot!(
 );
 slot!(
     /// Rolling resistance.
-    Rolling in "contact/rolling" { None = "none" }
+    Rolling in "contact/rolling" { None = "none", ElasticPlastic = "elastic_plastic" }
 );
 slot!(
     /// Attraction of surfaces.
@@ -146,6 +146,7 @@ impl Model {
         let rigid = method == Method::ContactDynamics;
         let frictional = pairs.iter().any(|p| p.friction > 0.0);
         let clumped = !assembly.clumps.is_empty();
+        let rolling = !rigid && pairs.iter().any(|p| p.rolling.is_some());
         let spinning = clumped || assembly.grains.iter().any(|g| g.spin != glam::DVec3::ZERO);
         Model {
             precision,
@@ -167,10 +168,10 @@ impl Model {
                 Some(_) if !rigid => Tangential::Mindlin,
                 _ => Tangential::Coulomb,
             },
-            rolling: Rolling::None,
+            rolling: if rolling { Rolling::ElasticPlastic } else { Rolling::None },
             cohesion: Cohesion::None,
-            history: if frictional || rigid { History::Kept } else { History::None },
-            rotation: if frictional || spinning { Rotation::Sphere } else { Rotation::None },
+            history: if frictional || rolling || rigid { History::Kept } else { History::None },
+            rotation: if frictional || rolling || spinning { Rotation::Sphere } else { Rotation::None },
             grains: if clumped { Grains::Clumps } else { Grains::Spheres },
             gyroscopic: if clumped && gyroscopic { Gyroscopic::Kept } else { Gyroscopic::Dropped },
             materials: if pairs.windows(2).all(|w| w[0] == w[1]) { Materials::One } else { Materials::Many },
@@ -270,24 +271,28 @@ impl Model {
     pub fn all(precision: Precision) -> Vec<Model> {
         use Grains::{Clumps, Spheres};
         use Method::{ContactDynamics, DiscreteElements};
-        let (dem, cd) = (DiscreteElements, ContactDynamics);
+        let (dem, cd, free) = (DiscreteElements, ContactDynamics, Rolling::None);
         let laws = [
-            (dem, Normal::Hooke, Tangential::None, Rotation::None, Spheres),
-            (dem, Normal::Hooke, Tangential::None, Rotation::Sphere, Spheres),
-            (dem, Normal::Hooke, Tangential::None, Rotation::Sphere, Clumps),
-            (dem, Normal::Hooke, Tangential::Coulomb, Rotation::Sphere, Spheres),
-            (dem, Normal::Hooke, Tangential::Coulomb, Rotation::Sphere, Clumps),
-            (dem, Normal::Hertz, Tangential::None, Rotation::None, Spheres),
-            (dem, Normal::Hertz, Tangential::Mindlin, Rotation::Sphere, Spheres),
-            (dem, Normal::Hertz, Tangential::Mindlin, Rotation::Sphere, Clumps),
-            (cd, Normal::Rigid, Tangential::Coulomb, Rotation::None, Spheres),
-            (cd, Normal::Rigid, Tangential::Coulomb, Rotation::Sphere, Spheres),
-            (cd, Normal::Rigid, Tangential::Coulomb, Rotation::Sphere, Clumps),
+            (dem, Normal::Hooke, Tangential::None, free, Rotation::None, Spheres),
+            (dem, Normal::Hooke, Tangential::None, free, Rotation::Sphere, Spheres),
+            (dem, Normal::Hooke, Tangential::None, free, Rotation::Sphere, Clumps),
+            (dem, Normal::Hooke, Tangential::Coulomb, free, Rotation::Sphere, Spheres),
+            (dem, Normal::Hooke, Tangential::Coulomb, free, Rotation::Sphere, Clumps),
+            (dem, Normal::Hertz, Tangential::None, free, Rotation::None, Spheres),
+            (dem, Normal::Hertz, Tangential::Mindlin, free, Rotation::Sphere, Spheres),
+            (dem, Normal::Hertz, Tangential::Mindlin, free, Rotation::Sphere, Clumps),
+            (dem, Normal::Hooke, Tangential::Coulomb, Rolling::ElasticPlastic, Rotation::Sphere, Spheres),
+            (dem, Normal::Hooke, Tangential::Coulomb, Rolling::ElasticPlastic, Rotation::Sphere, Clumps),
+            (dem, Normal::Hooke, Tangential::None, Rolling::ElasticPlastic, Rotation::Sphere, Spheres),
+            (dem, Normal::Hertz, Tangential::Mindlin, Rolling::ElasticPlastic, Rotation::Sphere, Spheres),
+            (cd, Normal::Rigid, Tangential::Coulomb, free, Rotation::None, Spheres),
+            (cd, Normal::Rigid, Tangential::Coulomb, free, Rotation::Sphere, Spheres),
+            (cd, Normal::Rigid, Tangential::Coulomb, free, Rotation::Sphere, Clumps),
         ];
         let mut models = Vec::new();
         for &dimension in Dimension::ALL {
             for &boundary in Boundary::ALL {
-                for (method, normal, tangential, rotation, grains) in laws {
+                for (method, normal, tangential, rolling, rotation, grains) in laws {
                     if normal == Normal::Hertz && dimension == Dimension::Plane {
                         continue; // disks have no such contact
                     }
@@ -308,9 +313,9 @@ impl Model {
                                         normal,
                                         damping,
                                         tangential,
-                                        rolling: Rolling::None,
+                                        rolling,
                                         cohesion: Cohesion::None,
-                                        history: if rigid || tangential != Tangential::None {
+                                        history: if rigid || tangential != Tangential::None || rolling != free {
                                             History::Kept
                                         } else {
                                             History::None

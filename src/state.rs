@@ -4,7 +4,7 @@
 //! WGSL text, so that no struct is described twice. On the CPU a plane is space with z = 0.
 
 use crate::{
-    model::{Grains, History, Materials, Method, Model, Precision, Rotation, Tangential, Walls},
+    model::{Grains, History, Materials, Method, Model, Precision, Rolling, Rotation, Tangential, Walls},
     record::record,
 };
 pub use crate::{record::Element, solve::momentum::SolverState};
@@ -85,6 +85,10 @@ record!(
 record!(
     /// Contact parameters of a pair of materials.
     Pair { stiffness: f64, tangential_stiffness: f64, friction: f64, dashpot: f64 }
+);
+record!(
+    /// Parameters of rolling resistance of a pair of materials (`shaders/contact/rolling/elastic_plastic.wgsl`).
+    RollingPair { friction: f64, stiffness: f64, damping: f64 }
 );
 record!(
     /// A wall (`shaders/space/walls/some.wgsl`).
@@ -473,6 +477,9 @@ fn single(m: &Model) -> bool {
 fn frictional(m: &Model) -> bool {
     m.tangential != Tangential::None && !rigid(m)
 }
+fn rolling(m: &Model) -> bool {
+    m.rolling != Rolling::None
+}
 fn remembering(m: &Model) -> bool {
     m.history == History::Kept
 }
@@ -554,6 +561,9 @@ state! {
     HISTORY_START history_start: u32, BodiesPlusOne, "index into history_other", remembering;
     HISTORY_OTHER history_other: u32, History, "index before the sort", remembering;
     HISTORY_TANGENTIAL_FORCE history_tangential_force: Packed, History, "N", frictional;
+    ROLLING_PAIR rolling_pair: RollingPair, MaterialsSquared, "1", rolling;
+    ROLLING_TORQUE rolling_torque: Spin, Entries, "N m", rolling;
+    HISTORY_ROLLING_TORQUE history_rolling_torque: Spin, History, "N m", rolling;
     HISTORY_IMPULSE history_impulse: Packed, History, "N s", rigid;
     CONTACT_GEOMETRY contact_geometry: ContactGeometry, Entries, "1, m/s", rigid;
     EFFECTIVE_MASS effective_mass: EffectiveMass, Entries, "m, m, 1/kg, 1/kg", rigid;

@@ -200,6 +200,7 @@ fn solvers_agree() {
             friction,
             dashpot: Dashpot::None,
             hertz: None,
+            rolling: None,
         };
         set_laws(&mut scene, &[law(0.4), law(0.7)]);
         scene.domain.upper.x = SPACING * 4.0;

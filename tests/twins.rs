@@ -15,7 +15,7 @@ use packstone::{
     gpu::Arrays,
     model::{
         Boundary, Damping as DampingSlot, Dimension, Grains, Gyroscopic, Materials, Method as MethodSlot, Model,
-        Normal as NormalSlot, Precision, Rotation, Tangential, Walls,
+        Normal as NormalSlot, Precision, Rolling as RollingSlot, Rotation, Tangential, Walls,
     },
     plan::Plan,
     plans::Plans,
@@ -64,6 +64,11 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
     let rough = model.tangential != Tangential::None && model.rotation == Rotation::Sphere;
     let pair = |k: usize| Pair {
         normal_stiffness: if rigid || hertz { 0.0 } else { 1e4 * (1.0 + k as f64) },
+        rolling: (model.rolling != RollingSlot::None).then_some(Rolling {
+            friction: 0.1,
+            stiffness: 0.3,
+            damping: 0.2,
+        }),
         // About as stiff, where grains overlap by a tenth of a radius.
         hertz: hertz.then(|| Hertz::of_material(4e7 * (1.0 + k as f64), 0.3)),
         tangential_stiffness: if rigid || hertz { 0.0 } else { 3e3 },

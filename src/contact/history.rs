@@ -4,7 +4,7 @@ use super::{rolling::RollingHistory, tangential::TangentialHistory};
 use crate::{
     body::blocks::by_entry,
     model::History as Slot,
-    state::{ACTIVE, INDEX, NONE, Packed, State},
+    state::{ACTIVE, INDEX, NONE, Packed, Spin, State},
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -24,7 +24,7 @@ pub fn history_of(s: &State, entry: usize) -> History {
     }
     History {
         tangential: TangentialHistory { force: s.tangential_force.get(entry).map_or(DVec3::ZERO, |f| f.0) },
-        ..History::default()
+        rolling: RollingHistory { torque: s.rolling_torque.get(entry).map_or(DVec3::ZERO, |t| t.0) },
     }
 }
 
@@ -34,6 +34,7 @@ pub struct Lists<'a> {
     remembers: bool,
     pub neighbour: &'a mut [u32],
     pub tangential_force: &'a mut [Packed],
+    pub rolling_torque: &'a mut [Spin],
 }
 
 impl Lists<'_> {
@@ -43,6 +44,7 @@ impl Lists<'_> {
         let mut history = History::default();
         if self.neighbour[entry] & ACTIVE != 0 {
             history.tangential.force = self.tangential_force.get(entry).map_or(DVec3::ZERO, |f| f.0);
+            history.rolling.torque = self.rolling_torque.get(entry).map_or(DVec3::ZERO, |t| t.0);
         }
         history
     }
@@ -56,6 +58,9 @@ impl Lists<'_> {
     pub fn set_history(&mut self, entry: usize, history: &History) {
         if let Some(force) = self.tangential_force.get_mut(entry) {
             force.0 = history.tangential.force;
+        }
+        if let Some(torque) = self.rolling_torque.get_mut(entry) {
+            torque.0 = history.rolling.torque;
         }
     }
 
@@ -76,16 +81,18 @@ pub fn with_lists<T: Send, R: Send>(
 ) -> R {
     let remembers = s.model.history == Slot::Kept;
     let (mut neighbour, mut tangential_force) = (take(&mut s.neighbour), take(&mut s.tangential_force));
+    let mut rolling_torque = take(&mut s.rolling_torque);
     let result = items
         .zip(by_entry(&mut neighbour, s))
         .zip(by_entry(&mut tangential_force, s))
+        .zip(by_entry(&mut rolling_torque, s))
         .enumerate()
         .with_min_len(2)
-        .map(|(k, ((item, neighbour), tangential_force))| {
-            of(s, k, item, Lists { remembers, neighbour, tangential_force })
+        .map(|(k, (((item, neighbour), tangential_force), rolling_torque))| {
+            of(s, k, item, Lists { remembers, neighbour, tangential_force, rolling_torque })
         })
         .reduce(zero, reduce);
-    (s.neighbour, s.tangential_force) = (neighbour, tangential_force);
+    (s.neighbour, s.tangential_force, s.rolling_torque) = (neighbour, tangential_force, rolling_torque);
     result
 }
 
@@ -122,6 +129,11 @@ macro_rules! for_lanes {
         }
         {
             let ($lane, $history, $opposite) = (&mut $s.tangential_force, &mut $s.history_tangential_force, negative);
+            $body
+        }
+        {
+            let opposite = |torque: Spin| Spin(-torque.0);
+            let ($lane, $history, $opposite) = (&mut $s.rolling_torque, &mut $s.history_rolling_torque, opposite);
             $body
         }
         {

@@ -30,6 +30,19 @@ pub struct Pair {
     pub dashpot: Dashpot,
     /// Elastic spheres in place of linear springs, whose stiffnesses are then 0.
     pub hertz: Option<Hertz>,
+    /// None: grains roll freely.
+    pub rolling: Option<Rolling>,
+}
+
+/// Rolling resistance with history (Iwashita & Oda 1998; type C of Ai et al. 2011).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rolling {
+    /// μ_r: the couple is at most μ_r R* F_n.
+    pub friction: f64,
+    /// k_r / (k_n R*²), of the rolling spring, whose couple is k_r per radian.
+    pub stiffness: f64,
+    /// η_r: damping ratio of the rolling spring below its limit.
+    pub damping: f64,
 }
 
 /// Effective moduli of a contact of elastic spheres.
@@ -69,6 +82,11 @@ impl Pair {
             Dashpot::Restitution(e) => check.fraction(&at("restitution"), e)?,
             Dashpot::MassScaled(eta) => check.not_negative(&at("normal_damping"), eta, " of 1/s")?,
         };
+        if let Some(rolling) = &self.rolling {
+            check.not_negative(&at("rolling.friction"), rolling.friction, "")?;
+            check.not_negative(&at("rolling.stiffness"), rolling.stiffness, "")?;
+            check.not_negative(&at("rolling.damping"), rolling.damping, "")?;
+        }
         Ok(())
     }
 }
@@ -93,6 +111,9 @@ pub struct MaterialKeys {
     pub poissons_ratio: Option<f64>,
     #[serde(default)]
     pub friction: f64,
+    pub rolling_friction: Option<f64>,
+    pub rolling_stiffness: Option<f64>,
+    pub rolling_damping: Option<f64>,
     pub restitution: Option<f64>,
     pub normal_damping: Option<f64>,
 }
@@ -105,6 +126,9 @@ pub struct PairKeys {
     pub normal_stiffness: Option<f64>,
     pub tangential_stiffness: Option<f64>,
     pub friction: Option<f64>,
+    pub rolling_friction: Option<f64>,
+    pub rolling_stiffness: Option<f64>,
+    pub rolling_damping: Option<f64>,
     pub restitution: Option<f64>,
     pub normal_damping: Option<f64>,
 }
@@ -130,6 +154,12 @@ impl MaterialBuilder {
         poissons_ratio: f64;
         /// μ = tan φ. Default: 0.
         friction: f64;
+        /// μ_r: contacts resist rolling by a couple of up to μ_r R* F_n. Default: 0.
+        rolling_friction: f64;
+        /// Stiffness of the rolling spring over k_n R*². Default: 2.25 μ_r² (disks 3 μ_r²).
+        rolling_stiffness: f64;
+        /// Damping ratio of the rolling spring. Default: 0.
+        rolling_damping: f64;
         /// Normal coefficient of restitution, in (0, 1]. Default: no dashpot.
         restitution: f64;
         /// Mass-scaled damping η of the normal motion, 1/s, in place of a restitution. Default: no dashpot.
@@ -154,6 +184,12 @@ impl PairBuilder {
         tangential_stiffness: f64;
         /// μ = tan φ.
         friction: f64;
+        /// μ_r: contacts resist rolling by a couple of up to μ_r R* F_n.
+        rolling_friction: f64;
+        /// Stiffness of the rolling spring over k_n R*².
+        rolling_stiffness: f64;
+        /// Damping ratio of the rolling spring.
+        rolling_damping: f64;
         /// Normal coefficient of restitution, in (0, 1].
         restitution: f64;
         /// Mass-scaled damping η, 1/s.

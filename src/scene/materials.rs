@@ -1,7 +1,7 @@
 //! Materials and the contact parameters of their pairs.
 
 use super::check::Check;
-use super::law::{Hertz, check_space};
+use super::law::{Hertz, Rolling, check_space};
 use super::schema::{File, Material, Method, Pair as Override};
 use super::{Dashpot, Pair};
 use crate::Result;
@@ -64,6 +64,62 @@ fn material_pair(name: &str, material: &Material, check: &Check) -> Result<Pair>
         dashpot: dashpot(&format!("material.{name}"), material.restitution, material.normal_damping, check)?
             .unwrap_or(Dashpot::None),
         hertz,
+        rolling: rolling(&format!("material.{name}"), Resistance::of_material(material), None, check)?,
+    })
+}
+
+/// The keys of rolling resistance.
+#[derive(Clone, Copy)]
+struct Resistance {
+    friction: Option<f64>,
+    stiffness: Option<f64>,
+    damping: Option<f64>,
+}
+
+impl Resistance {
+    fn of_material(m: &Material) -> Resistance {
+        Resistance { friction: m.rolling_friction, stiffness: m.rolling_stiffness, damping: m.rolling_damping }
+    }
+
+    fn of_pair(p: &Override) -> Resistance {
+        Resistance { friction: p.rolling_friction, stiffness: p.rolling_stiffness, damping: p.rolling_damping }
+    }
+}
+
+/// The rolling resistance that keys ask for in place of what there is without them. None if it is none.
+fn rolling(key: &str, keys: Resistance, mixed: Option<Rolling>, check: &Check) -> Result<Option<Rolling>> {
+    let at = |field: &str| format!("{key}.{field}");
+    let friction = match (keys.friction, mixed) {
+        (Some(mu), _) => check.not_negative(&at("rolling_friction"), mu, "")?,
+        (None, Some(mixed)) => mixed.friction,
+        (None, None) => match (keys.stiffness, keys.damping) {
+            (None, None) => return Ok(None),
+            (stiffness, _) => {
+                let field = if stiffness.is_some() { "rolling_stiffness" } else { "rolling_damping" };
+                return Err(check.origin.wrong(&at(field), "needs rolling_friction, without which grains roll freely"));
+            }
+        },
+    };
+    if friction > 0.0 && check.rigid {
+        let rule = "rolling resistance needs method = \"dem\"; rigid grains roll freely";
+        return Err(check.origin.bad(&at("rolling_friction"), friction, rule));
+    }
+    // Ai et al. 2011, eq. 20 and 21: of spheres and of disks. As it follows from μ_r, one given for a pair replaces it too.
+    let usual = if check.dimension == 2 { 3.0 } else { 2.25 } * friction * friction;
+    let stiffness = keys.stiffness.or(mixed.filter(|_| keys.friction.is_none()).map(|m| m.stiffness));
+    let stiffness = check.not_negative(&at("rolling_stiffness"), stiffness.unwrap_or(usual), "")?;
+    let damping = keys.damping.or(mixed.map(|m| m.damping)).unwrap_or(0.0);
+    let damping = check.not_negative(&at("rolling_damping"), damping, "")?;
+    Ok((friction > 0.0).then_some(Rolling { friction, stiffness, damping }))
+}
+
+/// The weaker of the two decides, as of friction; springs are in series, dampings averaged.
+fn mix_rolling(a: &Pair, b: &Pair) -> Option<Rolling> {
+    let (a, b) = (a.rolling?, b.rolling?);
+    Some(Rolling {
+        friction: a.friction.min(b.friction),
+        stiffness: in_series(a.stiffness, b.stiffness),
+        damping: 0.5 * (a.damping + b.damping),
     })
 }
 
@@ -144,6 +200,7 @@ fn pair(a: usize, b: usize, own: &[Pair], over: Option<(usize, &Override)>, chec
         tangential_stiffness: in_series(first.tangential_stiffness, second.tangential_stiffness),
         friction: first.friction.min(second.friction),
         dashpot: Dashpot::None,
+        rolling: mix_rolling(first, second),
         hertz: mix_moduli(first, second).map_err(|()| {
             let (a, b) = (check.materials[a], check.materials[b]);
             let (a, b) = if first.hertz.is_some() { (a, b) } else { (b, a) };
@@ -184,6 +241,7 @@ fn pair(a: usize, b: usize, own: &[Pair], over: Option<(usize, &Override)>, chec
     Ok(Pair {
         normal_stiffness,
         hertz: mixed.hertz,
+        rolling: rolling(&format!("pair.{number}"), Resistance::of_pair(over), mixed.rolling, check)?,
         tangential_stiffness: check.not_negative(&key("tangential_stiffness"), tangential, " of N/m")?,
         friction: check.not_negative(&key("friction"), friction, "")?,
         dashpot: own_dashpot.map_or_else(mixed_dashpot, Ok)?,

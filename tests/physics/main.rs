@@ -13,4 +13,5 @@ mod impact;
 mod moving_walls;
 mod oblique;
 mod order;
+mod rolling;
 mod sliding;

@@ -1,0 +1,93 @@
+// twin: src/contact/rolling.rs
+// Rolling slot: elastic-plastic spring-dashpot with history (Iwashita & Oda 1998; type C of Ai, Chen, Rotter & Ooi 2011, Powder Technol.
+// 206, 269). The couple grows with the angle by which the surfaces roll on each other, up to mu_r R* F_n; a dashpot damps it below that.
+// Owns the rolling torque.
+
+var<storage, read_write> rolling_torque: array<Spin>;         // entries, N m: on the grain of interest
+var<storage, read_write> history_rolling_torque: array<Spin>; // contacts, N m: on the grain with the smaller index
+var<storage, read> rolling_pair: array<RollingPair>;          // pairs of materials
+
+struct RollingPair {
+    friction: Real,  // mu_r
+    stiffness: Real, // k_r / (k_n R*²)
+    damping: Real,   // damping ratio eta_r
+}
+
+/// What a contact remembers.
+struct RollingHistory {
+    torque: Spin, // N m, of the spring
+}
+
+/// The rolling part of a contact, on the first of the two.
+struct Rolling {
+    couple: Spin, // N m
+    history: RollingHistory,
+    dissipation: Real, // W, of dashpot and plastic rolling
+}
+
+/// That of the contact at this entry.
+fn rolling_history(entry: u32, tagged: u32) -> RollingHistory {
+    if ((tagged & ACTIVE) == 0u) {
+        return RollingHistory();
+    }
+    return RollingHistory(rolling_torque[entry]);
+}
+
+fn set_rolling_history(entry: u32, h: RollingHistory) {
+    rolling_torque[entry] = h.torque;
+}
+
+/// As the other of the two sees it, if `back`.
+fn opposite_rolling(h: RollingHistory, back: bool) -> RollingHistory {
+    return RollingHistory(select(h.torque, -h.torque, back));
+}
+
+fn store_rolling(at: u32, entry: u32) {
+    history_rolling_torque[at] = rolling_torque[entry];
+}
+
+fn restore_rolling(entry: u32, at: u32, same: bool) {
+    set_rolling_history(entry, opposite_rolling(RollingHistory(history_rolling_torque[at]), !same));
+}
+
+/// `stiffness` is the slope of the normal force, N/m, and `pressing` that force, N.
+fn rolling_contact(c: ContactState, stiffness: Real, pressing: Real, old: RollingHistory) -> Rolling {
+    let pair = rolling_pair[c.materials];
+    let k = rolling_stiffness(pair, c, stiffness);
+    let rate = across_spin(c.spin, c.n);
+    let held = transported_spin(old.torque, c.n, c.n_before);
+    let turned = held - (k * params.history_dt) * rate;
+    let limit = pair.friction * c.radius * max(pressing, Real(0));
+    let length_squared = spin_squared(turned);
+    var torque = turned;
+    var dashpot = Real(0); // N m s
+    if (length_squared > limit * limit) {
+        torque = turned * (limit / sqrt(length_squared));
+    } else if (c.rolling_inertia > 0) {
+        dashpot = 2 * pair.damping * sqrt(k / c.rolling_inertia);
+    }
+    var dissipation = dashpot * spin_squared(rate);
+    if (k > 0 && params.history_dt > 0) {
+        dissipation += spin_dot(0.5 * (held + torque), turned - torque) / (k * params.history_dt);
+    }
+    return Rolling(torque - dashpot * rate, RollingHistory(torque), dissipation);
+}
+
+/// N m per radian.
+fn rolling_stiffness(pair: RollingPair, c: ContactState, stiffness: Real) -> Real {
+    return pair.stiffness * stiffness * (c.radius * c.radius);
+}
+
+/// The moment of a contact's force and its couple, N m.
+fn with_couple(torque: Spin, couple: Spin) -> Spin {
+    return torque + couple;
+}
+
+/// Energy stored in the rolling spring, J; nothing where the surfaces have no stiffness any more.
+fn rolling_energy(c: ContactState, stiffness: Real, h: RollingHistory) -> Real {
+    let k = rolling_stiffness(rolling_pair[c.materials], c, stiffness);
+    if (!(k > 0)) {
+        return 0;
+    }
+    return 0.5 * spin_squared(h.torque) / k;
+}

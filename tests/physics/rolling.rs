@@ -1,0 +1,212 @@
+//! Rolling resistance: an elastic-plastic spring with history, capped at μ_r R* F_n.
+
+use crate::{common::*, shared::*};
+use glam::DVec3;
+use packstone::scene::{Assembly, Grain, Pair, Rolling, Shape, TimeStep};
+use std::f64::consts::PI;
+
+/// A law so stiff that the weight makes an overlap of 1e-4 R, with this rolling resistance.
+fn resisting(dimension: usize, rolling: Rolling) -> Pair {
+    Pair { rolling: Some(rolling), ..bed_law(dimension, 1.0) }
+}
+
+/// A grain at rest on a floor, which its weight has already pressed in.
+fn resting(dimension: usize, rolling: Rolling) -> Assembly {
+    let mut scene = blank_dt(dimension, 0.1 * (1e-4 * R / G).sqrt());
+    scene.gravity = -G * up(dimension);
+    scene.pairs = vec![resisting(dimension, rolling)];
+    scene.walls = vec![floor(dimension)];
+    scene.solver.allow_unstable = true; // the bound counts neighbours that never meet
+    scene.grains = vec![Grain { position: (1.0 - 1e-4) * R * up(dimension), ..grain(0.0, 0.0, 0.0) }];
+    scene
+}
+
+/// Δt, s.
+fn step(scene: &Assembly) -> f64 {
+    match scene.solver.dt {
+        TimeStep::Fixed(dt) => dt,
+        TimeStep::Auto { .. } => unreachable!("scenes here have one"),
+    }
+}
+
+/// Whatever turns is about y in space, about z in the plane, where x is along the floor.
+fn about(dimension: usize) -> DVec3 {
+    if dimension == 2 { DVec3::NEG_Z } else { DVec3::Y }
+}
+
+/// On an incline below tan α = μ_r a grain comes to rest, above it rolls with 1/(1 + J/mR²) of what gravity has left: to 1e-3.
+#[test]
+fn incline() {
+    for bench in engines() {
+        for dimension in [2, 3] {
+            let mu = 0.1;
+            let start = |excess: f64| {
+                let mut scene = resting(dimension, Rolling { friction: mu, stiffness: 0.05, damping: 0.3 });
+                let slope = f64::atan(mu * (1.0 + excess));
+                scene.gravity = G * (slope.sin() * DVec3::X - slope.cos() * up(dimension));
+                let steps = (0.15 / step(&scene)) as u64;
+                let mut simulation = bench.start(&scene);
+                simulation.advance(steps).unwrap();
+                let early = simulation.grains().unwrap()[0];
+                simulation.advance(steps).unwrap();
+                let late = simulation.grains().unwrap()[0];
+                (late.velocity.x, (late.velocity.x - early.velocity.x) / (steps as f64 * step(&scene)))
+            };
+            let what = format!("{} {dimension}D", bench.name);
+            let (speed, _) = start(-1e-3);
+            assert!(speed.abs() < 2e-6, "{what}: rolls at {speed:e} m/s below the threshold");
+            let (_, acceleration) = start(1e-3);
+            let slope = f64::atan(mu * (1.0 + 1e-3));
+            let expected = G * (slope.sin() - mu * slope.cos()) / (1.0 + gyration(dimension));
+            // What is left is a thousandth of the couple, of which the overlap's share of the arm is 5e-5.
+            close(&format!("{what}: acceleration"), acceleration, expected, expected, bench.pick(0.06, 0.08));
+            let (_, acceleration) = start(0.5);
+            let slope = f64::atan(1.5 * mu);
+            let expected = G * (slope.sin() - mu * slope.cos()) / (1.0 + gyration(dimension));
+            close(&format!("{what}: acceleration far above"), acceleration, expected, expected, 2e-3);
+        }
+    }
+}
+
+/// Below the limit a grain swings on its rolling spring: period 2π √(J_c/k_r) about the contact point, J_c = J + m R², and the decay of the
+/// damping ratio. The tangential spring is in series and lengthens the period by k_r/(R² k_T) / 2 of it.
+#[test]
+fn oscillation() {
+    for bench in engines() {
+        for (dimension, clump_of_one) in [(2, false), (3, false), (3, true)] {
+            let (stiffness, damping) = (2e-3, 0.05);
+            let mut scene = resting(dimension, Rolling { friction: 10.0, stiffness, damping });
+            let kn = scene.pairs[0].normal_stiffness;
+            let m = mass(dimension, R);
+            let own = (stiffness * kn / (m * (1.0 + gyration(dimension)))).sqrt();
+            let series = 1.0 + 0.5 * 3.5 * stiffness / (1.0 + gyration(dimension));
+            let period = 2.0 * PI / own * series / (1.0 - damping * damping).sqrt();
+            let spin = 1e-4 * own * about(dimension);
+            scene.grains[0].spin = spin;
+            scene.grains[0].velocity = spin.cross(R * up(dimension));
+            if clump_of_one {
+                let clump = packstone::scene::Clump {
+                    position: scene.grains[0].position,
+                    velocity: scene.grains[0].velocity,
+                    spin,
+                    ..clump(0)
+                };
+                set_clumps(&mut scene, vec![Shape::sphere(dimension)], vec![clump]);
+            }
+            let dt = step(&scene);
+            let mut simulation = bench.start(&scene);
+            let (mut crossings, mut last, mut peaks) = (vec![], spin.dot(about(dimension)), vec![0.0_f64; 4]);
+            for n in 1..(3.2 * period / dt) as usize {
+                simulation.advance(1).unwrap();
+                let now = simulation.grains().unwrap()[0].spin.dot(about(dimension));
+                if (last > 0.0) != (now > 0.0) {
+                    crossings.push((n as f64 - now / (now - last)) * dt);
+                }
+                let cycle = (n as f64 * dt / period) as usize;
+                peaks[cycle] = peaks[cycle].max(-now);
+                last = now;
+            }
+            let what = format!("{} {dimension}D clump {clump_of_one}", bench.name);
+            close(
+                &format!("{what}: period"),
+                crossings[4] - crossings[0],
+                2.0 * period,
+                2.0 * period,
+                bench.pick(4e-3, 6e-3),
+            );
+            let decay = (-2.0 * PI * damping / (1.0 - damping * damping).sqrt()).exp();
+            close(&format!("{what}: decay"), peaks[1] / peaks[0], decay, 1.0, bench.pick(5e-3, 1e-2));
+        }
+    }
+}
+
+/// A pair that rolls on each other through the seam of a periodic cell does what it does elsewhere.
+#[test]
+fn seam() {
+    for bench in engines() {
+        let run = |shift: f64| {
+            let mut scene = blank_dt(3, 2e-6);
+            scene.domain.lower = DVec3::ZERO;
+            scene.domain.upper = DVec3::splat(0.02);
+            scene.domain.periodic = [true; 3];
+            scene.pairs =
+                vec![Pair { rolling: Some(Rolling { friction: 0.3, stiffness: 0.2, damping: 0.1 }), ..law(0.5) }];
+            let wrap = |x: f64| x.rem_euclid(0.02);
+            for side in [-1.0, 1.0] {
+                let mut g = grain(wrap(0.01 + shift + side * 0.99 * R), 0.01, 0.01);
+                g.spin = DVec3::new(0.0, 30.0 * side, 40.0);
+                scene.grains.push(g);
+            }
+            bench.after(&scene, 300)
+        };
+        let (middle, seam) = (run(0.0), run(0.01));
+        for (a, b) in middle.iter().zip(&seam) {
+            let scale = 50.0;
+            assert!(
+                (a.spin - b.spin).length() < bench.pick(1e-10, 3e-4) * scale,
+                "{}: {} {}",
+                bench.name,
+                a.spin,
+                b.spin
+            );
+            assert!(a.spin.length() > 1.0 && (a.spin - b.spin).is_finite());
+        }
+        // The rolling couple is equal and opposite: it changes no sum of spins by itself, but what grains turn into orbit.
+        assert!((middle[0].spin + middle[1].spin - DVec3::Z * 80.0).length() > 1e-3);
+    }
+}
+
+/// Rolling torques go with their contacts when lists are made anew and grains are sorted: the same bits however long lists live.
+#[test]
+fn history_goes_with_the_contacts() {
+    for bench in engines() {
+        let mut scene = blank_dt(3, 5e-6);
+        scene.gravity = DVec3::new(0.4, 0.0, -9.81);
+        scene.pairs = vec![Pair { rolling: Some(Rolling { friction: 0.2, stiffness: 0.1, damping: 0.1 }), ..law(0.5) }];
+        scene.walls = vec![floor(3)];
+        scene.domain.upper.x = 12.0 * R;
+        scene.domain.lower.x = 0.0;
+        scene.domain.periodic[0] = true;
+        for k in 0..48 {
+            let (x, y, z) = (k % 6, (k / 6) % 4, k / 24);
+            let mut g = grain(2.0 * R * x as f64 + 0.3 * R, 1.99 * R * y as f64, R * (0.99 + 1.98 * z as f64));
+            g.velocity = DVec3::new(0.05 * (k % 3) as f64, 0.02 * (k % 5) as f64, 0.0);
+            g.spin = DVec3::new((k % 7) as f64, -(k as f64), (k % 4) as f64);
+            scene.grains.push(g);
+        }
+        let run = |longest_chunk: u32| {
+            let options = packstone::simulation::Options { longest_chunk, ..bench.options() };
+            let mut simulation = bench.start_with(&scene, options);
+            simulation.advance(400).unwrap();
+            assert_eq!(simulation.lost_contacts(), 0);
+            simulation.grains().unwrap()
+        };
+        let (short, long) = (run(3), run(200));
+        for (a, b) in short.iter().zip(&long) {
+            assert_eq!((a.position, a.velocity, a.spin), (b.position, b.velocity, b.spin), "{}", bench.name);
+        }
+    }
+}
+
+/// What is lost is told: energy and what rolling and its dashpot have dissipated add up to what there was.
+#[test]
+fn dissipation_adds_up() {
+    let mut scene = resting(3, Rolling { friction: 0.05, stiffness: 0.05, damping: 0.1 });
+    scene.grains[0].velocity.x = 0.02;
+    scene.grains[0].spin.y = 0.02 / R;
+    let dt = step(&scene);
+    let mut simulation = CPU.start(&scene);
+    let energy = |s: &packstone::measure::Sample| s.kinetic_energy + s.potential_energy + s.elastic_energy;
+    let first = simulation.sample().unwrap();
+    let (mut lost, mut before) = (0.0, first.dissipation);
+    for _ in 0..20_000 {
+        simulation.advance(1).unwrap();
+        let s = simulation.sample().unwrap();
+        lost += 0.5 * (before + s.dissipation) * dt;
+        before = s.dissipation;
+    }
+    let last = simulation.sample().unwrap();
+    let kinetic = first.kinetic_energy;
+    assert!(last.kinetic_energy < 1e-3 * kinetic, "it comes to rest");
+    close("balance", energy(&last) + lost, energy(&first), kinetic, 1e-2);
+}
