@@ -4,7 +4,7 @@
 /// A contact, seen from the grain of interest.
 struct Contact {
     gap: Real,         // m
-    active: bool,      // if not, nothing below means anything
+    is_active: bool,      // if not, nothing below means anything
     force: Vec,        // N, on the grain of interest
     arm: Vec,          // m, from its centre to the contact point
     torque: Spin,      // N m, about its centre: of the force, and the couple of rolling resistance
@@ -24,7 +24,7 @@ fn contacts_of(i: u32, here: Body) -> ForceTorque {
             break;
         }
         let contact = contact_of(i, here, entry, tagged);
-        if (contact.active) {
+        if (contact.is_active) {
             sum.force += contact.force;
             sum.torque += contact.torque;
         }

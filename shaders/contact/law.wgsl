@@ -94,8 +94,8 @@ fn grain_contact(i: u32, here: Body, j: u32, tagged: u32, old: History) -> Conta
     let separation = sphere_separation(i, j, branch, radius, radius_to, here.low.radius + low.radius);
     var contact = Contact();
     contact.gap = separation.gap;
-    contact.active = is_active(separation.gap, (tagged & ACTIVE) != 0u);
-    if (contact.active) {
+    contact.is_active = is_active(separation.gap, (tagged & ACTIVE) != 0u);
+    if (contact.is_active) {
         // Erratum E7: one shared point, mid-overlap.
         let arm = (radius + 0.5 * separation.gap) * separation.n;
         let arm_to = -(radius_to + 0.5 * separation.gap) * separation.n;
@@ -134,8 +134,8 @@ fn wall_contact(i: u32, here: Body, w: u32, tagged: u32, old: History) -> Contac
     let separation = wall_separation(w, here.position, here.low);
     var contact = Contact();
     contact.gap = separation.gap;
-    contact.active = is_active(separation.gap, (tagged & ACTIVE) != 0u);
-    if (contact.active) {
+    contact.is_active = is_active(separation.gap, (tagged & ACTIVE) != 0u);
+    if (contact.is_active) {
         contact.arm = (here.position.radius + 0.5 * separation.gap) * separation.n;
         let v = here.velocity.v - wall_velocity(w, here.position.x + contact.arm);
         var c = ContactState();
@@ -213,12 +213,12 @@ fn body_forces(i: u32, here: Body) -> BodyForces {
             break;
         }
         let contact = grain_contact(i, here, j, tagged, history_of(entry, tagged));
-        if (contact.active) {
+        if (contact.is_active) {
             set_history(entry, contact.history);
             forces.sum.force += contact.force;
             forces.sum.torque += contact.torque;
         }
-        set_active(entry, tagged, contact.active);
+        set_active(entry, tagged, contact.is_active);
     }
     // Walls come last. Their loop ends in `break if`: where lanes go in step, as on software drivers, it costs those without
     // walls one pass over the body, and a check at the top would cost all one more.
@@ -226,13 +226,13 @@ fn body_forces(i: u32, here: Body) -> BodyForces {
         if (entry < end && neighbour[entry] != NONE) {
             let tagged = neighbour[entry];
             let contact = wall_contact(i, here, (tagged & INDEX) - params.bodies, tagged, history_of(entry, tagged));
-            if (contact.active) {
+            if (contact.is_active) {
                 set_history(entry, contact.history);
                 forces.sum.force += contact.force;
                 forces.sum.torque += contact.torque;
                 forces.crossed |= contact.gap < -here.position.radius;
             }
-            set_active(entry, tagged, contact.active);
+            set_active(entry, tagged, contact.is_active);
             entry++;
         } else {
             entry = end;

@@ -31,7 +31,7 @@ fn measure(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
                 single = velocity[j].inverse_mass == 0;
             }
             let share = select(Real(0.5), Real(1), single);
-            if (!contact.active) {
+            if (!contact.is_active) {
                 // Opened since the last step, if it remembers something, whose energy the next step forgets.
                 sum.dissipation += share * forgotten_energy(i, entry, tagged, contact.gap) / params.dt;
                 continue;

@@ -203,8 +203,8 @@ fn bias_velocity_of(gap: Real) -> Real {
 fn contact_of(i: u32, here: Body, entry: u32, tagged: u32) -> Contact {
     let j = tagged & INDEX;
     var contact = Contact();
-    contact.active = (tagged & ACTIVE) != 0u;
-    if (!contact.active) {
+    contact.is_active = (tagged & ACTIVE) != 0u;
+    if (!contact.is_active) {
         return contact;
     }
     var touch = Separation();

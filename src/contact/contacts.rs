@@ -36,7 +36,7 @@ pub fn closed_contacts<'a>(
     let entries = entries.map(|entry| (entry, (s.neighbour[entry] & INDEX) as usize));
     let rigid = s.model.method == Method::ContactDynamics;
     let nearby = entries.filter(move |&(_, j)| rigid || near(s, &here.position, j));
-    nearby.map(move |(entry, j)| (j, of(s, i, here, j, entry))).filter(|(_, contact)| contact.active)
+    nearby.map(move |(entry, j)| (j, of(s, i, here, j, entry))).filter(|(_, contact)| contact.is_active)
 }
 
 /// All contacts of grain i.

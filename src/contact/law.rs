@@ -32,7 +32,7 @@ pub struct Contact {
     /// m
     pub gap: f64,
     /// If not, nothing below means anything but `forgotten`.
-    pub active: bool,
+    pub is_active: bool,
     /// N, on the grain of interest.
     pub force: DVec3,
     /// m, from its centre to the contact point.
@@ -241,7 +241,7 @@ pub fn wall_contact(s: &State, i: usize, here: &Body, w: usize, was_active: bool
 fn seen(law: Law, arm: DVec3, active: bool, gap: f64, f: ContactForce) -> Contact {
     Contact {
         gap,
-        active,
+        is_active: active,
         force: f.force,
         arm,
         torque: with_couple(law, moment(arm, f.force), f.couple),

@@ -184,12 +184,12 @@ pub fn forces_of_walls(
         }
         let w = (tagged & INDEX) as usize - s.sizes.bodies;
         let contact = wall_contact(s, i, here, w, lists.is_active(entry), lists.history(entry));
-        if contact.active {
+        if contact.is_active {
             lists.set_history(entry, &contact.history);
             sum.add(&contact);
             crossed |= contact.gap < -here.position.radius;
         }
-        lists.set_active(entry, contact.active);
+        lists.set_active(entry, contact.is_active);
     }
     crossed
 }

@@ -75,7 +75,7 @@ fn forgotten(s: &State, i: usize, here: &Body) -> f64 {
     let energy = |entry: usize| {
         let j = (s.neighbour[entry] & INDEX) as usize;
         let contact = contact_of(s, i, here, j, entry);
-        if contact.active { 0.0 } else { share(is_single(s, j)) * forgotten_energy(s, i, j, entry, contact.gap) }
+        if contact.is_active { 0.0 } else { share(is_single(s, j)) * forgotten_energy(s, i, j, entry, contact.gap) }
     };
     active.map(energy).sum()
 }

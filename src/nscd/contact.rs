@@ -140,7 +140,7 @@ pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, entry: usize) -> C
     let Separation { gap, n } = meet(s, i, here, j);
     let force = impulse * (1.0 / s.params.dt);
     let arm = (here.position.radius + 0.5 * gap) * n;
-    Contact { gap, active: true, force, arm, torque: moment(arm, force), ..Contact::default() }
+    Contact { gap, is_active: true, force, arm, torque: moment(arm, force), ..Contact::default() }
 }
 
 /// Gap and normal of grain i and neighbour j, which may be a wall.

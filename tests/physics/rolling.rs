@@ -2,12 +2,12 @@
 
 use crate::{common::*, shared::*};
 use glam::DVec3;
-use packstone::scene::{Assembly, Grain, Pair, Rolling, Shape, TimeStep};
+use packstone::scene::{Assembly, Dashpot, Grain, Pair, Rolling, Shape, TimeStep};
 use std::f64::consts::PI;
 
-/// A law so stiff that the weight makes an overlap of 1e-4 R, with this rolling resistance.
+/// A law so stiff that the weight makes an overlap of 1e-4 R, with this rolling resistance; a dashpot, so that the load does not swing.
 fn resisting(dimension: usize, rolling: Rolling) -> Pair {
-    Pair { rolling: Some(rolling), ..bed_law(dimension, 1.0) }
+    Pair { rolling: Some(rolling), dashpot: Dashpot::Restitution(0.1), ..bed_law(dimension, 1.0) }
 }
 
 /// A grain at rest on a floor, which its weight has already pressed in.

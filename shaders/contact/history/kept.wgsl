@@ -6,8 +6,8 @@ var<storage, read_write> history_start: array<u32>; // N + 1: of the grain with 
 var<storage, read_write> history_other: array<u32>; // contacts: the other's larger index before the sort, or wall
 
 /// Whether the contact at this entry is active, so that what it remembers counts.
-fn set_active(entry: u32, tagged: u32, active: bool) {
-    if (active != ((tagged & ACTIVE) != 0u)) {
+fn set_active(entry: u32, tagged: u32, counts: bool) {
+    if (counts != ((tagged & ACTIVE) != 0u)) {
         neighbour[entry] = tagged ^ ACTIVE;
     }
 }

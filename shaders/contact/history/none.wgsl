@@ -1,7 +1,7 @@
 // twin: src/contact/history.rs
 // History slot: contacts remember nothing.
 
-fn set_active(entry: u32, tagged: u32, active: bool) {}
+fn set_active(entry: u32, tagged: u32, counts: bool) {}
 
 fn active_contacts(i: u32) -> u32 {
     return 0u;

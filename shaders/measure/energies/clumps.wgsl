@@ -25,7 +25,7 @@ fn damping_correction(c: u32, q: Orientation, v: Vec, w: Spin) -> Real {
                 break;
             }
             let contact = contact_of(i, here, entry, tagged);
-            if (contact.active) {
+            if (contact.is_active) {
                 sum -= dot(contact.damping, change + surface_velocity(w - here.spin, contact.arm));
             }
         }
