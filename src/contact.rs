@@ -11,4 +11,5 @@ pub mod materials;
 pub mod normal;
 pub mod overlap;
 pub mod rolling;
+pub mod state;
 pub mod tangential;

@@ -6,8 +6,9 @@ use crate::{
     contact::{
         geometry::branch_vector,
         history::{History, Lists},
-        law::{GrainPair, Law, grain_contact, grain_pair},
+        law::{GrainPair, grain_contact, grain_pair},
         materials::pair_of,
+        state::Law,
         tangential::TangentialHistory,
     },
     space::precision::position_low_of,

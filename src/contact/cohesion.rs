@@ -1,7 +1,7 @@
 //! Twin of `shaders/contact/cohesion/`: attraction of surfaces. No law of a scene has any yet; one that acts beyond touching says so in
 //! [`is_active`] and [`reach`].
 
-use super::law::ContactState;
+use super::state::ContactState;
 use crate::state::Pair;
 
 /// Whether a contact acts: it does while the surfaces overlap.

@@ -1,6 +1,6 @@
 //! Twin of `shaders/contact/normal/`: the normal force of a contact.
 
-use super::law::ContactState;
+use super::state::ContactState;
 use crate::{
     model::Normal,
     scene::{self, Hertz},

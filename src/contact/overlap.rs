@@ -2,9 +2,9 @@
 
 use super::{
     geometry::{branch_vector, sphere_separation},
-    law::ContactState,
     materials::pair_of,
     normal::normal_force,
+    state::ContactState,
 };
 use crate::{
     space::{precision::position_low_of, walls::wall_separation},

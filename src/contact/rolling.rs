@@ -3,8 +3,8 @@
 
 use super::{
     geometry::transported,
-    law::{ContactState, Law},
     normal::{self, Loading},
+    state::{ContactState, Law},
 };
 use crate::{
     contact::materials::pair_index,

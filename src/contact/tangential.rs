@@ -2,8 +2,8 @@
 
 use super::{
     geometry::transported,
-    law::{ContactState, Law},
     normal::{Loading, contact_radius, largest_contact_radius},
+    state::{ContactState, Law},
 };
 use crate::{model::Tangential as Choice, scene, state::Pair};
 use glam::DVec3;

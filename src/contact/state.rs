@@ -1,0 +1,60 @@
+//! What all laws of contact are told: the choices of the scene, and the state of the contact.
+
+use crate::{
+    model::{Damping, Dimension, Normal, Rolling, Rotation, Tangential},
+    state::{RollingPair, State},
+};
+use glam::DVec3;
+
+/// The choices of a scene for its contacts.
+#[derive(Clone, Copy, Debug)]
+pub struct Law {
+    pub normal: Normal,
+    pub damping: Damping,
+    pub tangential: Tangential,
+    pub rolling: Rolling,
+    pub dimension: Dimension,
+    pub rotation: Rotation,
+    /// s, since history was brought up to date: 0 in the first step.
+    pub history_dt: f64,
+}
+
+impl Law {
+    pub fn of(s: &State) -> Law {
+        let m = &s.model;
+        Law {
+            normal: m.normal,
+            damping: m.damping,
+            tangential: m.tangential,
+            rolling: m.rolling,
+            dimension: m.dimension,
+            rotation: m.rotation,
+            history_dt: s.params.history_dt,
+        }
+    }
+}
+
+/// All that the laws of contact know of two surfaces, seen from the first of the two.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ContactState {
+    /// m, < 0 is overlap.
+    pub gap: f64,
+    /// m, a step ago.
+    pub gap_before: f64,
+    /// From the first to the second.
+    pub n: DVec3,
+    /// A step ago.
+    pub n_before: DVec3,
+    /// m/s, of the first past the second at the contact point.
+    pub v: DVec3,
+    /// rad/s, of the first relative to the second.
+    pub spin: DVec3,
+    /// 1/kg, 1/m_i + 1/m_j.
+    pub inverse_mass: f64,
+    /// m, effective: 1/R = 1/R_i + 1/R_j.
+    pub radius: f64,
+    /// 1/(kg m²), inverse: of both about the contact point.
+    pub rolling_inertia: f64,
+    /// Of rolling, of their pair of materials.
+    pub rolling: RollingPair,
+}
