@@ -394,7 +394,7 @@ fn fit(
     arrays.try_for_each(|a| device.check_image(a.name, sizes.of(a.length) * images::texels(&layouts.arrays[*a])))
 }
 
-fn check_memory<'a>(
+fn check_memory(
     device: &Device,
     bytes: impl Iterator<Item = (&'static Array, u64)> + Clone,
     images: &HashSet<&'static Array>,

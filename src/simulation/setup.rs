@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     body::{grains::spins_in_scene, rotation::inverse_inertia},
-    contact::{materials::parameters, rolling},
+    contact::{cohesion::reach, materials::parameters, rolling},
     error::{Error, Result},
     memory,
     model::{Grains, Model, Precision, Rotation},
@@ -90,7 +90,7 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
         length_unit: unit,
         inverse_length_unit: 1.0 / unit,
         damping: assembly.solver.damping,
-        margin,
+        margin: reach() + margin,
         displacement_limit: 0.5 * margin,
         step_limit: 0.5 * margin.min(smallest),
         gap_band: GAP_BAND * smallest,
@@ -123,7 +123,7 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
     // Residues are at most half a quantum and half a quantum of the period; the rest is for rounding.
     p.position_slack = 1e-5 * largest + if single { 4.0 * p.quantum } else { 0.0 };
     // A hair wider than the reach of the lists, so that rounding cannot hide a neighbour two cells away.
-    let edge = 1.001 * (2.0 * largest + margin + p.position_slack);
+    let edge = 1.001 * (2.0 * largest + p.margin + p.position_slack);
     let domain = &assembly.domain;
     for axis in 0..model.dims() {
         let positions = || grains.iter().map(|g| g.position[axis]);

