@@ -322,7 +322,7 @@ fn describe_tells_memory_and_time_step() {
     let output = place.packstone(&["describe", "scene.toml"]);
     assert!(output.status.success(), "{output:?}");
     let said = out(&output);
-    let parts = ["a hundred disks", "bytes/particle", "total", "time step", "bound", "dashpot/mass_scaled.wgsl"];
+    let parts = ["a hundred disks", "bytes/particle", "total", "time step", "bound", "damping/mass_scaled.wgsl"];
     for part in parts.into_iter().chain(["contact/law.wgsl", "displacement_check", "neighbour"]) {
         assert!(said.contains(part), "no {part} in\n{said}");
     }

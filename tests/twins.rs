@@ -164,7 +164,7 @@ fn walls(model: &Model, edge: f64, materials: usize) -> Vec<Wall> {
     let plane = |point: DVec3, normal: DVec3| Surface::Plane { point, normal };
     // No member of a clump may begin with its centre beyond a wall.
     let inset = if model.grains == Grains::Clumps { -0.5e-3 } else { 1e-3 };
-    let mut surfaces = vec![plane(DVec3::splat(inset), DVec3::Y), plane(DVec3::Y * (edge - inset), DVec3::NEG_Y)];
+    let mut surfaces = vec![plane(DVec3::Y * inset, DVec3::Y), plane(DVec3::Y * (edge - inset), DVec3::NEG_Y)];
     if model.boundary == Boundary::Open {
         let center = DVec3::new(0.5 * edge, 0.5 * edge, 0.0);
         surfaces.push(Surface::Cylinder { center, radius: 0.75 * edge });
