@@ -17,7 +17,8 @@ fn inverse_inertia(position: Position, inverse_mass: Real) -> Real {
 
 /// Inverse inertia about a point of the surface, 1/(kg m²): 1/(J + m R²).
 fn rolling_inertia(radius: Real, inverse_mass: Real) -> Real {
-    return Real(INVERSE_GYRATION / (1 + INVERSE_GYRATION)) * inverse_mass / (radius * radius);
+    // The constant is an f32, and so would be its quotient.
+    return Real(INVERSE_GYRATION) / Real(1 + INVERSE_GYRATION) * inverse_mass / (radius * radius);
 }
 
 /// rad/s
