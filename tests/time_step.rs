@@ -44,7 +44,9 @@ fn counted(dimension: usize, ratio: f64, grains: usize, walls: usize, radii: &[f
     let mut scene = blank(dimension);
     scene.pairs = vec![elastic(ratio)];
     scene.grains = (0..grains).map(|k| Grain { radius: radii[k % radii.len()], ..grain(k as f64, 0.0, 0.0) }).collect();
-    scene.walls = (0..walls).map(|k| plane(if k == 0 { -DVec3::Y } else { DVec3::Y }, DVec3::Y)).collect();
+    // Facing the grains: a run refuses those that are beyond a wall.
+    let normal = |k: usize| if k == 0 { DVec3::Y } else { -DVec3::Y };
+    scene.walls = (0..walls).map(|k| plane(-normal(k), normal(k))).collect();
     scene
 }
 

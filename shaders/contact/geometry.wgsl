@@ -34,12 +34,6 @@ fn closer_than(a: Position, b: Position, gap: Real) -> bool {
     return dot(d, d) < reach * reach;
 }
 
-/// A vector of the contact plane with normal n_before, by the smallest rotation to that with normal n (2.11).
-fn transported(old: Vec, n: Vec, n_before: Vec) -> Vec {
-    // The lower limit only matters for a grain that passed straight through another: there is no smallest rotation.
-    return old - dot(n, old) / max(1 + dot(n, n_before), 1e-6) * (n_before + n);
-}
-
 /// |way + step| - |way|, m, with the digits that this subtraction would lose.
 fn lengthened(way: Vec, step: Vec) -> Real {
     let end = way + step;

@@ -58,12 +58,6 @@ pub fn branch_vector(s: &State, i: usize, j: usize) -> DVec3 {
     separated(s, i, j, branch.x + branch.low)
 }
 
-/// A vector of the contact plane with normal `n_before`, by the smallest rotation to that with normal `n` (2.11).
-#[inline(always)]
-pub fn transported(old: DVec3, n: DVec3, n_before: DVec3) -> DVec3 {
-    old - n.dot(old) / (1.0 + n.dot(n_before)).max(1e-6) * (n_before + n)
-}
-
 /// |way + step| - |way|, m, with the digits that this subtraction would lose.
 #[inline(always)]
 pub fn lengthened(way: DVec3, step: DVec3) -> f64 {

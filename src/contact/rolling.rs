@@ -2,14 +2,14 @@
 //! Ai, Chen, Rotter & Ooi 2011, Powder Technol. 206, 269).
 
 use super::{
-    geometry::transported,
     normal::{self, Loading},
     state::{ContactState, Law},
 };
 use crate::{
     contact::materials::pair_index,
-    model::{Dimension, Rolling as Choice},
+    model::Rolling as Choice,
     scene::{self, Assembly},
+    space::dimension::{across_spin, transported_spin},
     state::{RollingPair, State},
 };
 use glam::DVec3;
@@ -65,10 +65,8 @@ pub fn rolling_contact(law: Law, c: &ContactState, stiffness: f64, pressing: f64
     }
     let pair = &c.rolling;
     let k = rolling_stiffness(pair, c, stiffness);
-    let (rate, held) = match law.dimension {
-        Dimension::Plane => (c.spin, old.torque),
-        Dimension::Space => (c.spin - c.spin.dot(c.n) * c.n, transported(old.torque, c.n, c.n_before)),
-    };
+    let rate = across_spin(law.dimension, c.spin, c.n);
+    let held = transported_spin(law.dimension, old.torque, c.n, c.n_before);
     let turned = held - k * law.history_dt * rate;
     let limit = pair.friction * c.radius * pressing.max(0.0);
     let length_squared = turned.length_squared();

@@ -1,11 +1,10 @@
 //! Twin of `shaders/contact/tangential/`: friction with history, capped by Coulomb's law (2.7)-(2.14), errata E4, E5.
 
 use super::{
-    geometry::transported,
     normal::{Loading, contact_radius, largest_contact_radius},
     state::{ContactState, Law},
 };
-use crate::{model::Tangential as Choice, scene, state::Pair};
+use crate::{model::Tangential as Choice, scene, space::dimension::transported, state::Pair};
 use glam::DVec3;
 
 /// What a contact remembers.

@@ -39,6 +39,30 @@ pub fn from_horizontal(x: DVec2) -> DVec3 {
     x.extend(0.0)
 }
 
+/// The part of a spin across a direction: rolling without twist, in a plane all of it.
+#[inline(always)]
+pub fn across_spin(dimension: Dimension, w: DVec3, n: DVec3) -> DVec3 {
+    match dimension {
+        Dimension::Plane => w,
+        Dimension::Space => w - w.dot(n) * n,
+    }
+}
+
+/// A vector of the contact plane with normal `n_before`, by the smallest rotation to that with normal `n` (2.11).
+#[inline(always)]
+pub fn transported(old: DVec3, n: DVec3, n_before: DVec3) -> DVec3 {
+    old - n.dot(old) / (1.0 + n.dot(n_before)).max(1e-6) * (n_before + n)
+}
+
+/// [`transported`] for a moment, which in a plane is about the axis out of it.
+#[inline(always)]
+pub fn transported_spin(dimension: Dimension, old: DVec3, n: DVec3, n_before: DVec3) -> DVec3 {
+    match dimension {
+        Dimension::Plane => old,
+        Dimension::Space => transported(old, n, n_before),
+    }
+}
+
 /// Whether x is outside of [lower, upper], or no number.
 #[inline(always)]
 pub fn outside(x: DVec3, lower: DVec3, upper: DVec3) -> bool {

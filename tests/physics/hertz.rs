@@ -176,13 +176,14 @@ impl Impact {
                 Rescaled::Unloading if kt < before => force *= kt / before,
                 _ => {}
             }
-            force -= kt * (vx + w * r) * dt;
+            let arm = r - 0.5 * overlap; // the contact point is in the middle of the overlap
+            force -= kt * (vx + w * arm) * dt;
             let limit = friction * pressing.abs();
             force = force.clamp(-limit, limit);
             before = kt;
             vz -= pressing / m * dt;
             vx += force / m * dt;
-            w += r * force / (0.4 * m * r * r) * dt;
+            w += arm * force / (0.4 * m * r * r) * dt;
         }
     }
 

@@ -1,0 +1,231 @@
+//! Single grains and populations.
+
+use glam::DVec3;
+
+use super::keys::{PerAxis, per_axis};
+use super::shapes::Orientation;
+use crate::scene::schema::{self, Placement};
+use crate::scene::setters::setters;
+
+/// Spin, rad/s: from three numbers in three dimensions, from one in two.
+#[derive(Clone, Debug)]
+pub struct Spin(pub(super) schema::Spin);
+
+impl From<f64> for Spin {
+    fn from(spin: f64) -> Spin {
+        Spin(schema::Spin::Plane(spin))
+    }
+}
+
+impl From<[f64; 3]> for Spin {
+    fn from(spin: [f64; 3]) -> Spin {
+        Spin(schema::Spin::Space(spin))
+    }
+}
+
+impl From<DVec3> for Spin {
+    fn from(spin: DVec3) -> Spin {
+        spin.to_array().into()
+    }
+}
+
+/// A single grain.
+#[derive(Clone, Debug)]
+pub struct GrainBuilder(pub(super) schema::Grain);
+
+impl GrainBuilder {
+    /// At this position, m, with this radius, m. Of a clump: its centre of mass, and the radius of the sphere (disk) of the same
+    /// volume (area).
+    pub fn new(material: &str, position: impl Into<PerAxis>, radius: f64) -> GrainBuilder {
+        GrainBuilder(schema::Grain {
+            position: per_axis(position),
+            radius,
+            shape: None,
+            orientation: None,
+            material: material.to_owned(),
+            velocity: None,
+            spin: None,
+            fixed: false,
+        })
+    }
+
+    /// Makes it a clump of this shape. Default: a sphere (disk).
+    #[must_use]
+    pub fn shape(mut self, name: &str) -> Self {
+        self.0.shape = Some(name.to_owned());
+        self
+    }
+
+    /// How the clump is turned. Default: along the axes of its shape.
+    #[must_use]
+    pub fn orientation(mut self, orientation: Orientation) -> Self {
+        self.0.orientation = Some(orientation.key());
+        self
+    }
+
+    /// m/s. Default: 0.
+    #[must_use]
+    pub fn velocity(mut self, velocity: impl Into<PerAxis>) -> Self {
+        self.0.velocity = Some(per_axis(velocity));
+        self
+    }
+
+    /// rad/s: an array of three, in two dimensions one number. Default: 0.
+    #[must_use]
+    pub fn spin(mut self, spin: impl Into<Spin>) -> Self {
+        self.0.spin = Some(spin.into().0);
+        self
+    }
+
+    setters! {
+        /// Whether it keeps its velocity and spin, whatever pushes it. Default: false.
+        fixed: bool;
+    }
+}
+
+/// A distribution of radii, m. A number stands for one radius.
+#[derive(Clone, Debug)]
+pub struct Radii(pub(super) schema::Radius);
+
+impl Radii {
+    /// Uniform by number.
+    pub fn uniform(min: f64, max: f64) -> Radii {
+        Radii(schema::Radius::Law(schema::RadiusLaw::Uniform([min, max])))
+    }
+
+    /// Normal distribution, cut three standard deviations from the mean, below no lower than a tenth of the mean.
+    pub fn normal(mean: f64, std: f64) -> Radii {
+        Radii::of_normal(schema::Moments { mean, std, min: None, max: None })
+    }
+
+    /// Normal distribution, cut at these radii.
+    pub fn truncated_normal(mean: f64, std: f64, min: f64, max: f64) -> Radii {
+        Radii::of_normal(schema::Moments { mean, std, min: Some(min), max: Some(max) })
+    }
+
+    /// Log-normal distribution, cut like [`Radii::normal`]; mean and standard deviation are those of the radius, not of its logarithm.
+    pub fn log_normal(mean: f64, std: f64) -> Radii {
+        Radii::of_log_normal(schema::Moments { mean, std, min: None, max: None })
+    }
+
+    /// Log-normal distribution, cut at these radii.
+    pub fn truncated_log_normal(mean: f64, std: f64, min: f64, max: f64) -> Radii {
+        Radii::of_log_normal(schema::Moments { mean, std, min: Some(min), max: Some(max) })
+    }
+
+    /// One of these, each with the same probability.
+    pub fn list(radii: impl IntoIterator<Item = f64>) -> Radii {
+        Radii(schema::Radius::Law(schema::RadiusLaw::List(radii.into_iter().collect())))
+    }
+
+    fn of_normal(moments: schema::Moments) -> Radii {
+        Radii(schema::Radius::Law(schema::RadiusLaw::Normal(moments)))
+    }
+
+    fn of_log_normal(moments: schema::Moments) -> Radii {
+        Radii(schema::Radius::Law(schema::RadiusLaw::LogNormal(moments)))
+    }
+}
+
+impl From<f64> for Radii {
+    fn from(radius: f64) -> Radii {
+        Radii(schema::Radius::Constant(radius))
+    }
+}
+
+/// Many grains at once.
+#[derive(Clone, Debug)]
+pub struct PopulationBuilder(pub(super) schema::Population);
+
+impl PopulationBuilder {
+    fn empty() -> schema::Population {
+        schema::Population {
+            material: None,
+            file: None,
+            scale: None,
+            count: None,
+            radius: None,
+            shape: None,
+            orientation: None,
+            placement: None,
+            gap: None,
+            region: None,
+            velocity: None,
+            velocity_spread: 0.0,
+            fixed: false,
+        }
+    }
+
+    /// Grains that packstone places.
+    pub fn new(material: &str, count: usize, radius: impl Into<Radii>) -> PopulationBuilder {
+        PopulationBuilder(schema::Population {
+            material: Some(material.to_owned()),
+            count: Some(count),
+            radius: Some(radius.into().0),
+            ..PopulationBuilder::empty()
+        })
+    }
+
+    /// Grains of a CSV table; its columns are listed in `docs/scene.md`.
+    pub fn from_file(path: &str) -> PopulationBuilder {
+        PopulationBuilder(schema::Population { file: Some(path.to_owned()), ..PopulationBuilder::empty() })
+    }
+
+    /// Of the rows of a table that name none.
+    #[must_use]
+    pub fn material(mut self, name: &str) -> Self {
+        self.0.material = Some(name.to_owned());
+        self
+    }
+
+    /// Makes them clumps of this shape. Default: spheres (disks).
+    #[must_use]
+    pub fn shape(mut self, name: &str) -> Self {
+        self.0.shape = Some(schema::Mixture::All(name.to_owned()));
+        self
+    }
+
+    /// Makes them clumps of these shapes, each with its share of the number of grains.
+    #[must_use]
+    pub fn shapes<'a>(mut self, shares: impl IntoIterator<Item = (&'a str, f64)>) -> Self {
+        let shares = shares.into_iter().map(|(name, share)| (name.to_owned(), share)).collect();
+        self.0.shape = Some(schema::Mixture::Shares(shares));
+        self
+    }
+
+    /// How the clumps are turned: all the same, or at random, which is the default.
+    #[must_use]
+    pub fn orientation(mut self, orientation: Orientation) -> Self {
+        self.0.orientation = Some(orientation.key());
+        self
+    }
+
+    /// Corners of a region inside of which the grains lie as a whole, m. Default: domain and walls are the only bounds.
+    #[must_use]
+    pub fn region(mut self, lower: impl Into<PerAxis>, upper: impl Into<PerAxis>) -> Self {
+        self.0.region = Some(schema::Region { lower: per_axis(lower), upper: per_axis(upper) });
+        self
+    }
+
+    /// m/s; added to the velocities of a table. Default: 0.
+    #[must_use]
+    pub fn velocity(mut self, velocity: impl Into<PerAxis>) -> Self {
+        self.0.velocity = Some(per_axis(velocity));
+        self
+    }
+
+    setters! {
+        /// Factor on positions and radii of a table. Default: 1.
+        scale: f64;
+        /// Of a table: how many of its rows. Default: all.
+        count: usize;
+        /// How they are placed. Default: on a lattice.
+        placement: Placement;
+        /// On a lattice: room between neighbours, in diameters, used up by the jitter. Default: 0.05.
+        gap: f64;
+        /// Standard deviation of a normal distribution added to each component of the velocities, m/s. Default: 0.
+        velocity_spread: f64;
+        /// Whether they keep their velocities and spins, whatever pushes them. Default: false.
+        fixed: bool;
+    }
+}
