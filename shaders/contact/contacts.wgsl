@@ -4,14 +4,19 @@
 /// A contact, seen from the grain of interest.
 struct Contact {
     gap: Real,         // m
-    is_active: bool,      // if not, nothing below means anything
+    is_active: bool,   // if not, nothing below means anything
     force: Vec,        // N, on the grain of interest
     arm: Vec,          // m, from its centre to the contact point
-    torque: Spin,      // N m, about its centre: of the force, and the couple of rolling resistance
+    couple: Spin,      // N m, of rolling resistance
     damping: Vec,      // N, the part of the force that is the normal dashpot's
     dissipation: Real, // W, of dashpots and sliding
     energy: Real,      // J, stored
     history: History,
+}
+
+/// Moment of a contact about the grain's centre, N m. Taken where it is summed, so that a driver may fuse the product into the sum.
+fn contact_torque(contact: Contact) -> Spin {
+    return with_couple(moment(contact.arm, contact.force), contact.couple);
 }
 
 /// All contacts of grain i, in ascending order of the other's id. What contacts remember stays as it is.
@@ -26,7 +31,7 @@ fn contacts_of(i: u32, here: Body) -> ForceTorque {
         let contact = contact_of(i, here, entry, tagged);
         if (contact.is_active) {
             sum.force += contact.force;
-            sum.torque += contact.torque;
+            sum.torque += contact_torque(contact);
         }
     }
     return sum;

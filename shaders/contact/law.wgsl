@@ -120,7 +120,7 @@ fn grain_contact(i: u32, here: Body, j: u32, tagged: u32, old: History) -> Conta
         let f = contact_force(pair_of(i, j), c, opposite(old, back));
         contact.force = select(f.force, -f.force, back);
         contact.arm = select(arm, arm_to, back);
-        contact.torque = with_couple(moment(contact.arm, contact.force), select(f.couple, -f.couple, back));
+        contact.couple = select(f.couple, -f.couple, back);
         contact.damping = select(f.damping, -f.damping, back);
         contact.dissipation = f.dissipation;
         contact.energy = f.energy;
@@ -151,7 +151,7 @@ fn wall_contact(i: u32, here: Body, w: u32, tagged: u32, old: History) -> Contac
         c.materials = pair_index(i, params.bodies + w);
         let f = contact_force(pair_of(i, params.bodies + w), c, old);
         contact.force = f.force;
-        contact.torque = with_couple(moment(contact.arm, f.force), f.couple);
+        contact.couple = f.couple;
         contact.damping = f.damping;
         contact.dissipation = f.dissipation;
         contact.energy = f.energy;
@@ -216,7 +216,7 @@ fn body_forces(i: u32, here: Body) -> BodyForces {
         if (contact.is_active) {
             set_history(entry, contact.history);
             forces.sum.force += contact.force;
-            forces.sum.torque += contact.torque;
+            forces.sum.torque += contact_torque(contact);
         }
         set_active(entry, tagged, contact.is_active);
     }
@@ -229,7 +229,7 @@ fn body_forces(i: u32, here: Body) -> BodyForces {
             if (contact.is_active) {
                 set_history(entry, contact.history);
                 forces.sum.force += contact.force;
-                forces.sum.torque += contact.torque;
+                forces.sum.torque += contact_torque(contact);
                 forces.crossed |= contact.gap < -here.position.radius;
             }
             set_active(entry, tagged, contact.is_active);

@@ -37,7 +37,7 @@ fn measure(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
                 continue;
             }
             force += contact.force;
-            torque += contact.torque;
+            torque += contact_torque(contact);
             drag += contact.damping;
             sum.elastic += share * contact.energy;
             let held = contact.force - contact.damping;

@@ -216,7 +216,6 @@ fn contact_of(i: u32, here: Body, entry: u32, tagged: u32) -> Contact {
     contact.gap = touch.gap;
     contact.force = warm_start_impulse(entry, tagged) * (1 / params.dt);
     contact.arm = (here.position.radius + 0.5 * touch.gap) * touch.n;
-    contact.torque = moment(contact.arm, contact.force);
     return contact;
 }
 

@@ -15,7 +15,7 @@ use glam::DVec3;
 /// Solve from r = 0.
 ///
 /// # Errors
-/// [`Error::Problem`] where the solver is not made for the problem. Not to converge is no error.
+/// [`Error::Problem`](crate::Error::Problem) where the solver is not made for the problem. Not to converge is no error.
 pub fn solve(problem: &Problem, solver: Solver, options: &Options) -> Result<Solution> {
     options.check(solver)?;
     let start = vec![DVec3::ZERO; problem.len()];
