@@ -237,7 +237,9 @@ fn chung_ooi_4() {
     }
 }
 
-/// Chung & Ooi test 5: steel, constant normal speed, without loss: ψ out is ψ in - 7 and R ω is -5 μ v_n where it slides all the time.
+/// Chung & Ooi test 5: steel, constant normal speed, without loss: ψ out is ψ in - 7 and R ω is -5 μ v_n where it slides all the time,
+/// which is from ψ = 5.8 on (Maw et al. 1976). Below that the digitised curves are those of half of Mindlin's tangential stiffness
+/// (ψ out -2.0 at ψ = 5, where Mindlin's gives -1.44); there the equations themselves decide.
 #[test]
 fn chung_ooi_5() {
     let (r, vn, mu) = (1e-5, 5.0, 0.3);
@@ -259,10 +261,10 @@ fn chung_ooi_5() {
         close(&format!("psi2 at {psi}"), found.0, exact.0, 5.0, 3e-3);
         close(&format!("spin at {psi}"), found.1, exact.1, 5.0, 3e-3);
     }
-    for row in tables[0].iter().filter(|row| row[0] >= 4.99) {
+    for row in tables[0].iter().filter(|row| row[0] >= 5.8) {
         close(&format!("psi2 of the curve at {}", row[0]), scaled(impact(row[0]).simulated()).0, row[1], 5.0, 0.01);
     }
-    for row in tables[1].iter().filter(|row| row[0] >= 5.0) {
+    for row in tables[1].iter().filter(|row| row[0] >= 5.8) {
         close(&format!("spin of the curve at {}", row[0]), scaled(impact(row[0]).simulated()).1, row[1], 5.0, 0.01);
     }
 }
