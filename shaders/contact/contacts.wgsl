@@ -14,11 +14,6 @@ struct Contact {
     history: History,
 }
 
-/// Moment of a contact about the grain's centre, N m. Taken where it is summed, so that a driver may fuse the product into the sum.
-fn contact_torque(contact: Contact) -> Spin {
-    return with_couple(moment(contact.arm, contact.force), contact.couple);
-}
-
 /// All contacts of grain i, in ascending order of the other's id. What contacts remember stays as it is.
 fn contacts_of(i: u32, here: Body) -> ForceTorque {
     var sum = ForceTorque();

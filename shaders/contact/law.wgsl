@@ -160,6 +160,11 @@ fn wall_contact(i: u32, here: Body, w: u32, tagged: u32, old: History) -> Contac
     return contact;
 }
 
+/// Moment of a contact about the grain's centre, N m. Taken where it is summed, so that a driver may fuse the product into the sum.
+fn contact_torque(contact: Contact) -> Spin {
+    return with_couple(moment(contact.arm, contact.force), contact.couple);
+}
+
 /// The contact of grain i at an entry of its list.
 fn contact_of(i: u32, here: Body, entry: u32, tagged: u32) -> Contact {
     let j = tagged & INDEX;

@@ -199,6 +199,11 @@ fn bias_velocity_of(gap: Real) -> Real {
     return max((gap + params.gap_band) / params.dt, -params.max_correction_velocity);
 }
 
+/// Moment of a contact about the grain's centre, N m. Rigid contacts carry no couple.
+fn contact_torque(contact: Contact) -> Spin {
+    return moment(contact.arm, contact.force);
+}
+
 /// The contact of grain i in a slot, as samples and forces see it: what carries an impulse is closed.
 fn contact_of(i: u32, here: Body, entry: u32, tagged: u32) -> Contact {
     let j = tagged & INDEX;
