@@ -12,13 +12,13 @@ struct PositionLow {
     radius: Real, // m
 }
 
-/// A position: in single precision a multiple of params.quantum and a residue.
+/// A position: in single precision a multiple of params.quantum and a low part.
 struct Point {
     x: Vec,       // m
     low: Vec, // m
 }
 
-/// An attitude: in single precision a multiple of some quantum and a residue.
+/// An attitude: in single precision a multiple of some quantum and a low part.
 struct SplitOrientation {
     q: Orientation,
     low: Orientation,
@@ -34,7 +34,7 @@ struct Pair {
     stiffness: Real,            // k_N, N/m
     tangential_stiffness: Real, // k_T, N/m
     friction: Real,             // mu
-    dashpot: Real,              // damping ratio, or coefficient in 1/s: see the dashpot slot
+    dashpot: Real,              // damping ratio, or coefficient in 1/s: see the damping slot
 }
 
 struct Params {
@@ -50,9 +50,9 @@ struct Params {
     history_dt: Real,            // s, since springs were last stretched: dt, but 0 in the first step
     damping: Real,          // xi, 1/s
     margin: Real,           // m, neighbour lists reach this much beyond contact
-    quantum: Real,          // m, a power of two: single precision keeps positions as multiples of it and a residue
+    quantum: Real,          // m, a power of two: single precision keeps positions as multiples of it and a low part
     inverse_quantum: Real,  // 1/m
-    position_slack: Real,             // m, what a distance may be off if residues are left out
+    position_slack: Real,             // m, what a distance may be off if low parts are left out
     length_unit: Real,            // m, a power of two: lengths up to the largest contact distance are 15 bits of it and a rest
     inverse_length_unit: Real,    // 1/m
     arm_unit: Real,         // m, a power of two: arms of clumps are 22 bits of it and a rest
@@ -88,7 +88,7 @@ struct Counters {
     lost_body: atomic<u32>,     // bodies - id of a grain that is no number, left the domain, crossed a wall or is too fast; 0: none
     active_contacts: atomic<u32>,      // contacts with a spring at the end of the chunk, each counted once
     restored_contacts: atomic<u32>,    // springs of the history that the new lists took over
-    unlisted: atomic<u32>,       // neighbours that found no slot: 0, or a defect
+    unlisted: atomic<u32>,       // neighbours that found no entry: 0, or a defect
 }
 
 var<storage, read_write> counters: Counters;

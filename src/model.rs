@@ -31,7 +31,7 @@ macro_rules! slot {
 }
 
 slot!(
-    /// Width of `Real` on the device; single precision owns the residues of the positions. The CPU engine computes in f64 whatever stands here.
+    /// Width of `Real` on the device; single precision owns the low parts of the positions. The CPU engine computes in f64 whatever stands here.
     Precision in "space/precision" { Single = "single", Double = "double" }
 );
 impl Precision {

@@ -27,7 +27,7 @@ pub static MOVE_WALLS: Stage = Stage {
     ..Stage::new("space", "move_walls", move_walls::move_walls, |sizes| sizes.walls)
 };
 
-/// A residue is what is left of a step, m, when whole quanta are taken off.
+/// A low part is what is left of a step, m, when whole quanta are taken off.
 fn way_of_walls(s: &State) -> f64 {
     let step = |wall: &Wall| s.params.dt * wall.velocity.length();
     s.wall.iter().map(step).fold(s.params.quantum, f64::max)

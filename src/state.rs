@@ -139,7 +139,7 @@ record!(
         restart_criterion: f64,
         curvature: f64,
         step_squared: f64,
-        pressing: f64,
+        max_normal_impulse: f64,
         coulomb_excess: f64,
         late_contacts: u32,
     }

@@ -27,7 +27,7 @@ fn unit_or(d: Vec, other: Vec) -> Vec {
     return d * (1 / sqrt(length_squared));
 }
 
-/// Whether the surfaces are closer than this, m, judged without residues: true where these could decide.
+/// Whether the surfaces are closer than this, m, judged without low parts: true where these could decide.
 fn closer_than(a: Position, b: Position, gap: Real) -> bool {
     let d = nearest_image(a.x, b.x, Vec()).x;
     let reach = a.radius + b.radius + gap + params.position_slack;

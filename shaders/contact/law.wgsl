@@ -36,11 +36,11 @@ fn contact_force(pair: Pair, c: ContactState, old: History) -> ContactForce {
     let approach = dot(c.v, c.n);
     let stiffness = normal_stiffness(pair, c);
     let damping = damping_force(pair, approach, c.inverse_mass, stiffness);
-    let pressing = normal_force(pair, c) + damping;
-    let tangential = tangential_contact(pair, c, pressing, old.tangential);
-    let rolling = rolling_contact(c, stiffness, pressing, old.rolling);
+    let normal = normal_force(pair, c) + damping;
+    let tangential = tangential_contact(pair, c, normal, old.tangential);
+    let rolling = rolling_contact(c, stiffness, normal, old.rolling);
     return ContactForce(
-        tangential.force - (pressing - cohesive_force(pair, c)) * c.n,
+        tangential.force - (normal - cohesive_force(pair, c)) * c.n,
         rolling.couple,
         -damping * c.n,
         damping * approach + tangential.dissipation + rolling.dissipation,

@@ -5,8 +5,8 @@ fn responded(c: u32) -> ResidualSums {
         return ResidualSums();
     }
     let here = clump(c);
-    let course = clump_response_of(c, here);
-    set_member_velocities(c, here, course);
+    let velocity = clump_response_of(c, here);
+    set_member_velocities(c, here, velocity);
     var entries = 0u;
     for (var member_id = first_member[c]; member_id < first_member[c + 1u]; member_id++) {
         let i = index_of_id[member_id];
@@ -16,7 +16,7 @@ fn responded(c: u32) -> ResidualSums {
     let unpushed = RigidVelocity(free.v, clump_spin_next[c]);
     let squared = kinetic_metric(here, unpushed, unpushed) * free.inverse_mass;
     var sums = residual_scale_of(entries, squared, free.inverse_mass);
-    let change = velocity_change(extrapolated_clump(c, here.orientation), course);
+    let change = velocity_change(extrapolated_clump(c, here.orientation), velocity);
     sums.curvature = kinetic_metric(here, change, change);
     return sums;
 }

@@ -1,6 +1,6 @@
 // twin: src/nscd/contact.rs
 // Method slot: contact dynamics, section 2.2. Grains are rigid; a step is one implicit Euler step with restitution 0. Here is
-// what its kernels share. Impulses and velocities are those of the whole step; the friction slot keeps the impulse of a contact
+// what its kernels share. Impulses and velocities are those of the whole step; the tangential slot keeps the impulse of a contact
 // where the discrete element method keeps its spring, and hands it on in the same way.
 
 /// Grains whose sums are added up before they leave the processor.
@@ -20,12 +20,12 @@ struct EffectiveMass {
     tangential: Real, // 1/kg, W across; of clumps what takes the place of its largest eigenvalue there
 }
 
-var<storage, read_write> contact_geometry: array<ContactGeometry>; // slots
-var<storage, read_write> effective_mass: array<EffectiveMass>;     // slots
+var<storage, read_write> contact_geometry: array<ContactGeometry>; // entries
+var<storage, read_write> effective_mass: array<EffectiveMass>;     // entries
 var<storage, read_write> extrapolated_velocity: array<Velocity>;    // N, m/s, 1/kg: what a pass starts from
 var<storage, read_write> pass_velocity: array<Velocity>;    // N, m/s, 1/kg: after the last pass
 var<storage, read_write> pass_velocity_before: array<Velocity>; // N: after the pass before; a pass writes them anew
-var<storage, read_write> impulse_before: array<Packed>; // slots, N s: the impulses of the pass before; a pass writes them anew
+var<storage, read_write> impulse_before: array<Packed>; // entries, N s: the impulses of the pass before; a pass writes them anew
 
 /// Sums of a workgroup, or of the body or clump of an invocation.
 struct ResidualSums {
@@ -37,7 +37,7 @@ struct ResidualSums {
     restart_criterion: Real, // J
     curvature: Real,         // J, by the velocities of the grains in the metric of their masses
     step_squared: Real,      // J
-    pressing: Real,  // N s, largest
+    max_normal_impulse: Real,  // N s, largest
     coulomb_excess: Real,    // N s, largest
     late_contacts: u32,       // pairs left out that meet after all
 }
@@ -52,7 +52,7 @@ fn combined(a: ResidualSums, b: ResidualSums) -> ResidualSums {
         a.restart_criterion + b.restart_criterion,
         a.curvature + b.curvature,
         a.step_squared + b.step_squared,
-        max(a.pressing, b.pressing),
+        max(a.max_normal_impulse, b.max_normal_impulse),
         max(a.coulomb_excess, b.coulomb_excess),
         a.late_contacts + b.late_contacts,
     );
@@ -119,7 +119,7 @@ fn damping_factor() -> Real {
     return 1 / (1 + params.dt * params.damping);
 }
 
-/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that impulses meet.
+/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that impulses act on.
 fn free_velocity(velocity: Velocity) -> Velocity {
     if (velocity.inverse_mass == 0) {
         return velocity;
@@ -159,7 +159,7 @@ fn remove_rounding(i: u32, velocity: Velocity, spin: Spin) {
     store_extrapolated_spin(i, extrapolated_spin_of(i) + spin_off);
 }
 
-/// The contact in a slot of grain i at the velocities that a pass starts from.
+/// The contact at an entry of grain i at the velocities that a pass starts from.
 fn oriented_contact(i: u32, entry: u32, j: u32, here: Velocity, spin: Spin) -> OrientedContact {
     let m = contact_geometry[entry];
     let l = effective_mass[entry];
@@ -204,7 +204,7 @@ fn contact_torque(contact: Contact) -> Spin {
     return moment(contact.arm, contact.force);
 }
 
-/// The contact of grain i in a slot, as samples and forces see it: what carries an impulse is closed.
+/// The contact of grain i at an entry, as samples and forces see it: what carries an impulse is closed.
 fn contact_of(i: u32, here: Body, entry: u32, tagged: u32) -> Contact {
     let j = tagged & INDEX;
     var contact = Contact();

@@ -9,7 +9,7 @@ fn gather_impulses(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_w
         return;
     }
     var impulse = Vec();
-    var twist = Spin();
+    var torque_impulse = Spin();
     let end = list_start[i + 1u];
     for (var entry = list_start[i]; entry < end; entry++) {
         let tagged = neighbour[entry];
@@ -19,8 +19,8 @@ fn gather_impulses(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_w
         if ((tagged & ACTIVE) != 0u) {
             let mine = impulse_of(entry);
             impulse += mine;
-            twist += moment(effective_mass[entry].arm * contact_geometry[entry].n, mine);
+            torque_impulse += moment(effective_mass[entry].arm * contact_geometry[entry].n, mine);
         }
     }
-    respond_to_gather(i, ForceTorque(impulse, twist));
+    respond_to_gather(i, ForceTorque(impulse, torque_impulse));
 }

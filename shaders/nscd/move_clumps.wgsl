@@ -7,6 +7,6 @@ fn move_clumps(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workg
         return;
     }
     let here = clump(c);
-    let course = clump_response_of(c, here);
-    move_clump(c, here, course.v, course.spin);
+    let velocity = clump_response_of(c, here);
+    move_clump(c, here, velocity.v, velocity.spin);
 }

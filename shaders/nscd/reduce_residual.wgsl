@@ -1,5 +1,5 @@
 // twin: src/nscd/reduce_residual.rs
-// Contact dynamics 7: the judgement, for the host. Passes may go on.
+// Contact dynamics 7: the residual, for the host. Passes may go on.
 @compute @workgroup_size(SUM_LANES)
 fn reduce_residual(@builtin(local_invocation_index) lane: u32) {
     let sum = total_sums(lane);
@@ -11,6 +11,6 @@ fn reduce_residual(@builtin(local_invocation_index) lane: u32) {
             solver_state.lowest_residual = NONE_YET;
             solver_state.lowest_pass = solver_state.passes;
         }
-        solver_state.coulomb_excess = max(sum.coulomb_excess, Real(0)) / max(sum.pressing, Real(1e-36));
+        solver_state.coulomb_excess = max(sum.coulomb_excess, Real(0)) / max(sum.max_normal_impulse, Real(1e-36));
     }
 }

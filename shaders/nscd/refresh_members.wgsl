@@ -7,8 +7,8 @@ fn refresh_members(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_w
         return;
     }
     let here = clump(c);
-    let course = clump_response_of(c, here);
+    let velocity = clump_response_of(c, here);
     for (var member_id = first_member[c]; member_id < first_member[c + 1u]; member_id++) {
-        remove_rounding(index_of_id[member_id], member_velocity(here, course, member_id), course.spin);
+        remove_rounding(index_of_id[member_id], member_velocity(here, velocity, member_id), velocity.spin);
     }
 }

@@ -2,7 +2,7 @@
 // Contact dynamics 6: how far the impulses are from a solution, by the natural map, which anyone can compute again. Pairs that
 // were left out and meet after all take part from now on.
 
-fn judged(i: u32) -> ResidualSums {
+fn residual_sums_of(i: u32) -> ResidualSums {
     if (i >= params.bodies) {
         return ResidualSums();
     }
@@ -22,13 +22,13 @@ fn judged(i: u32) -> ResidualSums {
         }
         let impulse = side.sign * impulse_of(entry);
         let far = natural_map(side, impulse, natural_map_scale(entry, side.tangential));
-        let pressing = -dot(impulse, side.n);
-        let friction = impulse + pressing * side.n;
+        let normal_impulse = -dot(impulse, side.n);
+        let friction = impulse + normal_impulse * side.n;
         sums.residual_squared += side.share * dot(far, far);
-        sums.pressing = max(sums.pressing, pressing);
+        sums.max_normal_impulse = max(sums.max_normal_impulse, normal_impulse);
         // In m/s, because squares of a small grain's impulses are beyond single precision.
         let across = side.tangential * friction;
-        sums.coulomb_excess = max(sums.coulomb_excess, sqrt(dot(across, across)) / side.tangential - side.friction * pressing);
+        sums.coulomb_excess = max(sums.coulomb_excess, sqrt(dot(across, across)) / side.tangential - side.friction * normal_impulse);
     }
     return sums;
 }
@@ -36,5 +36,5 @@ fn judged(i: u32) -> ResidualSums {
 @compute @workgroup_size(GROUP)
 fn residual(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
-    store_residual_sums(i, judged(i));
+    store_residual_sums(i, residual_sums_of(i));
 }

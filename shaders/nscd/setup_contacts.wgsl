@@ -35,7 +35,7 @@ fn met(i: u32) -> ResidualSums {
         let l = effective_mass_of(entry, i, j, free, there, touch);
         effective_mass[entry] = l;
         let bias_velocity = bias_velocity_of(touch.gap);
-        // Pairs that are not about to touch take no part in passes, unless the judgement finds that they should. Both grains
+        // Pairs that are not about to touch take no part in passes, unless the residual finds that they should. Both grains
         // compute that from the first side, so that they agree.
         let first = i < j;
         let v = select(there.v, free.v, first) - select(free.v, there.v, first);

@@ -11,15 +11,15 @@ fn fallen_in(c: u32) -> ResidualSums {
     let now = extrapolated_clump(c, q);
     let last = from_first_member(c, q, pass_velocity[i], pass_spin[i]);
     let before = from_first_member(c, q, pass_velocity_before[i], pass_spin_before[i]);
-    // From where the sweeps set out to where they led, along the way from the pass before.
-    let way = velocity_change(before, last);
-    let start = RigidVelocity(last.v + solver_state.beta * way.v, last.spin + solver_state.beta * way.spin);
+    // From where the sweeps set out to where they led, along the change from the pass before.
+    let change = velocity_change(before, last);
+    let start = RigidVelocity(last.v + solver_state.beta * change.v, last.spin + solver_state.beta * change.spin);
     var sums = ResidualSums();
     sums.restart_criterion = kinetic_metric(here, velocity_change(now, start), velocity_change(last, now));
-    let lead = arm_of(q, first_member[c]);
+    let member_arm = arm_of(q, first_member[c]);
     for (var member_id = first_member[c]; member_id < first_member[c + 1u]; member_id++) {
         let member = index_of_id[member_id];
-        let from_first = arm_of(q, member_id) - lead;
+        let from_first = arm_of(q, member_id) - member_arm;
         pass_velocity_before[member] = Velocity(extrapolated_velocity[i].v + surface_velocity(now.spin, from_first), extrapolated_velocity[i].inverse_mass);
         pass_spin_before[member] = now.spin;
     }

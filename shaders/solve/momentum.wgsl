@@ -28,10 +28,10 @@ struct SolverState {
     lowest_residual: Real,   // the least one since steps were made shorter
     lowest_pass: u32,        // after so many passes
     step_divisor: Real,      // by this factor steps are shorter than W asks for
-    residual: Real,          // of scenes: relative residual of the natural map, as last judged
-    coulomb_excess: Real,    // of scenes: largest friction beyond the Coulomb limit, over the largest normal impulse, as last judged
+    residual: Real,          // of scenes: relative residual of the natural map, as last computed
+    coulomb_excess: Real,    // of scenes: largest friction beyond the Coulomb limit, over the largest normal impulse, as last computed
     passes: u32,
-    late_contacts: u32,      // of scenes: pairs found by the last judgement to meet after all, counted from both sides
+    late_contacts: u32,      // of scenes: pairs found by the last residual to meet after all, counted from both sides
     step_too_long: u32,      // 1: the last step was too long for W, and the next one will be shorter; problems take it back
 }
 

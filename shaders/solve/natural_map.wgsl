@@ -53,39 +53,39 @@ fn project_on_disc(v: Vec, length: Real) -> Vec {
 /// that it allows. `step` is a fraction of the contact's own scales. Its fixed points are contacts that are open, stick or slip as
 /// Algorithm 1 has them; with step = 1 it is that algorithm for spheres.
 fn disc_update(side: OrientedContact, impulse: Vec, step: Real) -> Vec {
-    let pressing = -dot(impulse, side.n);
+    let normal_impulse = -dot(impulse, side.n);
     let approach = dot(side.velocity, side.n);
-    let friction = impulse + pressing * side.n;
+    let friction = impulse + normal_impulse * side.n;
     let slip = side.velocity - approach * side.n;
-    let pressing_next = max(pressing + step / side.normal * (approach - side.bias_velocity), Real(0));
+    let normal_impulse_next = max(normal_impulse + step / side.normal * (approach - side.bias_velocity), Real(0));
     // In m/s, because squares of a small grain's impulses are beyond single precision.
     let weight = side.tangential;
-    let friction_next = project_on_disc(weight * friction - step * slip, side.friction * (weight * pressing_next));
-    return (1 / weight) * friction_next - pressing_next * side.n;
+    let friction_next = project_on_disc(weight * friction - step * slip, side.friction * (weight * normal_impulse_next));
+    return (1 / weight) * friction_next - normal_impulse_next * side.n;
 }
 
 /// The natural map of a contact, m/s: (r - P_K(r - rho (u + mu |u_T| n))) / rho with rho = 1/weight, De Saxcé's form of Coulomb's
 /// law: zero when and only when the laws hold. The weight is λmax(W_kk).
 fn natural_map(side: OrientedContact, impulse: Vec, weight: Real) -> Vec {
-    let pressing = -dot(impulse, side.n);
+    let normal_impulse = -dot(impulse, side.n);
     let approach = dot(side.velocity, side.n);
-    let friction = impulse + pressing * side.n;
+    let friction = impulse + normal_impulse * side.n;
     let slip = side.velocity - approach * side.n;
     let mu = side.friction;
-    let normal = weight * pressing + (approach - side.bias_velocity) - mu * sqrt(dot(slip, slip));
+    let normal = weight * normal_impulse + (approach - side.bias_velocity) - mu * sqrt(dot(slip, slip));
     let across = weight * friction - slip;
     let length = sqrt(dot(across, across));
     if (normal > 0 && length <= mu * normal) {
         // What is left of the differences below, without the rounding of impulses beside which velocities are small.
         return slip + (approach - side.bias_velocity - mu * sqrt(dot(slip, slip))) * side.n;
     }
-    var kept = Vec();
-    var pressed = Real(0);
+    var projected_friction = Vec();
+    var projected_normal = Real(0);
     if (mu * length > -normal) {
-        pressed = (normal + mu * length) / (1 + mu * mu);
-        kept = across * (mu * pressed / length);
+        projected_normal = (normal + mu * length) / (1 + mu * mu);
+        projected_friction = across * (mu * projected_normal / length);
     }
-    return (weight * friction - kept) - (weight * pressing - pressed) * side.n;
+    return (weight * friction - projected_friction) - (weight * normal_impulse - projected_normal) * side.n;
 }
 
 /// The product of two impulses in the scales of the disc update, J.

@@ -191,7 +191,7 @@ fn solved_to(mut scene: Assembly, tolerance: f64) -> Assembly {
 }
 
 /// The grains of a rigid scene with springs, k_T = 2/7 k_N, and global damping.
-fn sprung(rigid: &Assembly, stiffness: f64, dt: f64, damping: f64) -> Assembly {
+fn compliant(rigid: &Assembly, stiffness: f64, dt: f64, damping: f64) -> Assembly {
     let mut scene = rigid.clone();
     for pair in &mut scene.pairs {
         (pair.normal_stiffness, pair.tangential_stiffness) = (stiffness, 2.0 / 7.0 * stiffness);

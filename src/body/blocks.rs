@@ -12,7 +12,7 @@ pub fn by_body<'a, T: Send>(array: &'a mut [T], s: &State) -> vec::IntoIter<&'a 
     runs(array, s.sizes.bodies, |i| i.min(bodies))
 }
 
-/// The same for an array over slots.
+/// The same for an array over entries.
 pub fn by_entry<'a, T: Send>(array: &'a mut [T], s: &State) -> vec::IntoIter<&'a mut [T]> {
     let absent = array.is_empty();
     runs(array, s.sizes.bodies, |i| if absent { 0 } else { s.list_start[i] as usize })

@@ -102,12 +102,12 @@ pub fn orientation_increment(s: &State, c: usize, here: &Clump, w: DVec3) -> DVe
     let q = here.orientation;
     let rest = s.orientation_low.get(c).map_or(DVec4::ZERO, |r| r.0);
     let turn = rotation_increment(0.25 * s.params.dt * w);
-    let way = if spins_in_scene(&s.model, here.inverse_moments) {
+    let increment = if spins_in_scene(&s.model, here.inverse_moments) {
         quaternion_product(turn, q)
     } else {
         quaternion_product(q, turn)
     };
-    way + 0.5 * norm_defect(s.orientation[c].0, rest) * q
+    increment + 0.5 * norm_defect(s.orientation[c].0, rest) * q
 }
 
 /// A step of a clump is not settled after so many rounds.

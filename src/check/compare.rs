@@ -200,7 +200,7 @@ fn counters(a: &[f64], b: &[f64]) -> (f64, f64) {
     (flags.max(difference), difference)
 }
 
-/// Positions with their residues: the difference over the largest displacement of this step, which is what must not be
+/// Positions with their low parts: the difference over the largest displacement of this step, which is what must not be
 /// lost. (Either part alone may differ by a whole unit in the last place of the position.)
 fn positions(twin: &State, device: &State, undecided: &[bool]) -> (f64, f64) {
     let displacement = twin.velocity_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * twin.params.dt;
@@ -239,7 +239,7 @@ fn orientations(twin: &State, device: &State) -> (f64, f64) {
         let rest = twin.orientation_low_next[c].0 - device.orientation_low_next[c].0;
         ((twin.orientation_next[c].0 - device.orientation_next[c].0) + rest).abs().max_element()
     };
-    // At rest, some units in the last place of the residues are what their lengths are corrected by.
+    // At rest, some units in the last place of the low parts are what their lengths are corrected by.
     worst_and_rms((0..twin.sizes.clumps).map(difference), (0.5 * largest * twin.params.dt).max(2f64.powi(-16)))
 }
 

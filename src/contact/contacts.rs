@@ -80,8 +80,8 @@ pub fn set_clump_velocities(
     law: impl Fn(&State, usize, &Clump, &ForceTorque) -> (DVec3, DVec3) + Sync,
 ) {
     let velocity = |c| law(s, c, &clump(s, c), &contacts_of_clump(s, c, clump(s, c).orientation, of));
-    let motions: Vec<(DVec3, DVec3)> = (0..s.sizes.clumps).into_par_iter().with_min_len(64).map(velocity).collect();
-    for (c, (v, w)) in motions.into_iter().enumerate() {
+    let velocities: Vec<(DVec3, DVec3)> = (0..s.sizes.clumps).into_par_iter().with_min_len(64).map(velocity).collect();
+    for (c, (v, w)) in velocities.into_iter().enumerate() {
         set_clump_velocity(s, c, &clump(s, c), v, w);
     }
 }

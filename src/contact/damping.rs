@@ -6,7 +6,7 @@ use crate::{
     state::Pair,
 };
 
-/// Additional pressing force, N; `approach` = v · n, `inverse_mass` = 1/m_i + 1/m_j, `stiffness` is the slope of the normal force, N/m.
+/// Additional compressive force, N; `approach` = v · n, `inverse_mass` = 1/m_i + 1/m_j, `stiffness` is the slope of the normal force, N/m.
 #[inline(always)]
 pub fn damping_force(law: Damping, pair: &Pair, approach: f64, inverse_mass: f64, stiffness: f64) -> f64 {
     match law {

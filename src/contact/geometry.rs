@@ -37,7 +37,7 @@ pub fn unit_or(d: DVec3, other: DVec3) -> DVec3 {
     DVec3::select(BVec3::splat(length_squared == 0.0), other, d * (1.0 / length_squared.sqrt()))
 }
 
-/// Whether the surfaces are closer than this, m, judged without residues: true where these could decide.
+/// Whether the surfaces are closer than this, m, judged without low parts: true where these could decide.
 #[inline(always)]
 pub fn closer_than(s: &State, a: &Position, b: &Position, gap: f64) -> bool {
     let d = nearest_image(s, a.x, b.x, DVec3::ZERO).x;
@@ -45,7 +45,7 @@ pub fn closer_than(s: &State, a: &Position, b: &Position, gap: f64) -> bool {
     d.length_squared() < reach * reach
 }
 
-/// Whether the neighbour may touch: an answer without residues, for the price of one place.
+/// Whether the neighbour may touch: an answer without low parts, for the price of one place.
 #[inline(always)]
 pub fn near(s: &State, here: &Position, j: usize) -> bool {
     s.position.get(j).is_none_or(|there| closer_than(s, here, there, reach()))

@@ -69,12 +69,12 @@ pub fn contact_force(law: Law, pair: &Pair, c: &ContactState, old: History) -> C
     let approach = c.v.dot(c.n);
     let stiffness = normal_stiffness(law.normal, pair, c);
     let damping = damping_force(law.damping, pair, approach, c.inverse_mass, stiffness);
-    let pressing = normal_force(law.normal, pair, c) + damping;
-    let tangential = tangential_contact(law, pair, c, pressing, old.tangential);
-    let rolling = rolling_contact(law, c, stiffness, pressing, old.rolling);
+    let normal = normal_force(law.normal, pair, c) + damping;
+    let tangential = tangential_contact(law, pair, c, normal, old.tangential);
+    let rolling = rolling_contact(law, c, stiffness, normal, old.rolling);
     let history = History { tangential: tangential.history, rolling: rolling.history };
     ContactForce {
-        force: tangential.force - (pressing - cohesive_force(pair, c)) * c.n,
+        force: tangential.force - (normal - cohesive_force(pair, c)) * c.n,
         couple: rolling.couple,
         damping: -damping * c.n,
         dissipation: damping * approach + tangential.dissipation + rolling.dissipation,

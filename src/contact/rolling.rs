@@ -57,9 +57,9 @@ pub struct Rolling {
     pub dissipation: f64,
 }
 
-/// `stiffness` is the slope of the normal force, N/m, and `pressing` that force, N.
+/// `stiffness` is the slope of the normal force, N/m, and `normal_force` that force, N.
 #[inline(always)]
-pub fn rolling_contact(law: Law, c: &ContactState, stiffness: f64, pressing: f64, old: RollingHistory) -> Rolling {
+pub fn rolling_contact(law: Law, c: &ContactState, stiffness: f64, normal_force: f64, old: RollingHistory) -> Rolling {
     if law.rolling == Choice::None {
         return Rolling::default();
     }
@@ -68,7 +68,7 @@ pub fn rolling_contact(law: Law, c: &ContactState, stiffness: f64, pressing: f64
     let rate = across_spin(law.dimension, c.spin, c.n);
     let held = transported_spin(law.dimension, old.torque, c.n, c.n_before);
     let turned = held - k * law.history_dt * rate;
-    let limit = pair.friction * c.radius * pressing.max(0.0);
+    let limit = pair.friction * c.radius * normal_force.max(0.0);
     let length_squared = turned.length_squared();
     let (mut torque, mut dashpot) = (turned, 0.0);
     if length_squared > limit * limit {

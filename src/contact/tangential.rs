@@ -29,16 +29,16 @@ pub fn tangential_contact(
     law: Law,
     pair: &Pair,
     c: &ContactState,
-    pressing: f64,
+    normal_force: f64,
     old: TangentialHistory,
 ) -> Tangential {
     match law.tangential {
         Choice::None => return Tangential::default(),
-        Choice::Mindlin => return mindlin_contact(law, pair, c, pressing, old),
+        Choice::Mindlin => return mindlin_contact(law, pair, c, normal_force, old),
         Choice::Coulomb => {}
     }
     let stretched = stretched_spring(law, old.force, pair, c);
-    let force = slid_spring(stretched, pair, pressing);
+    let force = coulomb_capped(stretched, pair, normal_force);
     let dissipation = sliding_power(law, old.force, stretched, force, pair);
     Tangential { force, history: TangentialHistory { force }, dissipation }
 }
@@ -53,8 +53,8 @@ fn stretched_spring(law: Law, old: DVec3, pair: &Pair, c: &ContactState) -> DVec
 
 /// Capped by sliding (2.13), N.
 #[inline(always)]
-fn slid_spring(stretched: DVec3, pair: &Pair, pressing: f64) -> DVec3 {
-    let limit = pair.friction * pressing.abs();
+fn coulomb_capped(stretched: DVec3, pair: &Pair, normal_force: f64) -> DVec3 {
+    let limit = pair.friction * normal_force.abs();
     let length_squared = stretched.length_squared();
     let scale = limit / length_squared.sqrt();
     stretched * if length_squared > limit * limit { scale } else { 1.0 }
@@ -71,11 +71,11 @@ fn sliding_power(law: Law, old: DVec3, stretched: DVec3, slid: DVec3, pair: &Pai
 
 /// Mindlin's contact of elastic spheres without micro-slip, `shaders/contact/tangential/mindlin.wgsl`.
 #[inline(always)]
-fn mindlin_contact(law: Law, pair: &Pair, c: &ContactState, pressing: f64, old: TangentialHistory) -> Tangential {
+fn mindlin_contact(law: Law, pair: &Pair, c: &ContactState, normal_force: f64, old: TangentialHistory) -> Tangential {
     let stiffness = mindlin_stiffness(pair, c);
     let held = softening(c) * transported(old.force, c.n, c.n_before);
     let stretched = held - stiffness * (law.history_dt * (c.v - c.v.dot(c.n) * c.n));
-    let force = slid_spring(stretched, pair, pressing);
+    let force = coulomb_capped(stretched, pair, normal_force);
     let slides = stiffness > 0.0 && law.history_dt > 0.0;
     let dissipation =
         if slides { (0.5 * (held + force)).dot(stretched - force) / (stiffness * law.history_dt) } else { 0.0 };

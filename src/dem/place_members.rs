@@ -83,7 +83,7 @@ fn placed(s: &State, i: usize) -> Next {
     let low = s.center_low_next.get(c).copied().unwrap_or_default();
     let rest = s.orientation_low_next.get(c).map_or(DVec4::ZERO, |r| r.0);
     let center = Point { x: s.center_next[c], low };
-    let way = s.params.dt * v + gain;
+    let stride = s.params.dt * v + gain;
     Next {
         point: wrap(s, arm_end(s, center, s.orientation_next[c].0, rest, s.member_offset[member_id].0)),
         velocity: Velocity {
@@ -91,6 +91,6 @@ fn placed(s: &State, i: usize) -> Next {
             inverse_mass: before.velocity.inverse_mass,
         },
         spin: Spin(spin),
-        stride: way.length(),
+        stride: stride.length(),
     }
 }

@@ -57,7 +57,7 @@ mod tests {
             let layouts = layouts(model, &Plans::new(model)).unwrap();
             bytes(model, &ADVANCE, &sizes, |array| layouts.stride(array)).unwrap()
         };
-        // Smooth disks, f32: place, residue and motion of 16 bytes read and written, travel too, number and list_start
+        // Smooth disks, f32: place, low part and motion of 16 bytes read and written, travel too, number and list_start
         // read; neighbour read.
         assert_eq!(on_device(&model(0.0, 2, Precision::Single)), advance(2 * (3 * 16 + 4) + 4 + 4, 4));
         // Rough spheres, f32: a spin besides; neighbour and a spring of 12 bytes read and written.

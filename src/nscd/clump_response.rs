@@ -14,21 +14,21 @@ use crate::{
 
 /// After `setup_contacts`: velocities in `pass_velocity`.
 pub fn clump_response_first(s: &mut State) {
-    let courses = responded(s);
-    set_member_velocities(s, &courses, |s| (&mut s.pass_velocity, &mut s.pass_spin));
+    let velocities = responded(s);
+    set_member_velocities(s, &velocities, |s| (&mut s.pass_velocity, &mut s.pass_spin));
 }
 
 /// After a pass: velocities in `pass_velocity_before`.
 pub fn clump_response(s: &mut State) {
-    let courses = responded(s);
-    set_member_velocities(s, &courses, |s| (&mut s.pass_velocity_before, &mut s.pass_spin_before));
+    let velocities = responded(s);
+    set_member_velocities(s, &velocities, |s| (&mut s.pass_velocity_before, &mut s.pass_spin_before));
 }
 
 fn responded(s: &mut State) -> Vec<RigidVelocity> {
-    let courses = clump_velocities(s, clump_response_of);
+    let velocities = clump_velocities(s, clump_response_of);
     store_clump_residual_sums(s, |s, c| {
         let here = clump(s, c);
-        let change = velocity_change(&extrapolated_clump(s, c, &here), &courses[c]);
+        let change = velocity_change(&extrapolated_clump(s, c, &here), &velocities[c]);
         let entries: usize = member_ids(s, c).map(|member_id| s.row(s.index_of_id[member_id] as usize).len()).sum();
         let free = s.clump_velocity_next[c];
         let unpushed = RigidVelocity { v: free.v, spin: s.clump_spin_next[c].0 };
@@ -38,21 +38,21 @@ fn responded(s: &mut State) -> Vec<RigidVelocity> {
             ..residual_scale_of(s, entries, squared, free.inverse_mass)
         }
     });
-    courses
+    velocities
 }
 
 /// The velocities of a clump's surface for its members.
 pub fn set_member_velocities(
     s: &mut State,
-    courses: &[RigidVelocity],
+    velocities: &[RigidVelocity],
     into: impl Fn(&mut State) -> (&mut Vec<Velocity>, &mut Vec<Spin>),
 ) {
-    for (c, course) in courses.iter().enumerate() {
+    for (c, velocity) in velocities.iter().enumerate() {
         let here = clump(s, c);
         for member_id in member_ids(s, c) {
-            let (i, velocity) = (s.index_of_id[member_id] as usize, member_velocity(s, &here, course, member_id));
-            let (motions, spins) = into(s);
-            (motions[i], spins[i]) = (velocity, Spin(course.spin));
+            let (i, own) = (s.index_of_id[member_id] as usize, member_velocity(s, &here, velocity, member_id));
+            let (into_velocity, into_spin) = into(s);
+            (into_velocity[i], into_spin[i]) = (own, Spin(velocity.spin));
         }
     }
 }

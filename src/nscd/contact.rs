@@ -30,7 +30,7 @@ pub fn combined(a: ResidualSums, b: ResidualSums) -> ResidualSums {
         restart_criterion: a.restart_criterion + b.restart_criterion,
         curvature: a.curvature + b.curvature,
         step_squared: a.step_squared + b.step_squared,
-        pressing: a.pressing.max(b.pressing),
+        max_normal_impulse: a.max_normal_impulse.max(b.max_normal_impulse),
         coulomb_excess: a.coulomb_excess.max(b.coulomb_excess),
         late_contacts: a.late_contacts + b.late_contacts,
     }
@@ -46,7 +46,7 @@ pub fn damping_factor(s: &State) -> f64 {
     1.0 / (1.0 + s.params.dt * s.params.damping)
 }
 
-/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that impulses meet.
+/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that impulses act on.
 pub fn free_velocity(s: &State, velocity: &Velocity) -> Velocity {
     if velocity.inverse_mass == 0.0 {
         return *velocity;
@@ -79,8 +79,8 @@ pub fn residual_scale_of(s: &State, lipschitz_bound: usize, squared: f64, invers
 /// that updates in place have left.
 pub fn remove_rounding(s: &mut State, i: usize, velocity: Velocity, spin: DVec3) {
     let off = velocity.v - s.pass_velocity[i].v;
-    for motions in [&mut s.pass_velocity, &mut s.pass_velocity_before, &mut s.extrapolated_velocity] {
-        motions[i] = Velocity { v: motions[i].v + off, ..velocity };
+    for velocities in [&mut s.pass_velocity, &mut s.pass_velocity_before, &mut s.extrapolated_velocity] {
+        velocities[i] = Velocity { v: velocities[i].v + off, ..velocity };
     }
     let spin_off = s.pass_spin.get(i).map_or(DVec3::ZERO, |last| spin - last.0);
     for spins in [&mut s.pass_spin, &mut s.pass_spin_before, &mut s.extrapolated_spin] {
@@ -90,7 +90,7 @@ pub fn remove_rounding(s: &mut State, i: usize, velocity: Velocity, spin: DVec3)
     }
 }
 
-/// The contact in a slot of grain i at the velocities that `at` gives for a grain: translation and spin.
+/// The contact at an entry of grain i at the velocities that `at` gives for a grain: translation and spin.
 pub fn oriented_contact(s: &State, i: usize, entry: usize, at: impl Fn(usize) -> (DVec3, DVec3)) -> OrientedContact {
     let j = (s.neighbour[entry] & INDEX) as usize;
     let (ContactGeometry { n, bias_velocity }, l) = (s.contact_geometry[entry], s.effective_mass[entry]);
@@ -137,14 +137,14 @@ pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, entry: usize) -> C
     if impulse == DVec3::ZERO {
         return Contact::default();
     }
-    let Separation { gap, n } = meet(s, i, here, j);
+    let Separation { gap, n } = separation_with(s, i, here, j);
     let force = impulse * (1.0 / s.params.dt);
     let arm = (here.position.radius + 0.5 * gap) * n;
     Contact { gap, is_active: true, force, arm, torque: moment(arm, force), ..Contact::default() }
 }
 
 /// Gap and normal of grain i and neighbour j, which may be a wall.
-pub fn meet(s: &State, i: usize, here: &Body, j: usize) -> Separation {
+pub fn separation_with(s: &State, i: usize, here: &Body, j: usize) -> Separation {
     match j.checked_sub(s.sizes.bodies) {
         None => {
             let rest = here.low.radius + position_low_of(s, j).radius;

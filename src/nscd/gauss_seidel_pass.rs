@@ -50,7 +50,7 @@ impl Update {
             (s.colored_geometry[k], s.colored_effective_mass[k]);
         let here = contact_body(s, i, effective_mass.arm * n);
         let there = (j < s.sizes.bodies).then(|| contact_body(s, j, -effective_mass.arm_to * n));
-        let velocity = |grip: &ContactBody| grip.velocity.v + surface_velocity(grip.spin, grip.arm);
+        let velocity = |body: &ContactBody| body.velocity.v + surface_velocity(body.spin, body.arm);
         let velocity_to = match &there {
             Some(there) => velocity(there),
             None => wall_velocity(&s.wall[j - s.sizes.bodies], s.position[i].x + effective_mass.arm * n),

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 pub fn move_clumps(s: &mut State) {
     let of = |c| {
         let here = clump(s, c);
-        let course = clump_response_of(s, c, &here);
-        Moved::of(s, c, &here, course.v, course.spin)
+        let velocity = clump_response_of(s, c, &here);
+        Moved::of(s, c, &here, velocity.v, velocity.spin)
     };
     let next: Vec<Moved> = (0..s.sizes.clumps).into_par_iter().with_min_len(64).map(of).collect();
     next.into_iter().enumerate().for_each(|(c, moved)| moved.keep(s, c));

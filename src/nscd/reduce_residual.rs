@@ -1,4 +1,4 @@
-//! Twin of `shaders/nscd/reduce_residual.wgsl`: the judgement, for the host.
+//! Twin of `shaders/nscd/reduce_residual.wgsl`: the residual, for the host.
 
 use crate::{nscd::contact::total_sums, solve::momentum::NONE_YET, state::State};
 
@@ -11,5 +11,5 @@ pub fn reduce_residual(s: &mut State) {
         // With more contacts the residual begins anew.
         (solver_state.lowest_residual, solver_state.lowest_pass) = (NONE_YET, solver_state.passes);
     }
-    solver_state.coulomb_excess = sum.coulomb_excess.max(0.0) / sum.pressing.max(1e-36);
+    solver_state.coulomb_excess = sum.coulomb_excess.max(0.0) / sum.max_normal_impulse.max(1e-36);
 }

@@ -10,11 +10,11 @@ use crate::{
 };
 
 pub fn refresh_members(s: &mut State) {
-    for (c, course) in clump_velocities(s, clump_response_of).iter().enumerate() {
+    for (c, of_clump) in clump_velocities(s, clump_response_of).iter().enumerate() {
         let here = clump(s, c);
         for member_id in member_ids(s, c) {
-            let velocity = member_velocity(s, &here, course, member_id);
-            remove_rounding(s, s.index_of_id[member_id] as usize, velocity, course.spin);
+            let velocity = member_velocity(s, &here, of_clump, member_id);
+            remove_rounding(s, s.index_of_id[member_id] as usize, velocity, of_clump.spin);
         }
     }
 }

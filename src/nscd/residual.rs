@@ -13,7 +13,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 pub fn residual(s: &mut State) {
-    store_residual_sums(s, judged);
+    store_residual_sums(s, residual_sums_of);
     let found: Vec<usize> = (0..s.sizes.bodies).into_par_iter().flat_map_iter(|i| late(s, i)).collect();
     found.into_iter().for_each(|entry| set_active(&mut s.neighbour[entry], true));
 }
@@ -32,18 +32,18 @@ fn is_late(s: &State, entry: usize, side: &OrientedContact) -> bool {
     s.neighbour[entry] & ACTIVE == 0 && side.velocity.dot(side.n) > side.bias_velocity
 }
 
-fn judged(s: &State, i: usize) -> ResidualSums {
+fn residual_sums_of(s: &State, i: usize) -> ResidualSums {
     let mut sums = ResidualSums::default();
     for entry in list_entries(s, i) {
         let side = oriented_contact(s, i, entry, |i| at(s, i));
         sums.late_contacts += u32::from(is_late(s, entry, &side));
         let impulse = side.sign * s.impulse[entry].0;
-        let pressing = -impulse.dot(side.n);
-        let friction = impulse + pressing * side.n;
+        let normal_impulse = -impulse.dot(side.n);
+        let friction = impulse + normal_impulse * side.n;
         sums.residual_squared +=
             side.share * natural_map(&side, impulse, natural_map_scale(s, entry, side.tangential)).length_squared();
-        sums.pressing = sums.pressing.max(pressing);
-        sums.coulomb_excess = sums.coulomb_excess.max(friction.length() - side.friction * pressing);
+        sums.max_normal_impulse = sums.max_normal_impulse.max(normal_impulse);
+        sums.coulomb_excess = sums.coulomb_excess.max(friction.length() - side.friction * normal_impulse);
     }
     sums
 }

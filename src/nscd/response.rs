@@ -19,7 +19,7 @@ use crate::{
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-/// Velocity of body i at the end of the step if nothing touched it, and the inverse mass that impulses meet.
+/// Velocity of body i at the end of the step if nothing touched it, and the inverse mass that impulses act on.
 pub fn free_velocity_of(s: &State, i: usize) -> Velocity {
     match s.model.grains {
         Grains::Spheres => free_velocity(s, &s.velocity[i]),
@@ -40,7 +40,7 @@ pub fn grain_of(s: &State, i: usize) -> u32 {
     }
 }
 
-/// Inverse inertia that impulses meet, along the axes of the scene, 1/(kg m²).
+/// Inverse inertia that impulses act on, along the axes of the scene, 1/(kg m²).
 pub fn inverse_inertia_of(s: &State, here: &Clump) -> DMat3 {
     let of = |axis: DVec3| rotate(here.orientation, here.inverse_moments * rotate(conjugate(here.orientation), axis));
     damping_factor(s) * DMat3::from_cols(of(DVec3::X), of(DVec3::Y), of(DVec3::Z))
@@ -121,46 +121,46 @@ pub struct ContactBody {
     /// m, from its centre to the contact point.
     pub arm: DVec3,
     /// m, from the centre of the grain to its centre.
-    lead: DVec3,
+    member_arm: DVec3,
     /// Its index.
     first: usize,
 }
 
 /// Body i with the velocities that sweeps have left it, at the end of an arm from its centre.
 pub fn contact_body(s: &State, i: usize, arm: DVec3) -> ContactBody {
-    let (first, lead, arm) = match s.model.grains {
+    let (first, member_arm, arm) = match s.model.grains {
         Grains::Spheres => (i, DVec3::ZERO, arm),
         Grains::Clumps => {
             let c = grain_of(s, i) as usize;
             let (q, member_id) = (clump(s, c).orientation, s.first_member[c] as usize);
-            let lead = arm_of(s, q, member_id);
-            (s.index_of_id[member_id] as usize, lead, (arm_of(s, q, s.id[i] as usize) + arm) - lead)
+            let member_arm = arm_of(s, q, member_id);
+            (s.index_of_id[member_id] as usize, member_arm, (arm_of(s, q, s.id[i] as usize) + arm) - member_arm)
         }
     };
     ContactBody {
         velocity: s.extrapolated_velocity[first],
         spin: extrapolated_velocity_of(s, first).1,
         arm,
-        lead,
+        member_arm,
         first,
     }
 }
 
 /// What an impulse there makes of the velocity and the spin that stand for the grain.
-pub fn apply_impulse(s: &State, i: usize, grip: &ContactBody, impulse: DVec3) -> VelocityUpdate {
-    let inverse_mass = grip.velocity.inverse_mass;
+pub fn apply_impulse(s: &State, i: usize, body: &ContactBody, impulse: DVec3) -> VelocityUpdate {
+    let inverse_mass = body.velocity.inverse_mass;
     let (v, spin) = match s.model.grains {
         Grains::Spheres => {
             let inertia = inverse_inertia(s, &s.position[i], inverse_mass);
-            (inverse_mass * impulse, inertia * moment(grip.arm, impulse))
+            (inverse_mass * impulse, inertia * moment(body.arm, impulse))
         }
         Grains::Clumps => {
             let inertia = inverse_inertia_of(s, &clump(s, grain_of(s, i) as usize));
-            let spin = inertia * moment(grip.lead + grip.arm, impulse);
-            (inverse_mass * impulse + surface_velocity(spin, grip.lead), spin)
+            let spin = inertia * moment(body.member_arm + body.arm, impulse);
+            (inverse_mass * impulse + surface_velocity(spin, body.member_arm), spin)
         }
     };
-    VelocityUpdate { first: grip.first, v: grip.velocity.v + v, spin: grip.spin + spin }
+    VelocityUpdate { first: body.first, v: body.velocity.v + v, spin: body.spin + spin }
 }
 
 /// Velocity and spin of a body from now on.
@@ -195,7 +195,7 @@ pub struct RigidVelocity {
     pub spin: DVec3,
 }
 
-/// The product of two of them, J, with the inertia that impulses meet: of one with itself, twice its kinetic energy.
+/// The product of two of them, J, with the inertia that impulses act on: of one with itself, twice its kinetic energy.
 pub fn clump_kinetic_metric(s: &State, here: &Clump, a: &RigidVelocity, b: &RigidVelocity) -> f64 {
     if here.velocity.inverse_mass == 0.0 {
         return 0.0;
@@ -225,8 +225,8 @@ pub fn clump_response_of(s: &State, c: usize, here: &Clump) -> RigidVelocity {
 }
 
 /// How its surface moves where a member is.
-pub fn member_velocity(s: &State, here: &Clump, course: &RigidVelocity, member_id: usize) -> Velocity {
-    let v = course.v + surface_velocity(course.spin, arm_of(s, here.orientation, member_id));
+pub fn member_velocity(s: &State, here: &Clump, velocity: &RigidVelocity, member_id: usize) -> Velocity {
+    let v = velocity.v + surface_velocity(velocity.spin, arm_of(s, here.orientation, member_id));
     Velocity { v, inverse_mass: free_velocity(s, &here.velocity).inverse_mass }
 }
 

@@ -24,7 +24,7 @@ fn largest_spin_from_a_member(s: &State) -> f64 {
 
 /// Tangential at the Coulomb limit is beyond it by rounding.
 pub fn largest_normal_impulse(s: &State) -> f64 {
-    s.residual_sums.iter().map(|sums| sums.pressing).fold(0.0, f64::max)
+    s.residual_sums.iter().map(|sums| sums.max_normal_impulse).fold(0.0, f64::max)
 }
 
 /// Squares of what is left where velocities cancel, (m/s)²: d(x²) = 2 x dx, and dx is a rounding of velocities.

@@ -6,7 +6,7 @@ use crate::{
     model::Grains,
     nscd::{
         contact::{
-            active_entries, bias_velocity_of, combined, gathered, list_entries, meet as touch, residual_scale_of,
+            active_entries, bias_velocity_of, combined, gathered, list_entries, residual_scale_of, separation_with,
             store_residual_sums, warm_start_impulse,
         },
         response::{effective_mass_of, free_velocity_of, response, store_member_load},
@@ -24,13 +24,13 @@ pub fn setup_contacts(s: &mut State) {
         for entry in list_entries(s, i).collect::<Vec<_>>() {
             let (tagged, old) = (s.neighbour[entry], warm_start_impulse(s, entry));
             let j = (tagged & INDEX) as usize;
-            let met = touch(s, i, &here, j);
+            let met = separation_with(s, i, &here, j);
             let bias_velocity = bias_velocity_of(s, met.gap);
             let velocity_to = match j.checked_sub(s.sizes.bodies) {
                 None => free_velocity_of(s, j).v,
                 Some(w) => wall_velocity(&s.wall[w], here.position.x),
             };
-            // Pairs that are not about to touch take no part in passes, unless the judgement finds that they should.
+            // Pairs that are not about to touch take no part in passes, unless the residual finds that they should.
             let approach = (free_velocity_of(s, i).v - velocity_to).dot(met.n);
             set_active(&mut s.neighbour[entry], tagged & ACTIVE != 0 || bias_velocity <= approach + slack);
             s.contact_geometry[entry] = ContactGeometry { n: met.n, bias_velocity };

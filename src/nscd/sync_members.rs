@@ -20,19 +20,19 @@ pub fn sync_members(s: &mut State) {
         let now = extrapolated_clump(s, c, &here);
         let last = from_first_member(s, c, &here, s.pass_velocity[i].v, s.pass_spin[i].0);
         let before = from_first_member(s, c, &here, s.pass_velocity_before[i].v, s.pass_spin_before[i].0);
-        // From where the sweeps set out to where they led, along the way from the pass before.
+        // From where the sweeps set out to where they led, along the change from the pass before.
         let beta = s.solver_state[0].beta;
-        let way = velocity_change(&before, &last);
-        let start = RigidVelocity { v: last.v + beta * way.v, spin: last.spin + beta * way.spin };
+        let change = velocity_change(&before, &last);
+        let start = RigidVelocity { v: last.v + beta * change.v, spin: last.spin + beta * change.spin };
         let turn = clump_kinetic_metric(s, &here, &velocity_change(&now, &start), &velocity_change(&last, &now));
         ResidualSums { restart_criterion: turn, ..ResidualSums::default() }
     });
     for c in 0..s.sizes.clumps {
         let (q, first) = (clump(s, c).orientation, s.first_member[c] as usize);
         let i = s.index_of_id[first] as usize;
-        let (velocity, spin, lead) = (s.extrapolated_velocity[i], s.extrapolated_spin[i], arm_of(s, q, first));
+        let (velocity, spin, member_arm) = (s.extrapolated_velocity[i], s.extrapolated_spin[i], arm_of(s, q, first));
         for member_id in member_ids(s, c) {
-            let from_first = arm_of(s, q, member_id) - lead;
+            let from_first = arm_of(s, q, member_id) - member_arm;
             let member = s.index_of_id[member_id] as usize;
             s.pass_velocity_before[member] =
                 Velocity { v: velocity.v + surface_velocity(spin.0, from_first), ..velocity };

@@ -46,12 +46,12 @@ record!(
         lowest_pass: u32,
         /// By this factor steps are shorter than W asks for.
         step_divisor: f64,
-        /// Of scenes, as last judged: relative residual of the natural map, and the largest friction beyond the Coulomb
+        /// Of scenes, as last computed: relative residual of the natural map, and the largest friction beyond the Coulomb
         /// limit over the largest normal impulse.
         residual: f64,
         coulomb_excess: f64,
         passes: u32,
-        /// Of scenes: pairs found by the last judgement to meet after all, counted from both sides.
+        /// Of scenes: pairs found by the last residual to meet after all, counted from both sides.
         late_contacts: u32,
         /// 1: the last step was too long for W, and the next one will be shorter. Problems take it back; scenes go on
         /// from it, because their warm velocities belong to it.

@@ -55,37 +55,38 @@ fn project_on_disc(v: DVec3, length: f64) -> DVec3 {
 /// the disc that it allows. `step` is a fraction of the contact's own scales. Its fixed points are contacts that are open,
 /// stick or slip as Algorithm 1 has them; with `step` = 1 it is that algorithm for spheres.
 pub fn disc_update(side: &OrientedContact, impulse: DVec3, step: f64) -> DVec3 {
-    let pressing = -impulse.dot(side.n);
+    let normal_impulse = -impulse.dot(side.n);
     let approach = side.velocity.dot(side.n);
-    let friction = impulse + pressing * side.n;
+    let friction = impulse + normal_impulse * side.n;
     let slip = side.velocity - approach * side.n;
-    let pressing_next = (pressing + step / side.normal * (approach - side.bias_velocity)).max(0.0);
+    let normal_impulse_next = (normal_impulse + step / side.normal * (approach - side.bias_velocity)).max(0.0);
     let weight = side.tangential;
-    let friction_next = project_on_disc(weight * friction - step * slip, side.friction * (weight * pressing_next));
-    (1.0 / weight) * friction_next - pressing_next * side.n
+    let friction_next =
+        project_on_disc(weight * friction - step * slip, side.friction * (weight * normal_impulse_next));
+    (1.0 / weight) * friction_next - normal_impulse_next * side.n
 }
 
 /// The natural map of a contact, m/s: `(r − P_K(r − ρ (u + μ‖u_T‖ n))) / ρ` with `ρ = 1/weight`, De Saxcé's form of
 /// Coulomb's law: zero when and only when the laws hold. The weight is λmax(W_kk).
 pub fn natural_map(side: &OrientedContact, impulse: DVec3, weight: f64) -> DVec3 {
-    let pressing = -impulse.dot(side.n);
+    let normal_impulse = -impulse.dot(side.n);
     let approach = side.velocity.dot(side.n);
-    let friction = impulse + pressing * side.n;
+    let friction = impulse + normal_impulse * side.n;
     let slip = side.velocity - approach * side.n;
     let mu = side.friction;
-    let normal = weight * pressing + (approach - side.bias_velocity) - mu * slip.length();
+    let normal = weight * normal_impulse + (approach - side.bias_velocity) - mu * slip.length();
     let across = weight * friction - slip;
     let length = across.length();
     if normal > 0.0 && length <= mu * normal {
         // What is left of the differences below, without the rounding of impulses beside which velocities are small.
         return slip + (approach - side.bias_velocity - mu * slip.length()) * side.n;
     }
-    let (mut kept, mut pressed) = (DVec3::ZERO, 0.0);
+    let (mut projected_friction, mut projected_normal) = (DVec3::ZERO, 0.0);
     if mu * length > -normal {
-        pressed = (normal + mu * length) / (1.0 + mu * mu);
-        kept = across * (mu * pressed / length);
+        projected_normal = (normal + mu * length) / (1.0 + mu * mu);
+        projected_friction = across * (mu * projected_normal / length);
     }
-    (weight * friction - kept) - (weight * pressing - pressed) * side.n
+    (weight * friction - projected_friction) - (weight * normal_impulse - projected_normal) * side.n
 }
 
 /// The product of two impulses in the scales of the disc update, J.

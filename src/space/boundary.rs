@@ -4,7 +4,7 @@ use crate::space::precision::Point;
 use crate::{model::Boundary, state::State};
 use glam::DVec3;
 
-/// From a to (the nearest image of) b + residue: the part that is exact, and the rest.
+/// From a to (the nearest image of) b + low part: the part that is exact, and the rest.
 #[inline(always)]
 pub fn nearest_image(s: &State, a: DVec3, b: DVec3, low: DVec3) -> Point {
     let d = b - a;

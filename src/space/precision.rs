@@ -1,4 +1,4 @@
-//! Twin of `shaders/space/precision/`: in single precision a position is a multiple of a quantum and a residue.
+//! Twin of `shaders/space/precision/`: in single precision a position is a multiple of a quantum and a low part.
 
 use crate::space::dimension::rotate;
 use crate::{
@@ -7,7 +7,7 @@ use crate::{
 };
 use glam::{DVec3, DVec4};
 
-/// A position: in single precision a multiple of the quantum and a residue, m.
+/// A position: in single precision a multiple of the quantum and a low part, m.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Point {
     pub x: DVec3,
@@ -26,7 +26,7 @@ pub fn quantised(p: &Params, d: DVec3) -> DVec3 {
     p.quantum * (d * p.inverse_quantum + DVec3::splat(0.5)).floor()
 }
 
-/// x + residue + step, split anew.
+/// x + low part + step, split anew.
 #[inline(always)]
 pub fn displaced(s: &State, x: DVec3, low: DVec3, step: DVec3) -> Point {
     match s.model.precision {
@@ -56,28 +56,28 @@ pub fn split(reach: f64) -> f64 {
     2.0_f64.powi(reach.log2().ceil() as i32 - 15)
 }
 
-/// An attitude: in single precision a multiple of a quantum and a residue, quaternions (x, y, z, w).
+/// An attitude: in single precision a multiple of a quantum and a low part, quaternions (x, y, z, w).
 #[derive(Clone, Copy, Debug)]
 pub struct SplitOrientation {
     pub q: DVec4,
     pub low: DVec4,
 }
 
-/// What attitudes are kept as multiples of: the rest is their residue.
+/// What attitudes are kept as multiples of: the rest is their low part.
 const ATTITUDE_QUANTUM: f64 = 1.0 / 2048.0;
 
-/// 1 - |q|² of q + residue.
+/// 1 - |q|² of q + low part.
 pub fn norm_defect(q: DVec4, low: DVec4) -> f64 {
     (1.0 - q.length_squared()) - (2.0 * q.dot(low) + low.length_squared())
 }
 
-/// The end of an arm that is turned by q + residue. (In single precision the device takes pains for its digits.)
+/// The end of an arm that is turned by q + low part. (In single precision the device takes pains for its digits.)
 #[inline(always)]
 pub fn arm_end(s: &State, center: Point, q: DVec4, low: DVec4, arm: DVec3) -> Point {
     displaced(s, center.x, center.low, rotate(q + low, arm))
 }
 
-/// q + residue + step, split anew.
+/// q + low part + step, split anew.
 pub fn add_rotation(s: &State, q: DVec4, low: DVec4, step: DVec4) -> SplitOrientation {
     match s.model.precision {
         Precision::Double => SplitOrientation { q: q + step, low: DVec4::ZERO },

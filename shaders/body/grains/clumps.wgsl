@@ -113,8 +113,8 @@ fn clump_load(c: u32, q: Orientation) -> ForceTorque {
 fn orientation_increment(c: u32, here: Clump, w: Spin) -> Orientation {
     let q = here.orientation;
     let turn = rotation_increment(0.25 * params.dt * w);
-    let way = select(quaternion_product(q, turn), quaternion_product(turn, q), spins_in_scene(here.inverse_moments));
-    return way + (0.5 * norm_defect(orientation[c], orientation_low_of(c))) * q;
+    let increment = select(quaternion_product(q, turn), quaternion_product(turn, q), spins_in_scene(here.inverse_moments));
+    return increment + (0.5 * norm_defect(orientation[c], orientation_low_of(c))) * q;
 }
 
 /// A clump moves and turns for a step with these velocities.
@@ -144,8 +144,8 @@ fn place_member(i: u32) -> bool {
     store_spin(i, spin);
     let center = Point(center_next[c], center_low_next_of(c));
     let point = wrap(arm_end(center, orientation_next[c], orientation_low_next_of(c), unpacked(member_offset[member_id])));
-    let way = params.dt * velocity.v + gain;
-    return commit_position(i, position[i], position_low_of(i), point, sqrt(dot(way, way)), false);
+    let stride = params.dt * velocity.v + gain;
+    return commit_position(i, position[i], position_low_of(i), point, sqrt(dot(stride, stride)), false);
 }
 
 /// A clump and its members have these velocities next, where they are.

@@ -50,14 +50,14 @@ fn restore_rolling(entry: u32, at: u32, same: bool) {
     set_rolling_history(entry, opposite_rolling(RollingHistory(history_rolling_torque[at]), !same));
 }
 
-/// `stiffness` is the slope of the normal force, N/m, and `pressing` that force, N.
-fn rolling_contact(c: ContactState, stiffness: Real, pressing: Real, old: RollingHistory) -> Rolling {
+/// `stiffness` is the slope of the normal force, N/m, and `normal_force` that force, N.
+fn rolling_contact(c: ContactState, stiffness: Real, normal_force: Real, old: RollingHistory) -> Rolling {
     let pair = rolling_pair[c.materials];
     let k = rolling_stiffness(pair, c, stiffness);
     let rate = across_spin(c.spin, c.n);
     let held = transported_spin(old.torque, c.n, c.n_before);
     let turned = held - (k * params.history_dt) * rate;
-    let limit = pair.friction * c.radius * max(pressing, Real(0));
+    let limit = pair.friction * c.radius * max(normal_force, Real(0));
     let length_squared = spin_squared(turned);
     var torque = turned;
     var dashpot = Real(0); // N m s

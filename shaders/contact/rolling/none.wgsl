@@ -25,7 +25,7 @@ fn store_rolling(at: u32, entry: u32) {}
 
 fn restore_rolling(entry: u32, at: u32, same: bool) {}
 
-fn rolling_contact(c: ContactState, stiffness: Real, pressing: Real, old: RollingHistory) -> Rolling {
+fn rolling_contact(c: ContactState, stiffness: Real, normal_force: Real, old: RollingHistory) -> Rolling {
     return Rolling();
 }
 

@@ -41,9 +41,9 @@ fn restore_tangential(entry: u32, at: u32, same: bool) {
     set_tangential_history(entry, opposite_tangential(TangentialHistory(unpacked(history_tangential_force[at])), !same));
 }
 
-fn tangential_contact(pair: Pair, c: ContactState, pressing: Real, old: TangentialHistory) -> Tangential {
+fn tangential_contact(pair: Pair, c: ContactState, normal_force: Real, old: TangentialHistory) -> Tangential {
     let stretched = stretched_spring(old.force, pair, c);
-    let force = slid_spring(stretched, pair, pressing);
+    let force = coulomb_capped(stretched, pair, normal_force);
     return Tangential(force, TangentialHistory(force), sliding_power(old.force, stretched, force, pair));
 }
 
@@ -55,8 +55,8 @@ fn stretched_spring(old: Vec, pair: Pair, c: ContactState) -> Vec {
 }
 
 /// Capped by sliding (2.13), N.
-fn slid_spring(stretched: Vec, pair: Pair, pressing: Real) -> Vec {
-    let limit = pair.friction * max(pressing, -pressing);
+fn coulomb_capped(stretched: Vec, pair: Pair, normal_force: Real) -> Vec {
+    let limit = pair.friction * max(normal_force, -normal_force);
     let length_squared = dot(stretched, stretched);
     if (length_squared > limit * limit) {
         return stretched * (limit / sqrt(length_squared));

@@ -44,11 +44,11 @@ fn restore_tangential(entry: u32, at: u32, same: bool) {
     set_tangential_history(entry, opposite_tangential(TangentialHistory(unpacked(history_tangential_force[at])), !same));
 }
 
-fn tangential_contact(pair: Pair, c: ContactState, pressing: Real, old: TangentialHistory) -> Tangential {
+fn tangential_contact(pair: Pair, c: ContactState, normal_force: Real, old: TangentialHistory) -> Tangential {
     let stiffness = tangential_stiffness(pair, c);
     let held = softening(c) * transported(old.force, c.n, c.n_before);
     let stretched = held - stiffness * (params.history_dt * (c.v - dot(c.v, c.n) * c.n));
-    let limit = pair.friction * max(pressing, -pressing);
+    let limit = pair.friction * max(normal_force, -normal_force);
     let length_squared = dot(stretched, stretched);
     var force = stretched;
     if (length_squared > limit * limit) {

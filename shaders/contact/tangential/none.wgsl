@@ -25,7 +25,7 @@ fn store_tangential(at: u32, entry: u32) {}
 
 fn restore_tangential(entry: u32, at: u32, same: bool) {}
 
-fn tangential_contact(pair: Pair, c: ContactState, pressing: Real, old: TangentialHistory) -> Tangential {
+fn tangential_contact(pair: Pair, c: ContactState, normal_force: Real, old: TangentialHistory) -> Tangential {
     return Tangential();
 }
 

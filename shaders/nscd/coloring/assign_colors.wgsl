@@ -26,7 +26,7 @@ fn colors_of(i: u32, j: u32, first: u32) -> u32 {
     return taken;
 }
 
-/// The slot of neighbour j in the list of grain i.
+/// The entry of neighbour j in the list of grain i.
 fn slot_of(i: u32, j: u32) -> u32 {
     var entry = list_start[i];
     while ((neighbour[entry] & INDEX) != j) {

@@ -3,7 +3,7 @@
 // given out on the device and last as long as the lists; contacts that come to take part later get theirs then. Passes work on
 // copies of the contacts in the order of the colours, because those of a colour lie far apart in the lists.
 
-/// The colour of a contact, from 1; 0: none yet. Its place among those of the colour counts in the slot of the smaller index.
+/// The colour of a contact, from 1; 0: none yet. Its place among those of the colour counts at the entry of the smaller index.
 struct ContactColor {
     color: u32,
     rank: u32,
@@ -17,7 +17,7 @@ struct ColoredContact {
     back: u32,   // in the list of the second; NONE for a wall
 }
 
-var<storage, read_write> contact_color: array<ContactColor>;              // slots
+var<storage, read_write> contact_color: array<ContactColor>;              // entries
 var<storage, read_write> colored_contact: array<ColoredContact>;            // contacts, colour by colour
 var<storage, read_write> colored_geometry: array<ContactGeometry>; // contacts, from the first grain
 var<storage, read_write> colored_effective_mass: array<EffectiveMass>;     // contacts, from the first grain

@@ -3,11 +3,11 @@
 // get the velocities of its surface. So a contact sees members only, as in the discrete element method, but for sweeps by colours.
 // From `free_velocities` on the `_next` arrays have the velocities at the end of the step if nothing touched.
 
-var<storage, read_write> delassus_eigenvalue: array<Real>;      // slots, 1/kg: largest eigenvalue of W_kk
+var<storage, read_write> delassus_eigenvalue: array<Real>;      // entries, 1/kg: largest eigenvalue of W_kk
 var<storage, read_write> response: array<Velocity>;    // N, m/s, 1/kg: what members get from their clumps
 var<storage, read_write> response_spin: array<Spin>; // N, rad/s
 
-/// Velocity of body i at the end of the step if nothing touched its clump, and the inverse mass that impulses meet.
+/// Velocity of body i at the end of the step if nothing touched its clump, and the inverse mass that impulses act on.
 fn free_velocity_of(i: u32) -> Velocity {
     return velocity_next[i];
 }
@@ -26,7 +26,7 @@ fn delassus_block(i: u32, arm: Vec) -> Columns {
     return plus(turning, velocity_next[i].inverse_mass, identity());
 }
 
-/// What an impulse does to bodies i and j, which have met in a slot; j may be a wall. Keeps the slot's mobility. Both get the same
+/// What an impulse does to bodies i and j, which have met at an entry; j may be a wall. Keeps the entry's largest eigenvalue of the Delassus block. Both get the same
 /// bits, because the body with the smaller index comes first.
 fn effective_mass_of(entry: u32, i: u32, j: u32, free: Velocity, there: Velocity, touch: Separation) -> EffectiveMass {
     var l = EffectiveMass();
@@ -80,7 +80,7 @@ struct ContactBody {
     velocity: Velocity, // of the first member
     spin: Spin,
     arm: Vec,       // m, from the first member's centre to the contact point
-    lead: Vec,      // m, from the clump's centre to the first member's
+    member_arm: Vec, // m, from the clump's centre to the first member's
     first: u32,     // index of the first member
     clump: u32,
     orientation: Orientation,
@@ -92,16 +92,16 @@ fn contact_body(i: u32, arm: Vec) -> ContactBody {
     let c = clump_of_id[member_id];
     let q = orientation[c] + orientation_low_of(c);
     let first = index_of_id[first_member[c]];
-    let lead = arm_of(q, first_member[c]);
-    return ContactBody(extrapolated_velocity[first], extrapolated_spin[first], (arm_of(q, member_id) + arm) - lead, lead, first, c, q);
+    let member_arm = arm_of(q, first_member[c]);
+    return ContactBody(extrapolated_velocity[first], extrapolated_spin[first], (arm_of(q, member_id) + arm) - member_arm, member_arm, first, c, q);
 }
 
 /// An impulse there.
-fn apply_impulse(i: u32, grip: ContactBody, impulse: Vec) {
-    let spin = spin_from(grip.orientation, inverse_moments[grip.clump], moment(grip.lead + grip.arm, impulse));
-    let v = grip.velocity.inverse_mass * impulse + surface_velocity(spin, grip.lead);
-    extrapolated_velocity[grip.first] = Velocity(grip.velocity.v + v, grip.velocity.inverse_mass);
-    extrapolated_spin[grip.first] = grip.spin + spin;
+fn apply_impulse(i: u32, body: ContactBody, impulse: Vec) {
+    let spin = spin_from(body.orientation, inverse_moments[body.clump], moment(body.member_arm + body.arm, impulse));
+    let v = body.velocity.inverse_mass * impulse + surface_velocity(spin, body.member_arm);
+    extrapolated_velocity[body.first] = Velocity(body.velocity.v + v, body.velocity.inverse_mass);
+    extrapolated_spin[body.first] = body.spin + spin;
 }
 
 /// Members will fall in with the first of them.
@@ -124,7 +124,7 @@ struct RigidVelocity {
     spin: Spin, // along the axes of the scene
 }
 
-/// The product of two of them, J, with the inertia that impulses meet: of one with itself, twice its kinetic energy.
+/// The product of two of them, J, with the inertia that impulses act on: of one with itself, twice its kinetic energy.
 fn kinetic_metric(here: Clump, a: RigidVelocity, b: RigidVelocity) -> Real {
     if (here.velocity.inverse_mass == 0) {
         return 0;
@@ -151,17 +151,17 @@ fn clump_response_of(c: u32, here: Clump) -> RigidVelocity {
 }
 
 /// How its surface moves where a member is.
-fn member_velocity(here: Clump, course: RigidVelocity, member_id: u32) -> Velocity {
-    let v = course.v + surface_velocity(course.spin, arm_of(here.orientation, member_id));
+fn member_velocity(here: Clump, velocity: RigidVelocity, member_id: u32) -> Velocity {
+    let v = velocity.v + surface_velocity(velocity.spin, arm_of(here.orientation, member_id));
     return Velocity(v, free_velocity(here.velocity).inverse_mass);
 }
 
 /// Members get the velocities of their clump's surface.
-fn set_member_velocities(c: u32, here: Clump, course: RigidVelocity) {
+fn set_member_velocities(c: u32, here: Clump, velocity: RigidVelocity) {
     for (var member_id = first_member[c]; member_id < first_member[c + 1u]; member_id++) {
         let i = index_of_id[member_id];
-        response[i] = member_velocity(here, course, member_id);
-        response_spin[i] = course.spin;
+        response[i] = member_velocity(here, velocity, member_id);
+        response_spin[i] = velocity.spin;
     }
 }
 

@@ -1,7 +1,7 @@
 // twin: src/nscd/response.rs
 // Contact dynamics of spheres and disks: every body answers to the impulses of its own contacts.
 
-/// Velocity of body i at the end of the step if nothing touched it, and the inverse mass that impulses meet.
+/// Velocity of body i at the end of the step if nothing touched it, and the inverse mass that impulses act on.
 fn free_velocity_of(i: u32) -> Velocity {
     return free_velocity(velocity[i]);
 }
@@ -11,7 +11,7 @@ fn grain_of(i: u32) -> u32 {
     return id[i];
 }
 
-/// What an impulse does to bodies i and j, which have met in a slot; j may be a wall, of which `there` says that it stands.
+/// What an impulse does to bodies i and j, which have met at an entry; j may be a wall, of which `there` says that it stands.
 fn effective_mass_of(entry: u32, i: u32, j: u32, free: Velocity, there: Velocity, touch: Separation) -> EffectiveMass {
     var l = EffectiveMass();
     l.arm = position[i].radius + 0.5 * touch.gap;
@@ -85,11 +85,11 @@ fn contact_body(i: u32, arm: Vec) -> ContactBody {
 }
 
 /// An impulse there.
-fn apply_impulse(i: u32, grip: ContactBody, impulse: Vec) {
-    let inverse_mass = grip.velocity.inverse_mass;
+fn apply_impulse(i: u32, body: ContactBody, impulse: Vec) {
+    let inverse_mass = body.velocity.inverse_mass;
     let inertia = inverse_inertia(position[i], inverse_mass);
-    extrapolated_velocity[i] = Velocity(grip.velocity.v + inverse_mass * impulse, inverse_mass);
-    store_extrapolated_spin(i, grip.spin + inertia * moment(grip.arm, impulse));
+    extrapolated_velocity[i] = Velocity(body.velocity.v + inverse_mass * impulse, inverse_mass);
+    store_extrapolated_spin(i, body.spin + inertia * moment(body.arm, impulse));
 }
 
 /// Sweeps have led body i from where they set out to where it is: how far against the way from the pass before, J.

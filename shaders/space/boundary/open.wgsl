@@ -1,7 +1,7 @@
 // twin: src/space/boundary.rs
 // Boundary slot: no axis is periodic.
 
-/// From a to b + residue: the part that is exact, and the rest.
+/// From a to b + low part: the part that is exact, and the rest.
 fn nearest_image(a: Vec, b: Vec, low: Vec) -> Point {
     return Point(b - a, low);
 }

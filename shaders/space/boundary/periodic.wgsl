@@ -2,7 +2,7 @@
 // Boundary slot: at least one axis is periodic; period and inverse_period are 0 along the others, which switches
 // every term below off without a branch.
 
-/// From a to the nearest image of b + residue: the part that is exact, and the rest.
+/// From a to the nearest image of b + low part: the part that is exact, and the rest.
 fn nearest_image(a: Vec, b: Vec, low: Vec) -> Point {
     let d = b - a;
     let k = floor(d * params.inverse_period + Vec(0.5));

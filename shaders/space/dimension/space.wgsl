@@ -51,7 +51,7 @@ fn vertical_spin(w: Real) -> Spin {
     return Spin(0, 0, w);
 }
 
-/// The part of a spin across a direction: rolling without twist.
+/// The part of a spin across a direction: rolling without cross_terms.
 fn across_spin(w: Spin, n: Vec) -> Spin {
     return w - dot(w, n) * n;
 }
@@ -146,11 +146,11 @@ struct Columns {
 fn bilinear(q: Orientation, p: Orientation) -> Columns {
     let squares = 2 * q * p;
     let mixed = q.xyz * p.yzx + q.yzx * p.xyz; // xy, yz, zx
-    let twist = q.w * p.xyz + p.w * q.xyz;
+    let cross_terms = q.w * p.xyz + p.w * q.xyz;
     return Columns(
-        Vec(-squares.y - squares.z, mixed.x + twist.z, mixed.z - twist.y),
-        Vec(mixed.x - twist.z, -squares.z - squares.x, mixed.y + twist.x),
-        Vec(mixed.z + twist.y, mixed.y - twist.x, -squares.x - squares.y),
+        Vec(-squares.y - squares.z, mixed.x + cross_terms.z, mixed.z - cross_terms.y),
+        Vec(mixed.x - cross_terms.z, -squares.z - squares.x, mixed.y + cross_terms.x),
+        Vec(mixed.z + cross_terms.y, mixed.y - cross_terms.x, -squares.x - squares.y),
     );
 }
 

@@ -1,5 +1,5 @@
 // twin: src/space/precision.rs
-// Precision slot: with numbers in f64 a position has no residue.
+// Precision slot: with numbers in f64 a position has no low part.
 fn position_low_of(i: u32) -> PositionLow {
     return PositionLow();
 }

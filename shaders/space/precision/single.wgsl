@@ -1,7 +1,7 @@
 // twin: src/space/precision.rs
 // Precision slot: with numbers in f32 a position is kept as a multiple of params.quantum (a few units in the last place of
-// the scene's extent, a power of two) and a residue within half of that, so that slow motion far from the origin is not
-// lost to rounding and small overlaps keep their digits. Owns the residues. A compensated sum would not do: drivers may
+// the scene's extent, a power of two) and a low part within half of that, so that slow motion far from the origin is not
+// lost to rounding and small overlaps keep their digits. Owns the low parts. A compensated sum would not do: drivers may
 // simplify (a + b) - a, but sums of multiples of a power of two are exact in whatever order.
 var<storage, read> position_low: array<PositionLow>;            // N
 var<storage, read_write> position_low_next: array<PositionLow>; // N
@@ -14,7 +14,7 @@ fn store_position_low(i: u32, value: PositionLow) {
     position_low_next[i] = value;
 }
 
-/// x + residue + step, split anew.
+/// x + low part + step, split anew.
 fn displaced(x: Vec, low: Vec, step: Vec) -> Point {
     let y = low + step;
     let whole = params.quantum * floor(y * params.inverse_quantum + Vec(0.5));
@@ -66,7 +66,7 @@ fn orientation_low_next_of(c: u32) -> Orientation {
     return orientation_low_next[c];
 }
 
-/// What attitudes are kept as multiples of: the rest is their residue. Products of two are whole multiples of its square, which
+/// What attitudes are kept as multiples of: the rest is their low part. Products of two are whole multiples of its square, which
 /// f32 holds exactly.
 const ATTITUDE_QUANTUM: Real = 0x1p-11;
 const ATTITUDE_SQUARE: Real = 0x1p-22;
@@ -74,16 +74,16 @@ const ATTITUDE_SQUARE: Real = 0x1p-22;
 const INVERSE_ATTITUDE_QUANTUM: Real = 2048;
 const INVERSE_ATTITUDE_SQUARE: Real = 4194304;
 
-/// 1 - |q|² of q + residue, with the digits that this subtraction would lose: its leading part is that of whole numbers.
+/// 1 - |q|² of q + low part, with the digits that this subtraction would lose: its leading part is that of whole numbers.
 fn norm_defect(q: Orientation, low: Orientation) -> Real {
     let whole = i32(INVERSE_ATTITUDE_SQUARE) - square_of_whole(round(q * INVERSE_ATTITUDE_QUANTUM));
     return Real(whole) * ATTITUDE_SQUARE - (2 * dot(q, low) + dot(low, low));
 }
 
-/// The end of an arm that is turned by q + residue, with 34 bits of the longest arm: as with a matrix in units of the square of the
+/// The end of an arm that is turned by q + low part, with 34 bits of the longest arm: as with a matrix in units of the square of the
 /// attitudes' quantum and an arm in units of params.arm_unit, both split into 11 bits and 11 bits, so that products and sums are
 /// whole numbers below 2^24, and what is left of matrix and arm. Whole numbers also part what goes to the position's whole from what
-/// goes to its residue: drivers reorder sums of floats.
+/// goes to its low part: drivers reorder sums of floats.
 fn arm_end(center: Point, q: Orientation, low: Orientation, arm: Vec) -> Point {
     let exact = plus(identity(), 1, bilinear(q, q));
     let rest = plus(bilinear(q + low, low), 1, bilinear(q, low));
@@ -108,7 +108,7 @@ fn parted(count: Whole, unit: Real, shift: u32) -> Point {
     return Point((unit * Real(1 << shift)) * Vec(quanta), unit * Vec(rest));
 }
 
-/// q + residue + step, split anew.
+/// q + low part + step, split anew.
 fn add_rotation(q: Orientation, low: Orientation, step: Orientation) -> SplitOrientation {
     let y = low + step;
     let whole = ATTITUDE_QUANTUM * floor(y * INVERSE_ATTITUDE_QUANTUM + Orientation(0.5));

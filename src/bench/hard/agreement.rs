@@ -1,7 +1,7 @@
 //! Contact dynamics and DEM of the same scenes: packings and a collapse.
 
 use super::common::*;
-use super::{Figure, Length, changed_scene, sprung};
+use super::{Figure, Length, changed_scene, compliant};
 use crate::{
     body::bodies::body,
     contact::contacts::closed_contacts,
@@ -76,7 +76,7 @@ fn mean(values: &[f64]) -> (f64, f64) {
 fn stiff(rigid: &Assembly, weights: f64) -> Assembly {
     let stiffness = weights * mass(rigid.dimension, R) * G / (1e-4 * R);
     let mut scene =
-        sprung(rigid, stiffness, 0.03 * (mass(rigid.dimension, R) / stiffness).sqrt(), rigid.solver.damping);
+        compliant(rigid, stiffness, 0.03 * (mass(rigid.dimension, R) / stiffness).sqrt(), rigid.solver.damping);
     scene.pairs.iter_mut().for_each(|pair| pair.dashpot = Dashpot::Restitution(0.05));
     scene
 }

@@ -110,7 +110,7 @@ pub fn slow_creep(bench: Bench, _: Length) -> Vec<Figure> {
         let error = |(a, b): (&Grain, &Grain)| (a.position - b.position - expected(b)).length() / expected(b).length();
         after.iter().zip(&scene.grains).map(error).fold(0.0, worse)
     };
-    // f64: 5,000 half ulps of 20 m over 1e-6 m. f32: what a step adds, 2e-10 m, to the residue's half ulp.
+    // f64: 5,000 half ulps of 20 m over 1e-6 m. f32: what a step adds, 2e-10 m, to the low part's half ulp.
     let far = DVec3::new(FAR, -FAR, 0.3 * FAR);
     vec![
         Figure::zero("path at 1e4 diameters, relative error", bench.pick(1e-5, 1e-3), path(far, 3)),

@@ -1,7 +1,7 @@
 //! Columns of rigid grains, and of springs beside them: the load on a contact is the weight above it.
 
 use super::common::*;
-use super::{Figure, Length, loads, relaxation, scene, solved_to, sprung, worse};
+use super::{Figure, Length, compliant, loads, relaxation, scene, solved_to, worse};
 use crate::{
     measure::masses,
     scene::{Assembly, Grain},
@@ -68,7 +68,7 @@ pub fn rigid_column(bench: Bench, length: Length) -> Vec<Figure> {
         let solved = *simulation.solver_statistics().unwrap();
         figures.push(Figure::new(format!("CD: {n} grains, floor over N m g"), 1.0, n as f64 * tolerance, floor));
         figures.push(Figure::zero(format!("CD: {n} grains, steps not solved"), unsolved, solved.unconverged as f64));
-        let mut simulation = bench.start(&sprung(&given, stiffness(), short_step(), 2.0 * slowest(n)));
+        let mut simulation = bench.start(&compliant(&given, stiffness(), short_step(), 2.0 * slowest(n)));
         // Critically damped in the slowest mode: (1 + ω t) e^(−ω t) is left, 2e-10 at ω t = 26.
         simulation.advance((26.0 / slowest(n) / short_step()) as u64).unwrap();
         let loads = loads(&mut simulation);
@@ -101,7 +101,7 @@ pub fn rigid_heavy_top(bench: Bench, _: Length) -> Vec<Figure> {
     ];
     // The heavy grain on ten springs in a row; the others are almost without mass.
     let slowest = (stiffness() / 10.0 / total).sqrt();
-    let mut simulation = bench.start(&sprung(&given, stiffness(), short_step(), 2.0 * slowest));
+    let mut simulation = bench.start(&compliant(&given, stiffness(), short_step(), 2.0 * slowest));
     simulation.advance((26.0 / slowest / short_step()) as u64).unwrap();
     let last = loads(&mut simulation);
     let limit = bench.pick(1e-7, 1e-5);
@@ -149,7 +149,7 @@ pub fn rigid_passes(bench: Bench, _: Length) -> Vec<Figure> {
     figures.push(Figure::new("CD, momentum: exponent", 1.0, 0.05, exponent(&momentum)));
     let springs: Vec<(usize, f64)> = [10, 100, 1000]
         .map(|n| {
-            let given = sprung(&column(n), stiffness(), short_step(), 2.0 * slowest(n));
+            let given = compliant(&column(n), stiffness(), short_step(), 2.0 * slowest(n));
             let mut simulation = bench.start(&given);
             let expected = 6.40 / slowest(n) / short_step();
             simulation.advance((0.8 * expected) as u64).unwrap();

@@ -1,7 +1,7 @@
 //! Many rigid grains, and springs beside them.
 
 use super::common::*;
-use super::{Figure, Length, changed_scene, relaxation, scene, solved_to, sprung, worse};
+use super::{Figure, Length, changed_scene, compliant, relaxation, scene, solved_to, worse};
 use crate::{
     measure::{Sample, masses},
     scene::{Assembly, Dashpot, Grain},
@@ -53,7 +53,7 @@ pub fn rigid_overlap(bench: Bench, _: Length) -> Vec<Figure> {
         // Two contacts in each row.
         let stored = 2.0 * rows * 0.5 * KN * (0.2 * R).powi(2);
         let dt = 0.03 * (masses[0] / KN).sqrt();
-        let energy = kinetic(&bench.after(&sprung(&given, KN, dt, 0.0), 300), &masses);
+        let energy = kinetic(&bench.after(&compliant(&given, KN, dt, 0.0), 300), &masses);
         figures.extend([
             // (ω Δt)², up to 3 ω² = 3 k_N/m.
             Figure::new(
@@ -91,7 +91,7 @@ fn fall(scene: &Assembly) -> f64 {
 
 /// Springs that the weight of a grain of radius R compresses by 1e-4 R, with a restitution of 0.1.
 fn soft(rigid: &Assembly) -> Assembly {
-    let mut scene = sprung(rigid, mass(rigid.dimension, R) * G / (1e-4 * R), 5e-6, 0.0);
+    let mut scene = compliant(rigid, mass(rigid.dimension, R) * G / (1e-4 * R), 5e-6, 0.0);
     scene.pairs.iter_mut().for_each(|pair| pair.dashpot = Dashpot::Restitution(0.1));
     scene
 }

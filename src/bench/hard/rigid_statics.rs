@@ -1,7 +1,7 @@
 //! Few rigid grains whose equilibrium is known, and springs beside them.
 
 use super::common::*;
-use super::{Figure, Length, relaxation, scene, solved_to, sprung, worse};
+use super::{Figure, Length, compliant, relaxation, scene, solved_to, worse};
 use crate::{
     measure::masses,
     scene::{Assembly, Grain, Surface},
@@ -77,7 +77,7 @@ pub fn rigid_wedge(bench: Bench, _: Length) -> Vec<Figure> {
     };
     // Exact but for the order of overlap over R. f32 holds normals of 45° to 3e-8 only: 4e-8 R of 0.8e-4 R.
     let part = bench.pick(1e-6, 1e-4);
-    let springs = sprung(&given, stiffness(&given, part), short_step(part), 4.0 * (G / (part * R)).sqrt());
+    let springs = compliant(&given, stiffness(&given, part), short_step(part), 4.0 * (G / (part * R)).sqrt());
     let g = bench.after(&springs, 2000)[0];
     let sunk = springs.walls.iter().map(|wall| R - wall.surface.distance(g.position));
     let pressing = sunk.sum::<f64>() * springs.pairs[0].normal_stiffness / (2.0_f64.sqrt() * weight);
@@ -147,7 +147,7 @@ pub fn rigid_arch(bench: Bench, _: Length) -> Vec<Figure> {
         // Springs yield by a few overlaps, and forces by as much; this is counted from when they have come to rest.
         let part = 1e-5;
         let (holds, fails) = nearest(&[1e-2, 1e-3], critical, 1e-5, &|mu| {
-            let mut scene = sprung(&given, stiffness(&given, part), short_step(part), 2000.0);
+            let mut scene = compliant(&given, stiffness(&given, part), short_step(part), 2000.0);
             scene.pairs[0].friction = mu;
             sunk(&scene, 5_000, 10_000)
         });
@@ -194,7 +194,7 @@ pub fn rigid_incline(bench: Bench, _: Length) -> Vec<Figure> {
         both("CD", &given, off, 0.01, 25);
         // Springs swing about the shear they need by less the nearer the threshold is; their overlap changes c by itself.
         let (part, off) = (bench.pick(1e-6, 1e-4), 1e-3);
-        let mut springs = sprung(&given, 1.0, short_step(part), 0.0);
+        let mut springs = compliant(&given, 1.0, short_step(part), 0.0);
         springs.pairs[0].normal_stiffness = mass(dimension, R) * G / (part * R);
         springs.pairs[0].tangential_stiffness = 2.0 / 7.0 * springs.pairs[0].normal_stiffness;
         both("DEM", &springs, off, 0.02, 5_000);
@@ -240,7 +240,7 @@ pub fn rigid_layer(bench: Bench, _: Length) -> Vec<Figure> {
     // The band in which gaps are none.
     figures.push(Figure::zero("CD: dropped by 2 R, height over R", 1.01e-4, height));
     let part = 1e-4;
-    let springs = sprung(&given, stiffness(&given, part), short_step(part), 2.0 * (G / (part * R)).sqrt());
+    let springs = compliant(&given, stiffness(&given, part), short_step(part), 2.0 * (G / (part * R)).sqrt());
     let mut simulation = bench.start(&springs);
     simulation.advance(200).unwrap();
     let limit = bench.pick(1e-8, 1e-5);
@@ -275,7 +275,7 @@ pub fn rigid_squeezed(bench: Bench, _: Length) -> Vec<Figure> {
     // To a step.
     figures.push(Figure::new("CD: the time of that over 2 R/v", 1.0, 0.026, time * lid / (2.0 * R)));
     let part = 1e-2;
-    let springs = sprung(&given, stiffness(&given, part), short_step(part), 0.0);
+    let springs = compliant(&given, stiffness(&given, part), short_step(part), 0.0);
     let mut simulation = bench.start(&springs);
     let steps = (2.0 * R / lid / simulation.dt()) as u64;
     figures.push(Figure::new("DEM: ends, and names the grain", 1.0, 0.0, named(&mut simulation, steps)));
