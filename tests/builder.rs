@@ -2,7 +2,7 @@
 
 use packstone::{
     prelude::*,
-    scene::{Dashpot, Kind, Method, Surface, TimeStep},
+    scene::{Dashpot, Hertz, Kind, Method, Rolling, Surface, TimeStep},
     solve,
 };
 
@@ -576,6 +576,27 @@ fn assemblies_made_by_hand_are_checked() {
             ),
             (|a| a.pairs[1].friction = 0.9, "pair.1: differs from the pair"),
             (|a| a.pairs[0].dashpot = Dashpot::MassScaled(1.0), "pair: some have restitution and some normal_damping"),
+            (
+                |a| a.pairs[0].hertz = Some(Hertz::of_material(7e10, 0.2)),
+                "pair: some are of elastic spheres (hertz) and some have linear springs",
+            ),
+            (
+                |a| a.pairs.iter_mut().for_each(|p| p.hertz = Some(Hertz { youngs_modulus: 0.0, shear_modulus: 1.0 })),
+                "pair.0.hertz.youngs_modulus = 0: must be a positive number of Pa",
+            ),
+            (
+                |a| a.pairs[0].rolling = Some(Rolling { friction: f64::NAN, stiffness: 1.0, damping: 0.0 }),
+                "pair.0.rolling.friction = NaN: must be a finite number",
+            ),
+            (
+                |a| {
+                    a.pairs
+                        .iter_mut()
+                        .for_each(|p| p.rolling = Some(Rolling { friction: 0.1, stiffness: 1.0, damping: 0.0 }));
+                    a.solver.method = rigid_method();
+                },
+                "pair.0.rolling.friction = 0.1: rolling resistance needs method = \"dem\"",
+            ),
             (|a| a.walls[0].material = 9, "wall.0.material = 9: is no material"),
             (|a| a.walls[0].velocity.x = f64::NAN, "wall.0.velocity.0 = NaN: must be a finite number"),
             (|a| a.walls[0].spin = 1.0, "wall.0.spin = 1: must be 0, because the wall is a plane"),
@@ -625,6 +646,10 @@ fn clumps_and_disks_made_by_hand_are_checked() {
     );
 }
 
+fn rigid_method() -> Method {
+    base(3).grain(bead()).solver(SolverBuilder::contact_dynamics()).assemble().unwrap().solver.method
+}
+
 /// What the scene allows is allowed, and the two ends of a period are one place.
 #[test]
 fn good_assemblies_made_by_hand_run() {
@@ -633,12 +658,7 @@ fn good_assemblies_made_by_hand_run() {
     close.solver.allow_overlap = true;
     start(close).unwrap();
     let mut rigid = by_hand();
-    rigid.solver.method = base(3)
-        .grain(bead())
-        .solver(SolverBuilder::contact_dynamics())
-        .assemble()
-        .map(|assembly| assembly.solver.method)
-        .unwrap();
+    rigid.solver.method = rigid_method();
     rigid.pairs.iter_mut().for_each(|pair| pair.normal_stiffness = 0.0);
     assert!(matches!(rigid.solver.method, Method::ContactDynamics(_)));
     start(rigid).unwrap();

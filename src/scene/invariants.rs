@@ -82,6 +82,10 @@ impl Assembly {
                 return Err(check.origin.wrong(&format!("pair.{k}"), message));
             }
         }
+        if self.pairs.iter().any(|pair| pair.hertz.is_some() != self.pairs[0].hertz.is_some()) {
+            let message = "some are of elastic spheres (hertz) and some have linear springs; all pairs of a scene must use the same law";
+            return Err(check.origin.wrong("pair", message));
+        }
         let has = |kind: fn(&Dashpot) -> bool| self.pairs.iter().any(|pair| kind(&pair.dashpot));
         if has(|d| matches!(d, Dashpot::Restitution(_))) && has(|d| matches!(d, Dashpot::MassScaled(_))) {
             let message = "some have restitution and some normal_damping; all pairs of a scene must use the same one";

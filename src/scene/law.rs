@@ -86,6 +86,7 @@ impl Pair {
             check.not_negative(&at("rolling.friction"), rolling.friction, "")?;
             check.not_negative(&at("rolling.stiffness"), rolling.stiffness, "")?;
             check.not_negative(&at("rolling.damping"), rolling.damping, "")?;
+            check_deformable(&at("rolling.friction"), rolling.friction, check)?;
         }
         Ok(())
     }
@@ -96,6 +97,15 @@ pub(super) fn check_space(key: &str, check: &Check) -> Result<()> {
     if check.dimension == 2 {
         let message = "the contact of elastic spheres needs dimension = 3; disks have linear springs, normal_stiffness";
         return Err(check.origin.wrong(key, message));
+    }
+    Ok(())
+}
+
+/// Rigid grains roll freely.
+pub(super) fn check_deformable(key: &str, friction: f64, check: &Check) -> Result<()> {
+    if friction > 0.0 && check.rigid {
+        let rule = "rolling resistance needs method = \"dem\"; rigid grains roll freely";
+        return Err(check.origin.bad(key, friction, rule));
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! Materials and the contact parameters of their pairs.
 
 use super::check::Check;
-use super::law::{Hertz, Rolling, check_space};
+use super::law::{Hertz, Rolling, check_deformable, check_space};
 use super::schema::{File, Material, Method, Pair as Override};
 use super::{Dashpot, Pair};
 use crate::Result;
@@ -100,10 +100,7 @@ fn rolling(key: &str, keys: Resistance, mixed: Option<Rolling>, check: &Check) -
             }
         },
     };
-    if friction > 0.0 && check.rigid {
-        let rule = "rolling resistance needs method = \"dem\"; rigid grains roll freely";
-        return Err(check.origin.bad(&at("rolling_friction"), friction, rule));
-    }
+    check_deformable(&at("rolling_friction"), friction, check)?;
     // Ai et al. 2011, eq. 20 and 21: of spheres and of disks. As it follows from μ_r, one given for a pair replaces it too.
     let usual = if check.dimension == 2 { 3.0 } else { 2.25 } * friction * friction;
     let stiffness = keys.stiffness.or(mixed.filter(|_| keys.friction.is_none()).map(|m| m.stiffness));
