@@ -103,14 +103,32 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
         partial_sums_len: PARTIAL_SUMS as u32,
         ..Params::default()
     };
+    set_relaxation(&mut p, assembly, mean_radius);
+    set_quanta(&mut p, assembly, model, largest);
+    set_domain(&mut p, assembly, model, largest);
+    limit_cells(&mut p, assembly, model.dims());
+    // The long way around last, so that what is near in space is near in memory.
+    let mut axes = [0, 1, 2];
+    axes.sort_by_key(|axis| if p.cells[*axis] == 1 { u32::MAX } else { p.cells[*axis] });
+    p.axes = UVec3::from_array(axes.map(|axis| axis as u32));
+    p.cells = UVec3::from_array(axes.map(|axis| p.cells[axis]));
+    p
+}
+
+/// Of contact dynamics.
+fn set_relaxation(p: &mut Params, assembly: &Assembly, mean_radius: f64) {
     if let Method::ContactDynamics(relaxation) = assembly.solver.method {
         p.tolerance = relaxation.tolerance;
         p.max_momentum = if relaxation.solver == solve::Solver::Jacobi { 0.0 } else { 1.0 };
         // Slower than what gravity takes away in a step, so that nothing flies up; without gravity something small.
-        let pull = assembly.gravity.length() * dt;
-        let gentle = if pull > 0.0 { 0.1 * pull } else { 1e-3 * mean_radius / dt };
+        let gained = assembly.gravity.length() * p.dt;
+        let gentle = if gained > 0.0 { 0.1 * gained } else { 1e-3 * mean_radius / p.dt };
         p.max_correction_velocity = relaxation.max_correction_velocity.unwrap_or(gentle);
     }
+}
+
+/// What single precision keeps positions and arms as multiples of.
+fn set_quanta(p: &mut Params, assembly: &Assembly, model: &Model, largest: f64) {
     let arm = |c: &Clump| c.radius * assembly.shapes[c.shape as usize].reach();
     p.arm_unit = quantum(assembly.clumps.iter().map(arm).fold(0.0, f64::max));
     p.inverse_arm_unit = 1.0 / p.arm_unit;
@@ -120,8 +138,14 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
     let shift = |unit: f64| (p.quantum / unit).log2().clamp(0.0, 26.0) as u32;
     (p.arm_shift, p.arm_shift_fine) = (shift(p.arm_unit), shift(p.arm_unit / 2048.0));
     let single = model.precision == Precision::Single;
-    // Residues are at most half a quantum and half a quantum of the period; the rest is for rounding.
+    // Low parts are at most half a quantum and half a quantum of the period; the rest is for rounding.
     p.position_slack = 1e-5 * largest + if single { 4.0 * p.quantum } else { 0.0 };
+}
+
+/// Faces or periods, and cells that hold a neighbour's reach.
+fn set_domain(p: &mut Params, assembly: &Assembly, model: &Model, largest: f64) {
+    let grains = &assembly.grains;
+    let single = model.precision == Precision::Single;
     // A hair wider than the reach of the lists, so that rounding cannot hide a neighbour two cells away.
     let edge = 1.001 * (2.0 * largest + p.margin + p.position_slack);
     let domain = &assembly.domain;
@@ -132,7 +156,7 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
             p.period[axis] = upper - lower;
             p.inverse_period[axis] = 1.0 / p.period[axis];
             if single {
-                let whole = quantised(&p, p.period)[axis];
+                let whole = quantised(p, p.period)[axis];
                 (p.period_low[axis], p.period[axis]) = (p.period[axis] - whole, whole);
             }
             p.cell_origin[axis] = lower;
@@ -147,11 +171,16 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
             p.inverse_cell[axis] = 1.0 / edge;
         }
     }
+}
+
+/// Fewer cells than there would be memory for.
+fn limit_cells(p: &mut Params, assembly: &Assembly, dims: usize) {
+    let domain = &assembly.domain;
     // Open axes wrap around, so fewer cells are always right; a sparse scene need not pay for its emptiness.
-    let budget = (2 * grains.len() as u64).max(64);
+    let budget = (2 * assembly.grains.len() as u64).max(64);
     loop {
         let total: u64 = p.cells.to_array().iter().map(|c| u64::from(*c)).product();
-        let open = (0..model.dims()).filter(|a| !domain.periodic[*a]).max_by_key(|a| p.cells[*a]);
+        let open = (0..dims).filter(|a| !domain.periodic[*a]).max_by_key(|a| p.cells[*a]);
         match open {
             Some(axis) if total > budget && p.cells[axis] > 3 => p.cells[axis] = p.cells[axis].div_ceil(2).max(3),
             _ => break,
@@ -160,7 +189,7 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
     // A periodic axis must be divided exactly, so there emptiness is paid for with larger cells.
     loop {
         let total: u64 = p.cells.to_array().iter().map(|c| u64::from(*c)).product();
-        let axis = (0..model.dims()).filter(|a| domain.periodic[*a]).max_by_key(|a| p.cells[*a]);
+        let axis = (0..dims).filter(|a| domain.periodic[*a]).max_by_key(|a| p.cells[*a]);
         match axis {
             Some(axis) if total > 4 * budget && p.cells[axis] > 3 => {
                 p.cells[axis] = p.cells[axis].div_ceil(2).max(3);
@@ -169,12 +198,6 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
             _ => break,
         }
     }
-    // The long way around last, so that what is near in space is near in memory.
-    let mut axes = [0, 1, 2];
-    axes.sort_by_key(|axis| if p.cells[*axis] == 1 { u32::MAX } else { p.cells[*axis] });
-    p.axes = UVec3::from_array(axes.map(|axis| axis as u32));
-    p.cells = UVec3::from_array(axes.map(|axis| p.cells[axis]));
-    p
 }
 
 /// Positions of grains, finite corners of the domain and points of walls: how far coordinates go.
