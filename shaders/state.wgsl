@@ -49,7 +49,8 @@ struct Params {
     dt: Real,               // s
     history_dt: Real,            // s, since springs were last stretched: dt, but 0 in the first step
     damping: Real,          // xi, 1/s
-    margin: Real,           // m, neighbour lists reach this much beyond contact
+    reach: Real,            // m, contacts may act this far beyond touching
+    margin: Real,           // m, neighbour lists reach this much beyond touching
     quantum: Real,          // m, a power of two: single precision keeps positions as multiples of it and a low part
     inverse_quantum: Real,  // 1/m
     position_slack: Real,             // m, what a distance may be off if low parts are left out

@@ -60,10 +60,23 @@ slot!(
     /// Whether any axis is periodic.
     Boundary in "space/boundary" { Open = "open", Periodic = "periodic" }
 );
-slot!(
-    /// How contacts act, and with them a step.
-    Method in "method" { DiscreteElements = "dem", ContactDynamics = "cd" }
-);
+/// How contacts act, and with them a step: the chapters `dem` and `nscd`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Method {
+    DiscreteElements,
+    ContactDynamics,
+}
+
+impl Method {
+    /// As scene files have it.
+    pub fn label(self) -> &'static str {
+        match self {
+            Method::DiscreteElements => "dem",
+            Method::ContactDynamics => "cd",
+        }
+    }
+}
+
 slot!(
     /// Normal contact law.
     Normal in "contact/normal" { Hooke = "hooke", Hertz = "hertz", Rigid = "rigid" }
@@ -189,25 +202,31 @@ impl Model {
         }
     }
 
-    /// The slots as (slot, alternative), for people.
-    pub fn slots(&self) -> [(&'static str, &'static str); 15] {
-        [
-            ("precision", self.precision.label()),
-            ("dimension", self.dimension.label()),
-            ("boundary", self.boundary.label()),
-            ("method", self.method.label()),
+    /// The slots as (slot, alternative), for people. Rigid grains have no law of contact.
+    pub fn slots(&self) -> Vec<(&'static str, &'static str)> {
+        let law = [
             ("normal", self.normal.label()),
             ("damping", self.damping.label()),
             ("tangential", self.tangential.label()),
             ("rolling", self.rolling.label()),
             ("cohesion", self.cohesion.label()),
+        ];
+        let law = if self.method == Method::DiscreteElements { &law[..] } else { &[] };
+        let before = [
+            ("precision", self.precision.label()),
+            ("dimension", self.dimension.label()),
+            ("boundary", self.boundary.label()),
+            ("method", self.method.label()),
+        ];
+        let after = [
             ("history", self.history.label()),
             ("rotation", self.rotation.label()),
             ("grains", self.grains.label()),
             ("gyroscopic", self.gyroscopic.label()),
             ("materials", self.materials.label()),
             ("walls", self.walls.label()),
-        ]
+        ];
+        [&before, law, &after].concat()
     }
 
     /// The WGSL files every kernel of this model is composed with, relative to `shaders/`.
@@ -234,6 +253,7 @@ impl Model {
         match self.method {
             Method::DiscreteElements => files.extend([
                 "contact/law.wgsl",
+                "contact/history/lanes.wgsl",
                 self.normal.file(),
                 self.damping.file(),
                 self.tangential.file(),
@@ -247,6 +267,9 @@ impl Model {
                 "nscd/contact.wgsl",
                 "nscd/impulse.wgsl",
             ]),
+        }
+        if self.method == Method::DiscreteElements && self.tangential != Tangential::None {
+            files.push("contact/tangential/spring.wgsl");
         }
         files.extend(match (self.method, self.grains) {
             (Method::DiscreteElements, Grains::Spheres) => &["measure/energies/spheres.wgsl"][..],

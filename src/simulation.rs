@@ -233,6 +233,11 @@ impl Simulation {
     pub fn dt_bound(&self) -> f64 {
         self.dt_bound
     }
+    /// The overlap over the radius up to which the time step is below the bound. Infinite for springs; that of elastic spheres follows
+    /// from the overlaps they have come to.
+    pub fn stable_overlap(&self) -> f64 {
+        crate::time_step::stable_overlap(&self.assembly, self.dt())
+    }
     pub fn step(&self) -> u64 {
         self.runner.step
     }

@@ -178,6 +178,7 @@ record!(
         dt: f64,
         history_dt: f64,
         damping: f64,
+        reach: f64,
         margin: f64,
         quantum: f64,
         inverse_quantum: f64,

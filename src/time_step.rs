@@ -1,14 +1,16 @@
 //! Bound of the time step: Δt < 2/ω_max of the explicit leapfrog, from contact stiffness, mass and inertia.
 
 use crate::{
+    body::rotation::inverse_rolling_inertia,
     contact::{
-        damping::damping_ratio,
+        damping,
+        law::LargestStiffness,
         normal::{self, Loading},
-        rolling, tangential,
+        rolling,
     },
     error::{Error, Result},
-    model::Dimension,
-    scene::{Assembly, Clump, Dashpot, Grain, Member, Method, Pair, Surface, TimeStep, Wall},
+    model::{Dimension, Rotation},
+    scene::{Assembly, Clump, Grain, Member, Method, Pair, Surface, TimeStep, Wall},
     space::dimension::inverse_gyration,
 };
 use glam::{DMat3, DVec3};
@@ -55,19 +57,32 @@ pub fn mass(dimension: Dimension, density: f64, radius: f64) -> f64 {
 /// The bound, s: the smallest over all free grains. Infinite if nothing can touch.
 ///
 /// For each grain ω² is bounded by twice the stiffness that its contacts can put into one direction, over its mass,
-/// plus twice the tangential stiffness over its inertia (k_T R²/J); the factor two is the part of the other grain, and
+/// plus twice the tangential stiffness over its inertia (k_T R²/J) and twice the rolling stiffness over it; the factor two is the part of the other grain, and
 /// falls away for walls. A grain can have no more contacts than the scene has other grains and walls, nor than fit
 /// around it without overlap. A clump adds up its members, each with the part of its surface that is outside of the others; a
 /// force through a member's centre moves and turns the clump. A dashpot acts on velocities half a step old, which turns `ω²Δt² < 4` into
 /// `ω²Δt² + 2γΔt < 4`. Grains that overlap each other by much, fixed ones above all, can exceed the contacts counted
 /// here.
 pub fn bound(assembly: &Assembly) -> f64 {
+    bound_under(assembly, &Worst::of(assembly))
+}
+
+/// The overlap over the radius up to which a time step is below the bound; infinite where stiffnesses do not grow with overlaps. As
+/// stiffnesses grow with its root, the bound falls with its fourth root.
+pub fn stable_overlap(assembly: &Assembly, dt: f64) -> f64 {
+    if assembly.pairs[0].hertz.is_none() || assembly.solver.method != Method::DiscreteElements {
+        return f64::INFINITY;
+    }
+    let full = bound_under(assembly, &Worst { speed: 0.0, load: 0.0, overlap: 1.0 });
+    (full / dt).powi(4)
+}
+
+fn bound_under(assembly: &Assembly, worst: &Worst) -> f64 {
     let walls = assembly.walls.len() as f64;
     let smallest = assembly.grains.iter().map(|g| g.radius).fold(f64::INFINITY, f64::min);
     let others = |own: usize| (assembly.grains.len() - own) as f64;
-    let worst = Worst::of(assembly);
     smallest_over_contacts(assembly, |rigid, pair| {
-        of_contacts(rigid, pair, &worst, smallest, others(rigid.members.len()), walls)
+        of_contacts(rigid, pair, worst, smallest, others(rigid.members.len()), walls)
     })
 }
 
@@ -86,10 +101,12 @@ pub fn shortest_contact(assembly: &Assembly) -> f64 {
 
 /// The worst that contacts of a scene have to bear, as far as that can be seen before it runs.
 struct Worst {
-    /// m/s, of the fastest grain or wall, and of a fall from the top of the scene to its bottom.
+    /// m/s, of the fastest two that may meet: grains or walls, after a fall from the top of the scene to its bottom.
     speed: f64,
     /// Weight of a column of grains over that of one, m/s².
     load: f64,
+    /// Over the radius, at the start.
+    overlap: f64,
 }
 
 impl Worst {
@@ -97,12 +114,22 @@ impl Worst {
         let height = height(assembly);
         let mean = assembly.grains.iter().map(|g| g.radius).sum::<f64>() / assembly.grains.len() as f64;
         let column = (height / (2.0 * mean) + 1.0).min(assembly.grains.len() as f64);
-        Worst { speed: fastest(assembly), load: column * assembly.gravity.length() }
+        // Only of elastic spheres stiffnesses depend on any of these.
+        let elastic = assembly.pairs.iter().any(|pair| pair.hertz.is_some());
+        let overlap = if elastic { assembly.largest_overlap() } else { 0.0 };
+        let both = if assembly.grains.len() > 1 { 2.0 } else { 1.0 };
+        Worst { speed: both * fastest(assembly), load: column * assembly.gravity.length(), overlap }
     }
 
     /// Of a contact of this grain at a member of this radius; `share` is 1/2 with an equal grain, 1 with a wall.
     fn loading(&self, rigid: &Rigid, radius: f64, share: f64) -> Loading {
-        Loading { radius: share * radius, mass: share * rigid.mass, speed: self.speed, force: self.load * rigid.mass }
+        Loading {
+            radius: share * radius,
+            mass: share * rigid.mass,
+            speed: self.speed,
+            force: self.load * rigid.mass,
+            overlap: self.overlap * radius,
+        }
     }
 }
 
@@ -209,12 +236,10 @@ fn smallest_over_contacts(assembly: &Assembly, value: impl Fn(&Rigid, &Pair) -> 
 }
 
 fn of_contacts(rigid: &Rigid, pair: &Pair, worst: &Worst, smallest: f64, others: f64, walls: f64) -> f64 {
-    let (mut omega_squared, mut contacts, mut stiffest) = (0.0, 0.0, 0.0_f64);
+    let (mut omega_squared, mut contacts, mut stiffest, mut rolling_rate) = (0.0, 0.0, 0.0_f64, 0.0);
     for limb in rigid.members.iter().filter(|limb| limb.exposed > 0.0) {
         let c = Coordination::new(rigid.dimension, limb.radius, smallest);
-        let loading = worst.loading(rigid, limb.radius, 1.0);
-        let normal = normal::largest_stiffness(pair, &loading);
-        let tangential = tangential::largest_stiffness(pair, &loading);
+        let k = LargestStiffness::of(pair, &worst.loading(rigid, limb.radius, 1.0));
         // Of a member that shows any surface, a grain touches at least that, and a flat side lies on a wall with all its members.
         let shown = |cap: f64| (limb.exposed * others.min(cap)).max(others.min(cap).min(1.0));
         let share = |cap: f64| (2.0 * shown(cap) + walls.min(cap)).min(2.0 * cap);
@@ -222,22 +247,23 @@ fn of_contacts(rigid: &Rigid, pair: &Pair, worst: &Worst, smallest: f64, others:
         // by the arm of its member and by the member's own radius.
         let own = share(c.rotational) * limb.radius * limb.radius / rigid.inertia;
         let turning = ((share(c.tangential) * limb.yielding).sqrt() + own.sqrt()).powi(2);
-        omega_squared += share(c.normal) * normal * (1.0 / rigid.mass + limb.yielding)
-            + tangential * (share(c.tangential) / rigid.mass + turning)
-            + rolling::largest_stiffness(pair, &loading) * share(c.rotational) / rigid.inertia;
-        stiffest = stiffest.max(normal);
+        omega_squared += share(c.normal) * k.normal * (1.0 / rigid.mass + limb.yielding)
+            + k.tangential * (share(c.tangential) / rigid.mass + turning)
+            + k.rolling * share(c.rotational) / rigid.inertia;
+        let about_contact =
+            1.0 / inverse_rolling_inertia(Rotation::Sphere, rigid.dimension, limb.radius, 1.0 / rigid.mass);
+        rolling_rate += share(c.rotational) * rolling::largest_damping(pair, k.rolling, about_contact) / rigid.inertia;
+        stiffest = stiffest.max(k.normal);
         contacts += (shown(c.contacts) + walls).min(c.contacts).min(c.normal);
     }
     if omega_squared == 0.0 {
         return f64::INFINITY;
     }
-    let per_contact = match pair.dashpot {
-        Dashpot::None => 0.0,
-        Dashpot::MassScaled(eta) => eta,
-        Dashpot::Restitution(e) => 2.0 * damping_ratio(e) * (2.0 * stiffest / rigid.mass).sqrt(),
-    };
-    let gamma = contacts * per_contact * rigid.mass / rigid.lightest();
-    (-gamma + (gamma * gamma + 4.0 * omega_squared).sqrt()) / omega_squared
+    let normal_rate = contacts * damping::largest_rate(pair, stiffest, rigid.mass);
+    let gamma = normal_rate * rigid.mass / rigid.lightest() + rolling_rate;
+    let bound = (-gamma + (gamma * gamma + 4.0 * omega_squared).sqrt()) / omega_squared;
+    // The same without squares, where these are beyond all numbers.
+    if bound.is_finite() { bound } else { 4.0 / (gamma + gamma.hypot(2.0 * omega_squared.sqrt())) }
 }
 
 /// The step in which the fastest grain, after falling all the time, moves a quarter of the lists' margin.
@@ -300,17 +326,31 @@ const STEPS_PER_CONTACT: f64 = 50.0;
 /// The time step to use, and its bound, s.
 ///
 /// # Errors
-/// [`Error::Scene`] if the scene asks for more than the bound without `allow_unstable`.
+/// [`Error::Scene`] if the scene asks for more than the bound without `allow_unstable`, or steps are too small to follow.
 pub fn choose(assembly: &Assembly) -> Result<(f64, f64)> {
     let bound = bound(assembly);
+    let dt = step_below(assembly, bound)?;
+    if !dt.is_normal() || assembly.stop.time.is_some_and(|time| time / dt > MOST_STEPS) {
+        return Err(Error::Scene(format!(
+            "solver.dt = {dt:e} s: too small to follow; with \"auto\", contacts are too stiff or damped too much for the masses of the \
+             grains: look at the stiffnesses, moduli and dampings of the materials"
+        )));
+    }
+    Ok((dt, bound))
+}
+
+/// Steps that a clock can count: the time of the last one still grows by one step.
+const MOST_STEPS: f64 = 1e15;
+
+fn step_below(assembly: &Assembly, bound: f64) -> Result<f64> {
     match assembly.solver.dt {
-        TimeStep::Auto { .. } if assembly.solver.method != Method::DiscreteElements => Ok((rigid_step(assembly)?, bound)),
+        TimeStep::Auto { .. } if assembly.solver.method != Method::DiscreteElements => rigid_step(assembly),
         TimeStep::Auto { fraction } if bound.is_finite() => {
-            Ok(((fraction * bound).min(shortest_contact(assembly) / STEPS_PER_CONTACT), bound))
+            Ok((fraction * bound).min(shortest_contact(assembly) / STEPS_PER_CONTACT))
         }
         // Nothing can touch: any step is stable and exact; it must only be short enough to be followed.
         TimeStep::Auto { .. } => match assembly.stop.time {
-            Some(time) => Ok(((time / 1000.0).min(free_flight(assembly, time)), bound)),
+            Some(time) => Ok((time / 1000.0).min(free_flight(assembly, time))),
             None => Err(Error::Scene(
                 "solver.dt = \"auto\": nothing in this scene can touch, so there is no bound; give solver.dt or stop.time"
                     .to_owned(),
@@ -320,6 +360,6 @@ pub fn choose(assembly: &Assembly) -> Result<(f64, f64)> {
             "solver.dt = {dt:e} s is above the stability bound of {bound:e} s; use \"auto\" or a smaller number, or set \
              solver.allow_unstable = true"
         ))),
-        TimeStep::Fixed(dt) => Ok((dt, bound)),
+        TimeStep::Fixed(dt) => Ok(dt),
     }
 }

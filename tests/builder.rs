@@ -586,7 +586,7 @@ fn assemblies_made_by_hand_are_checked() {
             ),
             (
                 |a| a.pairs[0].rolling = Some(Rolling { friction: f64::NAN, stiffness: 1.0, damping: 0.0 }),
-                "pair.0.rolling.friction = NaN: must be a finite number",
+                "pair.0.rolling_friction = NaN: must be a finite number",
             ),
             (
                 |a| {
@@ -595,7 +595,7 @@ fn assemblies_made_by_hand_are_checked() {
                         .for_each(|p| p.rolling = Some(Rolling { friction: 0.1, stiffness: 1.0, damping: 0.0 }));
                     a.solver.method = rigid_method();
                 },
-                "pair.0.rolling.friction = 0.1: rolling resistance needs method = \"dem\"",
+                "pair.0.rolling_friction = 0.1: rolling resistance needs method = \"dem\"",
             ),
             (|a| a.walls[0].material = 9, "wall.0.material = 9: is no material"),
             (|a| a.walls[0].velocity.x = f64::NAN, "wall.0.velocity.0 = NaN: must be a finite number"),

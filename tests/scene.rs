@@ -487,3 +487,30 @@ fn large_scenes_are_placed() {
     let count = assemble_in(directory.path(), &scene, &[]).unwrap().grains.len();
     assert_eq!(count, 1_000_000);
 }
+
+/// Moduli of two materials mix by their compliances, rolling resistance by the weaker one and springs in series; a pair replaces what it
+/// names and no more.
+#[test]
+fn elastic_and_rolling_parameters_mix() {
+    let scene = |pair: &str| {
+        let text = format!(
+            "dimension = 3\nstop.steps = 10\n\
+             [material.a]\ndensity = 1\nyoungs_modulus = 1e9\npoissons_ratio = 0.2\nrolling_friction = 0.3\nrolling_stiffness = 0.5\n\
+             [material.b]\ndensity = 1\nyoungs_modulus = 3e9\npoissons_ratio = 0.4\nrolling_friction = 0.1\nrolling_damping = 0.4\n\
+             {pair}{}",
+            ONE.replace("glass", "a")
+        );
+        good(&text).pairs[1]
+    };
+    let near = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-12, "{a} {b}");
+    let mixed = scene("");
+    let hertz = mixed.hertz.unwrap();
+    near(1.0 / hertz.youngs_modulus, (1.0 - 0.04) / 1e9 + (1.0 - 0.16) / 3e9);
+    near(1.0 / hertz.shear_modulus, 2.0 * 1.8 * 1.2 / 1e9 + 2.0 * 1.6 * 1.4 / 3e9);
+    let rolling = mixed.rolling.unwrap();
+    near(rolling.friction, 0.1);
+    near(rolling.stiffness, 2.0 * 0.5 * 0.0225 / 0.5225);
+    near(rolling.damping, 0.2);
+    let named = scene("[[pair]]\nmaterials = [\"b\", \"a\"]\nrolling_friction = 0.2\n").rolling.unwrap();
+    assert_eq!((named.friction, named.stiffness, named.damping), (0.2, rolling.stiffness, rolling.damping));
+}

@@ -11,9 +11,9 @@ use common::{
 };
 use glam::DVec3;
 use packstone::{
-    scene::{Assembly, Dashpot, Grain, Material, Pair, TimeStep},
+    scene::{Assembly, Dashpot, Grain, Hertz, Material, Pair, Rolling, TimeStep},
     simulation::Simulation,
-    time_step::{bound, choose, shortest_contact},
+    time_step::{bound, choose, shortest_contact, stable_overlap},
 };
 
 /// k_T / k_N of the columns of the table.
@@ -324,4 +324,73 @@ fn restitution_at_the_default_step() {
             assert!(worst <= 1.2 * measured, "restitution {e}: off by {worst:.3e}, measured {measured:e}");
         }
     }
+}
+
+/// A sphere on a floor with a rolling spring and dashpot, at 0.95 of the bound: what it turns dies down.
+#[test]
+fn rolling_is_within_the_bound() {
+    for (friction, stiffness, damping) in [(0.0, 1.0, 1.0), (0.0, 10.0, 2.0), (0.5, 1.0, 1.0), (0.0, 1.0, 0.0)] {
+        let mut scene = blank(3);
+        scene.gravity = -G * DVec3::Z;
+        scene.walls = vec![plane(DVec3::ZERO, DVec3::Z)];
+        scene.grains = vec![Grain { spin: 0.01 * DVec3::Y, ..grain(0.0, 0.0, R - mass(3, R) * G / KN) }];
+        scene.pairs =
+            vec![Pair { friction, rolling: Some(Rolling { friction: 1e3, stiffness, damping }), ..elastic(2.0 / 7.0) }];
+        scene.solver.dt = TimeStep::Fixed(0.95 * bound(&scene));
+        let mut simulation = CPU.start(&scene);
+        let mut fastest = 0.0_f64;
+        for _ in 0..300 {
+            simulation.advance(1).unwrap();
+            fastest = fastest.max(simulation.grains().unwrap()[0].spin.length());
+        }
+        assert!(fastest < 0.02, "friction {friction}, k {stiffness}, η {damping}: {fastest}");
+    }
+}
+
+/// Elastic spheres that overlap at the start are as stiff as that makes them: at 0.95 of the bound they fly apart with the energy they had,
+/// and the automatic step keeps it.
+#[test]
+fn overlaps_of_the_start_count() {
+    for (share, tolerance) in [(0.95, 0.5), (0.15, 0.02)] {
+        let mut scene = blank(3);
+        let hertz = Hertz::of_material(1e8, 0.3);
+        scene.pairs =
+            vec![Pair { normal_stiffness: 0.0, tangential_stiffness: 0.0, hertz: Some(hertz), ..elastic(0.0) }];
+        scene.grains = vec![grain(0.0, 0.0, 0.0), grain(1.905 * R, 0.0, 0.0)];
+        let dt = share * bound(&scene);
+        scene.solver.dt = TimeStep::Fixed(dt);
+        let stored = 8.0 / 15.0 * hertz.youngs_modulus * (0.5 * R).sqrt() * (0.095 * R).powf(2.5);
+        let g = CPU.after(&scene, 200);
+        let kinetic: f64 = g.iter().map(|g| 0.5 * mass(3, R) * g.velocity.length_squared()).sum();
+        close(&format!("energy at {share} of the bound"), kinetic, stored, stored, tolerance);
+    }
+    // A step for gentle contacts is not one for deep ones.
+    let mut scene = blank(3);
+    scene.pairs = vec![Pair {
+        normal_stiffness: 0.0,
+        tangential_stiffness: 0.0,
+        hertz: Some(Hertz::of_material(1e8, 0.3)),
+        ..elastic(0.0)
+    }];
+    scene.grains = vec![grain(0.0, 0.0, 0.0), grain(1.999 * R, 0.0, 0.0)];
+    let dt = bound(&scene);
+    close("stable overlap", stable_overlap(&scene, dt), 1e-3, 1e-3, 1e-9);
+    close("a shorter step", stable_overlap(&scene, 0.5 * dt), 16e-3, 16e-3, 1e-9);
+    scene.pairs = vec![elastic(0.0)];
+    assert_eq!(stable_overlap(&scene, dt), f64::INFINITY);
+}
+
+/// Steps that no clock can count are refused.
+#[test]
+fn steps_too_small_to_follow_are_refused() {
+    let mut scene = blank(3);
+    scene.grains = vec![Grain { velocity: DVec3::X, ..grain(0.0, 0.0, 0.0) }, grain(3.0 * R, 0.0, 0.0)];
+    let hertz = Some(Hertz::of_material(1e300, 0.3));
+    scene.pairs = vec![Pair { normal_stiffness: 0.0, tangential_stiffness: 0.0, hertz, ..elastic(0.0) }];
+    scene.solver.dt = TimeStep::Auto { fraction: FRACTION };
+    assert!(choose(&scene).unwrap_err().to_string().contains("too small to follow"));
+    scene.pairs =
+        vec![Pair { rolling: Some(Rolling { friction: 1.0, stiffness: 1.0, damping: 1e200 }), ..elastic(0.0) }];
+    scene.stop.time = Some(1.0);
+    assert!(choose(&scene).unwrap_err().to_string().contains("too small to follow"));
 }

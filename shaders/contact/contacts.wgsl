@@ -9,6 +9,7 @@ struct Contact {
     arm: Vec,          // m, from its centre to the contact point
     couple: Spin,      // N m, of rolling resistance
     damping: Vec,      // N, the part of the force that is the normal dashpot's
+    couple_damping: Spin, // N m, the part of the couple that is the rolling dashpot's
     dissipation: Real, // W, of dashpots and sliding
     energy: Real,      // J, stored
     history: History,

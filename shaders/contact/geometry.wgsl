@@ -7,7 +7,7 @@ struct Separation {
     n: Vec,
 }
 
-/// Gap and normal of grains i and j, between which lies `way`. Coincident centres get an arbitrary axis, opposite for the
+/// Gap and normal of grains i and j, with this branch vector. Coincident centres get an arbitrary axis, opposite for the
 /// two grains.
 fn sphere_separation(i: u32, j: u32, branch: Point, a: Real, b: Real, radii_rest: Real) -> Separation {
     let d = branch.x + branch.low;
@@ -34,8 +34,8 @@ fn closer_than(a: Position, b: Position, gap: Real) -> bool {
     return dot(d, d) < reach * reach;
 }
 
-/// |way + step| - |way|, m, with the digits that this subtraction would lose.
-fn lengthened(way: Vec, step: Vec) -> Real {
-    let end = way + step;
-    return (2 * dot(way, step) + dot(step, step)) / (sqrt(dot(way, way)) + sqrt(dot(end, end)));
+/// |branch + step| - |branch|, m, with the digits that this subtraction would lose.
+fn lengthened(branch: Vec, step: Vec) -> Real {
+    let end = branch + step;
+    return (2 * dot(branch, step) + dot(step, step)) / (sqrt(dot(branch, branch)) + sqrt(dot(end, end)));
 }

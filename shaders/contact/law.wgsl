@@ -12,14 +12,8 @@ struct ContactState {
     spin: Spin,            // rad/s, of the first relative to the second
     inverse_mass: Real,    // 1/kg, 1/m_i + 1/m_j
     radius: Real,          // m, effective: 1/R = 1/R_i + 1/R_j
-    rolling_inertia: Real, // 1/(kg m²), inverse: of both about the contact point
+    inverse_rolling_inertia: Real, // 1/(kg m²), of both about the contact point
     materials: u32,        // where their pair of materials is in tables of pairs
-}
-
-/// What a contact remembers, on the first of the two.
-struct History {
-    tangential: TangentialHistory,
-    rolling: RollingHistory,
 }
 
 /// What two surfaces in contact do to the first of the two.
@@ -27,12 +21,16 @@ struct ContactForce {
     force: Vec,        // N
     couple: Spin,      // N m
     damping: Vec,      // N, the part of the force that is the normal dashpot's
+    couple_damping: Spin, // N m, the part of the couple that is the rolling dashpot's
     dissipation: Real, // W, of dashpots and sliding
     energy: Real,      // J, stored
     history: History,
 }
 
 fn contact_force(pair: Pair, c: ContactState, old: History) -> ContactForce {
+    if (!overlaps(c.gap)) {
+        return ContactForce(cohesive_force(c) * c.n, Spin(), Vec(), Spin(), Real(0), cohesive_energy(c), History());
+    }
     let approach = dot(c.v, c.n);
     let stiffness = normal_stiffness(pair, c);
     let damping = damping_force(pair, approach, c.inverse_mass, stiffness);
@@ -40,50 +38,32 @@ fn contact_force(pair: Pair, c: ContactState, old: History) -> ContactForce {
     let tangential = tangential_contact(pair, c, normal, old.tangential);
     let rolling = rolling_contact(c, stiffness, normal, old.rolling);
     return ContactForce(
-        tangential.force - (normal - cohesive_force(pair, c)) * c.n,
+        tangential.force - (normal - cohesive_force(c)) * c.n,
         rolling.couple,
         -damping * c.n,
+        rolling.damping,
         damping * approach + tangential.dissipation + rolling.dissipation,
-        normal_energy(pair, c) + stored_energy(pair, c, tangential.history, rolling.history),
+        normal_energy(pair, c) + cohesive_energy(c) + stored_energy(pair, c, tangential.history, rolling.history),
         History(tangential.history, rolling.history),
     );
 }
 
-/// Energy of what a contact remembers, J.
+/// Energy of what a contact remembers, J; of the stiffness that the surfaces have at `c.gap`.
 fn stored_energy(pair: Pair, c: ContactState, tangential: TangentialHistory, rolling: RollingHistory) -> Real {
     return tangential_energy(pair, c, tangential) + rolling_energy(c, normal_stiffness(pair, c), rolling);
 }
 
-/// What the contact at this entry remembers, on the grain of interest.
-fn history_of(entry: u32, tagged: u32) -> History {
-    return History(tangential_history(entry, tagged), rolling_history(entry, tagged));
+/// Two grains, seen from the one that both compute their contact from.
+struct GrainPair {
+    branch: Point, // m, to the centre of the other
+    back: bool,    // seen from the other grain than the one of interest
+    radius: Real,
+    radius_to: Real,
+    separation: Separation,
 }
 
-fn set_history(entry: u32, h: History) {
-    set_tangential_history(entry, h.tangential);
-    set_rolling_history(entry, h.rolling);
-}
-
-/// As the other of the two sees it, if `back`.
-fn opposite(h: History, back: bool) -> History {
-    return History(opposite_tangential(h.tangential, back), opposite_rolling(h.rolling, back));
-}
-
-fn store_lanes(at: u32, entry: u32) {
-    store_tangential(at, entry);
-    store_rolling(at, entry);
-}
-
-fn restore_lanes(entry: u32, at: u32, same: bool) {
-    restore_tangential(entry, at, same);
-    restore_rolling(entry, at, same);
-}
-
-/// The contact of grain i with grain j.
-///
-/// Both compute it from the same side, and the one it is not seen from turns the result around. So what acts on the two is
-/// opposite to the last bit, however a driver fuses and reorders sums.
-fn grain_contact(i: u32, here: Body, j: u32, tagged: u32, old: History) -> Contact {
+/// Grain j with grain i.
+fn grain_pair(i: u32, here: Body, j: u32) -> GrainPair {
     let there = position[j];
     let low = position_low_of(j);
     let d = nearest_image(here.position.x, there.x, low.x - here.low.x);
@@ -92,41 +72,77 @@ fn grain_contact(i: u32, here: Body, j: u32, tagged: u32, old: History) -> Conta
     let radius = select(here.position.radius, there.radius, back);
     let radius_to = select(there.radius, here.position.radius, back);
     let separation = sphere_separation(i, j, branch, radius, radius_to, here.low.radius + low.radius);
+    return GrainPair(branch, back, radius, radius_to, separation);
+}
+
+/// What the laws are told of them.
+fn grain_state(i: u32, here: Body, j: u32, p: GrainPair) -> ContactState {
+    let n = p.separation.n;
+    let gap = p.separation.gap;
+    // Erratum E7: one shared point, mid-overlap.
+    let arm = (p.radius + 0.5 * gap) * n;
+    let arm_to = -(p.radius_to + 0.5 * gap) * n;
+    let other = velocity[j];
+    let spin = spin_of(j);
+    let v = select(here.velocity.v - other.v, other.v - here.velocity.v, p.back);
+    let surface = surface_velocity(select(here.spin, spin, p.back), arm);
+    let branch = p.branch.x + p.branch.low;
+    var c = ContactState();
+    c.gap = gap;
+    c.gap_before = gap + lengthened(branch, params.history_dt * v);
+    c.n = n;
+    c.n_before = unit_or(branch + params.history_dt * v, n);
+    c.v = v + (surface - surface_velocity(select(spin, here.spin, p.back), arm_to));
+    c.spin = select(here.spin - spin, spin - here.spin, p.back);
+    c.inverse_mass = here.velocity.inverse_mass + other.inverse_mass;
+    c.radius = p.radius * p.radius_to / (p.radius + p.radius_to);
+    let own = inverse_rolling_inertia(here.position.radius, here.velocity.inverse_mass);
+    c.inverse_rolling_inertia = own + inverse_rolling_inertia(position[j].radius, other.inverse_mass);
+    c.materials = pair_index(i, j);
+    return c;
+}
+
+/// The contact of grain i with grain j.
+///
+/// Both compute it from the same side, and the one it is not seen from turns the result around. So what acts on the two is
+/// opposite to the last bit, however a driver fuses and reorders sums.
+fn grain_contact(i: u32, here: Body, j: u32, tagged: u32, old: History) -> Contact {
+    let p = grain_pair(i, here, j);
     var contact = Contact();
-    contact.gap = separation.gap;
-    contact.is_active = is_active(separation.gap, (tagged & ACTIVE) != 0u);
+    contact.gap = p.separation.gap;
+    contact.is_active = is_active(pair_index(i, j), contact.gap, (tagged & ACTIVE) != 0u);
     if (contact.is_active) {
-        // Erratum E7: one shared point, mid-overlap.
-        let arm = (radius + 0.5 * separation.gap) * separation.n;
-        let arm_to = -(radius_to + 0.5 * separation.gap) * separation.n;
-        let other = velocity[j];
-        let spin = spin_of(j);
-        let v = select(here.velocity.v - other.v, other.v - here.velocity.v, back);
-        let surface = surface_velocity(select(here.spin, spin, back), arm);
-        let v_rel = v + (surface - surface_velocity(select(spin, here.spin, back), arm_to));
-        let way = branch.x + branch.low;
-        var c = ContactState();
-        c.gap = separation.gap;
-        c.gap_before = separation.gap + lengthened(way, params.history_dt * v);
-        c.n = separation.n;
-        c.n_before = unit_or(way + params.history_dt * v, separation.n);
-        c.v = v_rel;
-        c.spin = select(here.spin - spin, spin - here.spin, back);
-        c.inverse_mass = here.velocity.inverse_mass + other.inverse_mass;
-        c.radius = radius * radius_to / (radius + radius_to);
-        let own = rolling_inertia(here.position.radius, here.velocity.inverse_mass);
-        c.rolling_inertia = own + rolling_inertia(there.radius, other.inverse_mass);
-        c.materials = pair_index(i, j);
-        let f = contact_force(pair_of(i, j), c, opposite(old, back));
-        contact.force = select(f.force, -f.force, back);
-        contact.arm = select(arm, arm_to, back);
-        contact.couple = select(f.couple, -f.couple, back);
-        contact.damping = select(f.damping, -f.damping, back);
+        let arm = (p.radius + 0.5 * p.separation.gap) * p.separation.n;
+        let arm_to = -(p.radius_to + 0.5 * p.separation.gap) * p.separation.n;
+        let f = contact_force(pair_of(i, j), grain_state(i, here, j, p), opposite(old, p.back));
+        contact.force = select(f.force, -f.force, p.back);
+        contact.arm = select(arm, arm_to, p.back);
+        contact.couple = select(f.couple, -f.couple, p.back);
+        contact.damping = select(f.damping, -f.damping, p.back);
+        contact.couple_damping = select(f.couple_damping, -f.couple_damping, p.back);
         contact.dissipation = f.dissipation;
         contact.energy = f.energy;
-        contact.history = opposite(f.history, back);
+        contact.history = opposite(f.history, p.back);
     }
     return contact;
+}
+
+/// What the laws are told of grain i and wall w.
+fn wall_state(i: u32, here: Body, w: u32, separation: Separation) -> ContactState {
+    let arm = (here.position.radius + 0.5 * separation.gap) * separation.n;
+    let v = here.velocity.v - wall_velocity(w, here.position.x + arm);
+    var c = ContactState();
+    c.gap = separation.gap;
+    c.gap_before = separation.gap + params.history_dt * dot(v, separation.n);
+    c.n = separation.n;
+    c.n_before = wall_normal_before(w, here.position.x - params.history_dt * here.velocity.v);
+    c.v = v + surface_velocity(here.spin, arm);
+    c.spin = relative_to_wall(here.spin, w);
+    c.inverse_mass = here.velocity.inverse_mass;
+    c.radius = here.position.radius;
+    c.inverse_rolling_inertia = inverse_rolling_inertia(here.position.radius, here.velocity.inverse_mass);
+    c.materials = pair_index(i, params.bodies + w);
+    return c;
 }
 
 /// The contact of grain i with wall w.
@@ -134,25 +150,14 @@ fn wall_contact(i: u32, here: Body, w: u32, tagged: u32, old: History) -> Contac
     let separation = wall_separation(w, here.position, here.low);
     var contact = Contact();
     contact.gap = separation.gap;
-    contact.is_active = is_active(separation.gap, (tagged & ACTIVE) != 0u);
+    contact.is_active = is_active(pair_index(i, params.bodies + w), contact.gap, (tagged & ACTIVE) != 0u);
     if (contact.is_active) {
         contact.arm = (here.position.radius + 0.5 * separation.gap) * separation.n;
-        let v = here.velocity.v - wall_velocity(w, here.position.x + contact.arm);
-        var c = ContactState();
-        c.gap = separation.gap;
-        c.gap_before = separation.gap + params.history_dt * dot(v, separation.n);
-        c.n = separation.n;
-        c.n_before = wall_normal_before(w, here.position.x - params.history_dt * here.velocity.v);
-        c.v = v + surface_velocity(here.spin, contact.arm);
-        c.spin = relative_to_wall(here.spin, w);
-        c.inverse_mass = here.velocity.inverse_mass;
-        c.radius = here.position.radius;
-        c.rolling_inertia = rolling_inertia(here.position.radius, here.velocity.inverse_mass);
-        c.materials = pair_index(i, params.bodies + w);
-        let f = contact_force(pair_of(i, params.bodies + w), c, old);
+        let f = contact_force(pair_of(i, params.bodies + w), wall_state(i, here, w, separation), old);
         contact.force = f.force;
         contact.couple = f.couple;
         contact.damping = f.damping;
+        contact.couple_damping = f.couple_damping;
         contact.dissipation = f.dissipation;
         contact.energy = f.energy;
         contact.history = f.history;
@@ -175,13 +180,19 @@ fn contact_of(i: u32, here: Body, entry: u32, tagged: u32) -> Contact {
     return wall_contact(i, here, j - params.bodies, tagged, old);
 }
 
-/// Energy, J, of what a contact that has opened still remembers: the next step forgets it.
-fn forgotten_energy(i: u32, entry: u32, tagged: u32, gap: Real) -> Real {
+/// Energy, J, of what a contact that has opened still remembers, and the next step forgets: as it was a step ago.
+fn forgotten_energy(i: u32, here: Body, entry: u32, tagged: u32) -> Real {
+    let j = tagged & INDEX;
     var c = ContactState();
-    c.gap = gap;
-    c.materials = pair_index(i, tagged & INDEX);
+    if (j < params.bodies) {
+        c = grain_state(i, here, j, grain_pair(i, here, j));
+    } else {
+        let w = j - params.bodies;
+        c = wall_state(i, here, w, wall_separation(w, here.position, here.low));
+    }
+    c.gap = c.gap_before;
     let old = history_of(entry, tagged);
-    return stored_energy(pair_of(i, tagged & INDEX), c, old.tangential, old.rolling);
+    return stored_energy(pair_of(i, j), c, old.tangential, old.rolling);
 }
 
 /// Velocity of a grain at the time of its position, m/s.
@@ -206,7 +217,7 @@ struct BodyForces {
     crossed: bool, // its centre is beyond a wall
 }
 
-/// All contacts of body i, gathered in ascending order of the other's id. Their springs are kept.
+/// All contacts of body i, gathered in ascending order of the other's id. Their history is kept.
 fn body_forces(i: u32, here: Body) -> BodyForces {
     let end = list_start[i + 1u];
     var forces = BodyForces();

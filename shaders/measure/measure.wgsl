@@ -15,7 +15,7 @@ fn measure(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
         }
         var force = Vec();
         var torque = Spin();
-        var drag = Vec(); // N, of all dashpots
+        var drag = ForceTorque(); // of all dashpots
         let end = list_start[i + 1u];
         for (var entry = list_start[i]; entry < end; entry++) {
             let tagged = neighbour[entry];
@@ -33,12 +33,13 @@ fn measure(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
             let share = select(Real(0.5), Real(1), single);
             if (!contact.is_active) {
                 // Opened since the last step, if it remembers something, whose energy the next step forgets.
-                sum.dissipation += share * forgotten_energy(i, entry, tagged, contact.gap) / params.dt;
+                sum.dissipation += share * forgotten_energy(i, here, entry, tagged) / params.dt;
                 continue;
             }
             force += contact.force;
             torque += contact_torque(contact);
-            drag += contact.damping;
+            drag.force += contact.damping;
+            drag.torque += contact.couple_damping;
             sum.elastic += share * contact.energy;
             let held = contact.force - contact.damping;
             sum.contact_force += share * sqrt(dot(held, held));

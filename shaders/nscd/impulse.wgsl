@@ -35,6 +35,6 @@ fn restore_lanes(entry: u32, at: u32, same: bool) {
 }
 
 /// Nothing: rigid grains store no energy.
-fn forgotten_energy(i: u32, entry: u32, tagged: u32, gap: Real) -> Real {
+fn forgotten_energy(i: u32, here: Body, entry: u32, tagged: u32) -> Real {
     return 0;
 }

@@ -21,7 +21,7 @@ pub fn inverse_inertia(s: &State, position: &Position, inverse_mass: f64) -> f64
 
 /// Inverse inertia about a point of the surface, 1/(kg m²): 1/(J + m R²); zero where nothing turns.
 #[inline(always)]
-pub fn rolling_inertia(rotation: Rotation, dimension: Dimension, radius: f64, inverse_mass: f64) -> f64 {
+pub fn inverse_rolling_inertia(rotation: Rotation, dimension: Dimension, radius: f64, inverse_mass: f64) -> f64 {
     if rotation == Rotation::None {
         return 0.0;
     }

@@ -71,8 +71,8 @@ fn clumps(assembly: &Assembly) -> String {
 }
 
 fn model(setup: &Setup) -> String {
-    let rows = setup.state.model.slots().map(|(slot, choice)| vec![slot.to_owned(), choice.to_owned()]);
-    table(&["slot", "choice"], &rows)
+    let rows = setup.state.model.slots().into_iter().map(|(slot, choice)| vec![slot.to_owned(), choice.to_owned()]);
+    table(&["slot", "choice"], &rows.collect::<Vec<_>>())
 }
 
 /// What all kernels share, then the kernels.

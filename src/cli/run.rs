@@ -154,6 +154,8 @@ struct Run {
     row: (Instant, u64),
     /// Step of the last snapshot.
     snapshot: Option<u64>,
+    /// Over the radius: with a larger overlap the time step is above its bound.
+    stable_overlap: f64,
 }
 
 impl Run {
@@ -170,6 +172,7 @@ impl Run {
             start,
             row: (start, 0),
             snapshot: None,
+            stable_overlap: if assembly.solver.allow_unstable { f64::INFINITY } else { simulation.stable_overlap() },
             simulation,
         })
     }
@@ -197,12 +200,14 @@ impl Run {
         if self.snapshots.as_mut().is_some_and(|clock| clock.strikes(step)) {
             self.snapshot()?;
         }
-        let mut at_rest = false;
+        let (mut at_rest, mut unstable) = (false, None);
         if self.history.strikes(step) || last {
             let sample = self.record()?;
             at_rest = self.is_at_rest(&sample);
+            unstable = self.unstable(&sample);
         }
         Ok(match () {
+            () if unstable.is_some() => unstable.map(End::Stopped),
             () if at_rest => Some(End::AtRest),
             () if last => Some(End::Reached),
             () if interrupted() => Some(End::Interrupted),
@@ -233,6 +238,21 @@ impl Run {
         self.results.history(&sample, rate)?;
         self.row = (Instant::now(), sample.step);
         Ok(sample)
+    }
+
+    /// Elastic spheres get stiffer the deeper they overlap, beyond what the time step was chosen for.
+    fn unstable(&self, sample: &Sample) -> Option<Error> {
+        let overlap = sample.max_overlap_over_radius;
+        (overlap > self.stable_overlap).then(|| Error::Run {
+            step: sample.step,
+            time: self.simulation.time(),
+            reason: format!(
+                "an overlap has grown to {overlap:.3} radii, where contacts are too stiff for solver.dt = {:e} s; at most {:.3} is stable: use \
+                 a smaller solver.dt or stiffer grains, or set solver.allow_unstable = true",
+                self.simulation.dt(),
+                self.stable_overlap
+            ),
+        })
     }
 
     fn snapshot(&mut self) -> packstone::Result<()> {

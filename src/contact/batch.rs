@@ -14,7 +14,7 @@ use crate::{
     space::precision::position_low_of,
 };
 use crate::{
-    model::{Damping, Materials, Normal, Precision, Rolling, Rotation, Tangential},
+    model::{Cohesion, Damping, Materials, Normal, Precision, Rolling, Rotation, Tangential},
     state::{Pair, State},
 };
 use glam::DVec3;
@@ -33,7 +33,7 @@ pub struct ListEntry {
     pub index: u32,
 }
 
-/// Meetings, number by number. Rows of what the model does not have stay as they are.
+/// Pairs of grains, number by number. Rows of what the model does not have stay as they are.
 struct GrainPairs {
     branch: Rows,
     v: Rows,
@@ -67,8 +67,8 @@ pub struct Batch {
 
 /// What a step wants to know of a contact.
 pub struct Outcome {
-    /// m; >= 0: no contact, and nothing below means anything.
-    pub gap: f64,
+    /// If not, nothing below means anything.
+    pub is_active: bool,
     pub history: History,
     pub sum: ForceTorque,
 }
@@ -80,7 +80,7 @@ impl Outcome {
         let pair = grain_pair(s, i, &body(s, i), j, lists.history(at));
         let contact = grain_contact(Law::of(s), &pair, lists.is_active(at));
         Outcome {
-            gap: contact.gap,
+            is_active: contact.is_active,
             history: contact.history,
             sum: ForceTorque { force: contact.force, torque: contact.torque },
         }
@@ -104,6 +104,7 @@ impl Batch {
         m.normal == Normal::Hooke
             && matches!(m.tangential, Tangential::None | Tangential::Coulomb)
             && m.rolling == Rolling::None
+            && m.cohesion == Cohesion::None
     }
 
     /// For the contacts of a scene.
@@ -135,7 +136,7 @@ impl Batch {
     #[inline(always)]
     pub fn compute(&mut self, s: &State, entries: &[ListEntry], lists: &Lists) {
         self.pairs.fill(s, entries, lists);
-        let law = Law { normal: Normal::Hooke, rolling: Rolling::None, ..Law::of(s) };
+        let law = Law { normal: Normal::Hooke, rolling: Rolling::None, cohesion: Cohesion::None, ..Law::of(s) };
         // The compiler is told the choices one by one, so that the loop over the lanes has none.
         match law.tangential {
             Tangential::None => self.compute_damping(Law { tangential: Tangential::None, ..law }),
@@ -166,18 +167,18 @@ impl Batch {
         }
     }
 
-    /// What came of a side.
+    /// What came of a contact; those of the laws it is made for act while surfaces overlap.
     #[inline(always)]
     pub fn outcome(&self, lane: usize) -> Outcome {
         let c = &self.contacts;
         let sum = ForceTorque { force: at(&c.force, lane), torque: at(&c.torque, lane) };
         let tangential = TangentialHistory { force: at(&c.tangential_force, lane) };
-        Outcome { gap: c.gap[lane], history: History { tangential, ..History::default() }, sum }
+        Outcome { is_active: c.gap[lane] < 0.0, history: History { tangential, ..History::default() }, sum }
     }
 }
 
 impl GrainPairs {
-    /// The same as [`super::contact::meeting`], an array at a time: short loops without choices in them.
+    /// The same as [`grain_pair`], an array at a time: short loops without choices in them.
     #[inline(always)]
     fn fill(&mut self, s: &State, entries: &[ListEntry], lists: &Lists) {
         assert!(entries.len() <= LANES);
@@ -230,7 +231,7 @@ impl GrainPairs {
             radii_rest: self.radii_rest[lane],
             inverse_mass: self.inverse_mass[lane],
             inverse_mass_to: self.inverse_mass_to[lane],
-            rolling: Default::default(),
+            materials: 0,
             pair: Pair {
                 stiffness: self.stiffness[lane],
                 tangential_stiffness: self.tangential_stiffness[lane],

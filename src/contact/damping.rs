@@ -32,3 +32,12 @@ pub fn parameter(pair: &scene::Pair) -> f64 {
         Dashpot::MassScaled(eta) => eta,
     }
 }
+
+/// The largest coefficient of the dashpot over the mass, 1/s, of a contact of this stiffness, N/m, of two equal masses, kg.
+pub fn largest_rate(pair: &scene::Pair, stiffness: f64, mass: f64) -> f64 {
+    match pair.dashpot {
+        Dashpot::None => 0.0,
+        Dashpot::MassScaled(eta) => eta,
+        Dashpot::Restitution(_) => 2.0 * parameter(pair) * (2.0 * stiffness / mass).sqrt(),
+    }
+}

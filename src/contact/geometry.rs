@@ -1,6 +1,5 @@
 //! Twin of `shaders/contact/geometry.wgsl`: geometry of two grains.
 
-use super::cohesion::reach;
 pub use crate::space::Separation;
 use crate::{
     space::{
@@ -19,7 +18,7 @@ pub fn sphere_separation(branch: DVec3, a: f64, b: f64, radii_rest: f64) -> Sepa
     Separation { gap: gap_between(distance, a, b, radii_rest), n: branch * (1.0 / distance) }
 }
 
-/// The way from grain i to grain j. Coincident centres are a hair apart along an arbitrary axis, opposite for the two
+/// From the centre of grain i to that of grain j. Coincident centres are a hair apart along an arbitrary axis, opposite for the two
 /// grains; the hair's square is still a number, and its root exact.
 #[inline(always)]
 pub fn separated(s: &State, i: usize, j: usize, branch: DVec3) -> DVec3 {
@@ -45,21 +44,21 @@ pub fn closer_than(s: &State, a: &Position, b: &Position, gap: f64) -> bool {
     d.length_squared() < reach * reach
 }
 
-/// Whether the neighbour may touch: an answer without low parts, for the price of one place.
+/// Whether the neighbour may act: an answer without low parts, for the price of one place.
 #[inline(always)]
 pub fn near(s: &State, here: &Position, j: usize) -> bool {
-    s.position.get(j).is_none_or(|there| closer_than(s, here, there, reach()))
+    s.position.get(j).is_none_or(|there| closer_than(s, here, there, s.params.reach))
 }
 
-/// The way from grain i to grain j, m.
+/// From the centre of grain i to that of grain j, m.
 #[inline(always)]
 pub fn branch_vector(s: &State, i: usize, j: usize) -> DVec3 {
     let branch = nearest_image(s, s.position[i].x, s.position[j].x, position_low_of(s, j).x - position_low_of(s, i).x);
     separated(s, i, j, branch.x + branch.low)
 }
 
-/// |way + step| - |way|, m, with the digits that this subtraction would lose.
+/// |branch + step| - |branch|, m, with the digits that this subtraction would lose.
 #[inline(always)]
-pub fn lengthened(way: DVec3, step: DVec3) -> f64 {
-    (2.0 * way.dot(step) + step.length_squared()) / (way.length() + (way + step).length())
+pub fn lengthened(branch: DVec3, step: DVec3) -> f64 {
+    (2.0 * branch.dot(step) + step.length_squared()) / (branch.length() + (branch + step).length())
 }

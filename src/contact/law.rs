@@ -2,22 +2,23 @@
 //! tangential, rolling, cohesion. Each gets the state of the contact and what it remembers of it.
 
 use super::{
-    cohesion::{cohesive_force, is_active},
+    cohesion::{self, cohesive_energy, cohesive_force, is_active, overlaps},
     damping::damping_force,
     geometry::{Separation, branch_vector, lengthened, sphere_separation, unit_or},
     history::{History, history_of},
-    materials::pair_of,
-    normal::{normal_energy, normal_force, normal_stiffness},
-    rolling::{Parameters, parameters_of, rolling_contact, rolling_energy, with_couple},
+    materials::{pair_index, pair_of},
+    normal::{self, Loading, normal_energy, normal_force, normal_stiffness},
+    rolling::{self, rolling_contact, rolling_energy, with_couple},
     state::{ContactState, Law},
-    tangential::{tangential_contact, tangential_energy},
+    tangential::{self, tangential_contact, tangential_energy},
 };
 use crate::{
     body::{
         Body,
         bodies::body,
-        rotation::{rolling_inertia, surface_velocity},
+        rotation::{inverse_rolling_inertia, surface_velocity},
     },
+    scene,
     space::{
         dimension::moment,
         walls::{relative_to_wall, wall_normal_before, wall_separation, wall_velocity},
@@ -26,12 +27,34 @@ use crate::{
 };
 use glam::DVec3;
 
+/// The largest slopes of what a contact does, for the bound of the time step.
+#[derive(Clone, Copy, Debug)]
+pub struct LargestStiffness {
+    /// N/m
+    pub normal: f64,
+    /// N/m
+    pub tangential: f64,
+    /// N m
+    pub rolling: f64,
+}
+
+impl LargestStiffness {
+    /// Of a pair of materials under this loading.
+    pub fn of(pair: &scene::Pair, loading: &Loading) -> LargestStiffness {
+        LargestStiffness {
+            normal: normal::largest_stiffness(pair, loading) + cohesion::largest_stiffness(pair, loading),
+            tangential: tangential::largest_stiffness(pair, loading),
+            rolling: rolling::largest_stiffness(pair, loading),
+        }
+    }
+}
+
 /// A contact, seen from the grain of interest.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Contact {
     /// m
     pub gap: f64,
-    /// If not, nothing below means anything but `forgotten`.
+    /// If not, nothing below means anything.
     pub is_active: bool,
     /// N, on the grain of interest.
     pub force: DVec3,
@@ -41,6 +64,8 @@ pub struct Contact {
     pub torque: DVec3,
     /// N, the part of the force that is the normal dashpot's.
     pub damping: DVec3,
+    /// N m, the part of the couple that is the rolling dashpot's.
+    pub couple_damping: DVec3,
     /// W, of dashpots and sliding.
     pub dissipation: f64,
     /// J, stored.
@@ -49,7 +74,7 @@ pub struct Contact {
 }
 
 /// What two surfaces in contact do to the first of the two.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct ContactForce {
     /// N
     pub force: DVec3,
@@ -57,6 +82,8 @@ pub struct ContactForce {
     pub couple: DVec3,
     /// N, the part of the force that is the normal dashpot's.
     pub damping: DVec3,
+    /// N m, the part of the couple that is the rolling dashpot's.
+    pub couple_damping: DVec3,
     /// W, of dashpots and sliding.
     pub dissipation: f64,
     /// J, stored.
@@ -66,6 +93,13 @@ pub struct ContactForce {
 
 #[inline(always)]
 pub fn contact_force(law: Law, pair: &Pair, c: &ContactState, old: History) -> ContactForce {
+    if !overlaps(law, c.gap) {
+        return ContactForce {
+            force: cohesive_force(law, c) * c.n,
+            energy: cohesive_energy(law, c),
+            ..ContactForce::default()
+        };
+    }
     let approach = c.v.dot(c.n);
     let stiffness = normal_stiffness(law.normal, pair, c);
     let damping = damping_force(law.damping, pair, approach, c.inverse_mass, stiffness);
@@ -74,16 +108,17 @@ pub fn contact_force(law: Law, pair: &Pair, c: &ContactState, old: History) -> C
     let rolling = rolling_contact(law, c, stiffness, normal, old.rolling);
     let history = History { tangential: tangential.history, rolling: rolling.history };
     ContactForce {
-        force: tangential.force - (normal - cohesive_force(pair, c)) * c.n,
+        force: tangential.force - (normal - cohesive_force(law, c)) * c.n,
         couple: rolling.couple,
         damping: -damping * c.n,
+        couple_damping: rolling.damping,
         dissipation: damping * approach + tangential.dissipation + rolling.dissipation,
-        energy: normal_energy(law.normal, pair, c) + stored_energy(law, pair, c, history),
+        energy: normal_energy(law.normal, pair, c) + cohesive_energy(law, c) + stored_energy(law, pair, c, history),
         history,
     }
 }
 
-/// Energy of what a contact remembers, J.
+/// Energy of what a contact remembers, J; of the stiffness that the surfaces have at `c.gap`.
 #[inline(always)]
 fn stored_energy(law: Law, pair: &Pair, c: &ContactState, history: History) -> f64 {
     let stiffness = normal_stiffness(law.normal, pair, c);
@@ -110,7 +145,8 @@ pub struct GrainPair {
     pub inverse_mass: f64,
     pub inverse_mass_to: f64,
     pub pair: Pair,
-    pub rolling: Parameters,
+    /// Where their pair of materials is in tables of pairs.
+    pub materials: usize,
 }
 
 /// Grain j seen from grain i.
@@ -129,20 +165,19 @@ pub fn grain_pair(s: &State, i: usize, here: &Body, j: usize, old: History) -> G
         inverse_mass: here.velocity.inverse_mass,
         inverse_mass_to: there.velocity.inverse_mass,
         pair: pair_of(s, i, j),
-        rolling: parameters_of(s, i, j),
+        materials: pair_index(s, i, j),
     }
 }
 
-/// The contact of two grains. It has no branches, so that many can be computed at a time. (On a device both grains
-/// compute it from the same side, so that the results are opposite to the last bit; here they are anyway, because f64 in
-/// Rust is not reordered.)
+/// What the laws are told of two grains.
 #[inline(always)]
-pub fn grain_contact(law: Law, m: &GrainPair, was_active: bool) -> Contact {
-    let Separation { gap, n } = sphere_separation(m.branch, m.radius, m.radius_to, m.radii_rest);
+fn grain_state(law: Law, m: &GrainPair, separation: Separation) -> ContactState {
+    let Separation { gap, n } = separation;
     let arm = (m.radius + 0.5 * gap) * n; // erratum E7: one shared point, mid-overlap
     let arm_to = -(m.radius_to + 0.5 * gap) * n;
-    let inertia = |radius: f64, inverse_mass: f64| rolling_inertia(law.rotation, law.dimension, radius, inverse_mass);
-    let c = ContactState {
+    let inertia =
+        |radius: f64, inverse_mass: f64| inverse_rolling_inertia(law.rotation, law.dimension, radius, inverse_mass);
+    ContactState {
         gap,
         gap_before: gap + lengthened(m.branch, law.history_dt * m.v),
         n,
@@ -151,25 +186,31 @@ pub fn grain_contact(law: Law, m: &GrainPair, was_active: bool) -> Contact {
         spin: m.spin - m.spin_to,
         inverse_mass: m.inverse_mass + m.inverse_mass_to,
         radius: m.radius * m.radius_to / (m.radius + m.radius_to),
-        rolling_inertia: inertia(m.radius, m.inverse_mass) + inertia(m.radius_to, m.inverse_mass_to),
-        rolling: m.rolling,
-    };
-    seen(law, arm, is_active(gap, was_active), gap, contact_force(law, &m.pair, &c, m.old))
+        inverse_rolling_inertia: inertia(m.radius, m.inverse_mass) + inertia(m.radius_to, m.inverse_mass_to),
+        materials: m.materials,
+    }
 }
 
-/// The contact of grain i with wall w, which remembers `old`.
+/// The contact of two grains. It has no branches, so that many can be computed at a time. (On a device both grains
+/// compute it from the same side, so that the results are opposite to the last bit; here they are anyway, because f64 in
+/// Rust is not reordered.)
 #[inline(always)]
-pub fn wall_contact(s: &State, i: usize, here: &Body, w: usize, was_active: bool, old: History) -> Contact {
-    let wall = &s.wall[w];
-    let Separation { gap, n } = wall_separation(wall, &here.position, here.low);
-    if !is_active(gap, was_active) {
-        return Contact { gap, ..Contact::default() };
-    }
-    let law = Law::of(s);
+pub fn grain_contact(law: Law, m: &GrainPair, was_active: bool) -> Contact {
+    let separation = sphere_separation(m.branch, m.radius, m.radius_to, m.radii_rest);
+    let active = is_active(law, m.materials, separation.gap, was_active);
+    let c = grain_state(law, m, separation);
+    let arm = (m.radius + 0.5 * separation.gap) * separation.n;
+    seen(law, arm, active, separation.gap, contact_force(law, &m.pair, &c, m.old))
+}
+
+/// What the laws are told of grain i and wall w.
+#[inline(always)]
+fn wall_state(law: Law, i: usize, here: &Body, w: usize, separation: Separation) -> ContactState {
+    let (s, wall, Separation { gap, n }) = (law.state, &law.state.wall[w], separation);
     let (radius, inverse_mass) = (here.position.radius, here.velocity.inverse_mass);
     let arm = (radius + 0.5 * gap) * n;
     let v = here.velocity.v - wall_velocity(wall, here.position.x + arm);
-    let c = ContactState {
+    ContactState {
         gap,
         gap_before: gap + law.history_dt * v.dot(n),
         n,
@@ -178,10 +219,22 @@ pub fn wall_contact(s: &State, i: usize, here: &Body, w: usize, was_active: bool
         spin: relative_to_wall(here.spin, wall),
         inverse_mass,
         radius,
-        rolling_inertia: rolling_inertia(law.rotation, law.dimension, radius, inverse_mass),
-        rolling: parameters_of(s, i, s.sizes.bodies + w),
-    };
-    seen(law, arm, true, gap, contact_force(law, &pair_of(s, i, s.sizes.bodies + w), &c, old))
+        inverse_rolling_inertia: inverse_rolling_inertia(law.rotation, law.dimension, radius, inverse_mass),
+        materials: pair_index(s, i, s.sizes.bodies + w),
+    }
+}
+
+/// The contact of grain i with wall w, which remembers `old`.
+#[inline(always)]
+pub fn wall_contact(s: &State, i: usize, here: &Body, w: usize, was_active: bool, old: History) -> Contact {
+    let separation = wall_separation(&s.wall[w], &here.position, here.low);
+    let (law, other) = (Law::of(s), s.sizes.bodies + w);
+    if !is_active(law, pair_index(s, i, other), separation.gap, was_active) {
+        return Contact { gap: separation.gap, ..Contact::default() };
+    }
+    let arm = (here.position.radius + 0.5 * separation.gap) * separation.n;
+    let c = wall_state(law, i, here, w, separation);
+    seen(law, arm, true, separation.gap, contact_force(law, &pair_of(s, i, other), &c, old))
 }
 
 #[inline(always)]
@@ -193,6 +246,7 @@ fn seen(law: Law, arm: DVec3, active: bool, gap: f64, f: ContactForce) -> Contac
         arm,
         torque: with_couple(law, moment(arm, f.force), f.couple),
         damping: f.damping,
+        couple_damping: f.couple_damping,
         dissipation: f.dissipation,
         energy: f.energy,
         history: f.history,
@@ -208,8 +262,15 @@ pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, entry: usize) -> C
     }
 }
 
-/// Energy, J, of what a contact that has opened still remembers: the next step forgets it.
-pub fn forgotten_energy(s: &State, i: usize, j: usize, entry: usize, gap: f64) -> f64 {
-    let c = ContactState { gap, rolling: parameters_of(s, i, j), ..ContactState::default() };
-    stored_energy(Law::of(s), &pair_of(s, i, j), &c, history_of(s, entry))
+/// Energy, J, of what a contact that has opened still remembers, and the next step forgets: as it was a step ago.
+pub fn forgotten_energy(s: &State, i: usize, here: &Body, j: usize, entry: usize) -> f64 {
+    let (law, old) = (Law::of(s), history_of(s, entry));
+    let c = match j.checked_sub(s.sizes.bodies) {
+        None => {
+            let m = grain_pair(s, i, here, j, old);
+            grain_state(law, &m, sphere_separation(m.branch, m.radius, m.radius_to, m.radii_rest))
+        }
+        Some(w) => wall_state(law, i, here, w, wall_separation(&s.wall[w], &here.position, here.low)),
+    };
+    stored_energy(law, &pair_of(s, i, j), &ContactState { gap: c.gap_before, ..c }, old)
 }

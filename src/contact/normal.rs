@@ -38,6 +38,27 @@ pub fn normal_energy(law: Normal, pair: &Pair, c: &ContactState) -> f64 {
     }
 }
 
+/// By what the stiffness has fallen in this step: √(δ / δ before), at most 1. What is held by it falls as much, so that no cycle of loading
+/// gains energy (Thornton, Cummins & Cleary 2013, Powder Technol. 233, 30).
+#[inline(always)]
+pub fn softening(law: Normal, c: &ContactState) -> f64 {
+    match law {
+        Normal::Hertz if c.gap > c.gap_before && c.gap_before < 0.0 => ((-c.gap).max(0.0) / -c.gap_before).sqrt(),
+        _ => 1.0,
+    }
+}
+
+/// The larger stiffness of this step and the one before over the smaller, less one: what springs that hold what they held, softened, lose
+/// of their energy now.
+#[inline(always)]
+pub fn stiffness_change(law: Normal, c: &ContactState) -> f64 {
+    let (smaller, larger) = ((-c.gap).min(-c.gap_before), (-c.gap).max(-c.gap_before));
+    match law {
+        Normal::Hertz if smaller > 0.0 => (larger - smaller) / smaller / (1.0 + (larger / smaller).sqrt()),
+        _ => 0.0,
+    }
+}
+
 /// Radius of the contact area of elastic spheres, m: √(R* δ).
 #[inline(always)]
 pub fn contact_radius(c: &ContactState) -> f64 {
@@ -55,6 +76,8 @@ pub struct Loading {
     pub speed: f64,
     /// N, the largest load at rest.
     pub force: f64,
+    /// m, the largest overlap seen.
+    pub overlap: f64,
 }
 
 /// The law's parameter: k_N, N/m, or E*, Pa.
@@ -67,13 +90,13 @@ pub fn largest_stiffness(pair: &scene::Pair, loading: &Loading) -> f64 {
     pair.hertz.map_or(pair.normal_stiffness, |h| 2.0 * h.youngs_modulus * largest_contact_radius(&h, loading))
 }
 
-/// The largest radius of the contact area under this loading, m: of the fastest impact or of the largest load at rest, with an overlap
-/// of 1e-5 R* at least, so that a scene at rest without weight has a bound too.
+/// The largest radius of the contact area under this loading, m: of the fastest impact, of the largest load at rest or of the overlap
+/// seen, with one of 1e-5 R* at least, so that a scene at rest without weight has a bound too.
 pub fn largest_contact_radius(h: &Hertz, loading: &Loading) -> f64 {
-    let Loading { radius, mass, speed, force } = *loading;
+    let Loading { radius, mass, speed, force, overlap } = *loading;
     let impact = (15.0 * mass * speed * speed / (16.0 * h.youngs_modulus * radius.sqrt())).powf(0.4);
     let rest = (3.0 * force / (4.0 * h.youngs_modulus * radius.sqrt())).powf(2.0 / 3.0);
-    (radius * impact.max(rest).max(1e-5 * radius)).sqrt()
+    (radius * impact.max(rest).max(overlap).max(1e-5 * radius)).sqrt()
 }
 
 /// The duration of a collision, s: π √(m*/k_N), or of elastic spheres 2.8683 (m*² / (R* E*² v))^(1/5) (Johnson 1985, eq. 11.24) of the

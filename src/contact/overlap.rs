@@ -48,8 +48,10 @@ pub fn deepest(s: &State) -> f64 {
 
 /// What a contact makes inherits the rounding of its normal force, however small it is itself: at rest, forces of many times
 /// a grain's weight balance to it.
-pub const FORCE_FLOORS: &[Floor] =
-    &[(&[&FORCE, &TANGENTIAL_FORCE, &MEMBER_FORCE], largest_force), (&[&TORQUE, &MEMBER_TORQUE], largest_torque)];
+pub const FORCE_FLOORS: &[Floor] = &[
+    (&[&FORCE, &TANGENTIAL_FORCE, &MEMBER_FORCE], largest_force),
+    (&[&TORQUE, &MEMBER_TORQUE, &ROLLING_TORQUE], largest_torque),
+];
 
 /// N
 fn largest_force(s: &State) -> f64 {

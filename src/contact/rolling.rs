@@ -2,11 +2,10 @@
 //! Ai, Chen, Rotter & Ooi 2011, Powder Technol. 206, 269).
 
 use super::{
-    normal::{self, Loading},
+    normal::{self, Loading, softening, stiffness_change},
     state::{ContactState, Law},
 };
 use crate::{
-    contact::materials::pair_index,
     model::Rolling as Choice,
     scene::{self, Assembly},
     space::dimension::{across_spin, transported_spin},
@@ -14,23 +13,11 @@ use crate::{
 };
 use glam::DVec3;
 
-/// Parameters of a pair of materials.
-pub type Parameters = RollingPair;
-
-/// Those of i and j; wall w is number `bodies + w`.
-#[inline(always)]
-pub fn parameters_of(s: &State, i: usize, j: usize) -> Parameters {
-    match s.model.rolling {
-        Choice::None => Parameters::default(),
-        Choice::ElasticPlastic => s.rolling_pair[pair_index(s, i, j)],
-    }
-}
-
 /// The parameters of a scene, into the arrays that this slot owns.
 pub fn fill(s: &mut State, assembly: &Assembly) {
     if s.model.rolling == Choice::ElasticPlastic {
         let parameters = |pair: &scene::Pair| {
-            pair.rolling.map_or(Parameters::default(), |r| Parameters {
+            pair.rolling.map_or(RollingPair::default(), |r| RollingPair {
                 friction: r.friction,
                 stiffness: r.stiffness,
                 damping: r.damping,
@@ -52,6 +39,8 @@ pub struct RollingHistory {
 pub struct Rolling {
     /// N m
     pub couple: DVec3,
+    /// N m, the part of the couple that is the dashpot's.
+    pub damping: DVec3,
     pub history: RollingHistory,
     /// W, of dashpot and plastic rolling.
     pub dissipation: f64,
@@ -63,24 +52,50 @@ pub fn rolling_contact(law: Law, c: &ContactState, stiffness: f64, normal_force:
     if law.rolling == Choice::None {
         return Rolling::default();
     }
-    let pair = &c.rolling;
+    let pair = &law.state.rolling_pair[c.materials];
     let k = rolling_stiffness(pair, c, stiffness);
     let rate = across_spin(law.dimension, c.spin, c.n);
-    let held = transported_spin(law.dimension, old.torque, c.n, c.n_before);
+    let held = softening(law.normal, c) * transported_spin(law.dimension, old.torque, c.n, c.n_before);
     let turned = held - k * law.history_dt * rate;
     let limit = pair.friction * c.radius * normal_force.max(0.0);
-    let length_squared = turned.length_squared();
-    let (mut torque, mut dashpot) = (turned, 0.0);
-    if length_squared > limit * limit {
-        torque = turned * (limit / length_squared.sqrt());
-    } else if c.rolling_inertia > 0.0 {
-        dashpot = 2.0 * pair.damping * (k / c.rolling_inertia).sqrt();
+    let (mut torque, mut dashpot) = (DVec3::ZERO, 0.0);
+    if limit > 0.0 {
+        // In parts of the limit, because the squares of small grains' torques are beyond single precision.
+        let part = turned / limit;
+        let square = part.length_squared();
+        if square > 1.0 {
+            torque = turned * (1.0 / square.sqrt());
+        } else {
+            torque = turned;
+            dashpot = capped_dashpot(2.0 * pair.damping * rolling_dashpot(k, c), part, rate / limit);
+        }
     }
     let mut dissipation = dashpot * rate.length_squared();
     if k > 0.0 && law.history_dt > 0.0 {
-        dissipation += (0.5 * (held + torque)).dot(turned - torque) / (k * law.history_dt);
+        let lost = (0.5 * (held + torque)).dot(turned - torque)
+            + 0.5 * held.length_squared() * stiffness_change(law.normal, c);
+        dissipation += lost / (k * law.history_dt);
     }
-    Rolling { couple: torque - dashpot * rate, history: RollingHistory { torque }, dissipation }
+    let damping = -dashpot * rate;
+    Rolling { couple: torque + damping, damping, history: RollingHistory { torque }, dissipation }
+}
+
+/// As much of a dashpot, N m s, as keeps |part - dashpot rate| within 1, spring and rate being in parts of the limit.
+#[inline(always)]
+fn capped_dashpot(dashpot: f64, part: DVec3, rate: DVec3) -> f64 {
+    let damping = dashpot * rate;
+    let size = damping.length();
+    if !(size > 0.0) {
+        return dashpot;
+    }
+    let along = part.dot(damping / size);
+    dashpot * ((along + (along * along + 1.0 - part.length_squared()).max(0.0).sqrt()) / size).min(1.0)
+}
+
+/// √(k I) with the inertia I about the contact point, N m s: half of what damps critically.
+#[inline(always)]
+fn rolling_dashpot(k: f64, c: &ContactState) -> f64 {
+    if c.inverse_rolling_inertia > 0.0 { k.sqrt() / c.inverse_rolling_inertia.sqrt() } else { 0.0 }
 }
 
 /// N m per radian.
@@ -104,15 +119,18 @@ pub fn rolling_energy(law: Law, c: &ContactState, stiffness: f64, h: RollingHist
     if law.rolling == Choice::None {
         return 0.0;
     }
-    let k = rolling_stiffness(&c.rolling, c, stiffness);
+    let k = rolling_stiffness(&law.state.rolling_pair[c.materials], c, stiffness);
     if k > 0.0 { 0.5 * h.torque.length_squared() / k } else { 0.0 }
 }
 
-/// The largest slope of the couple under this loading, N m: of the spring, and what the dashpot adds, whose rate half a step old makes the
-/// scheme as much stiffer.
+/// The largest slope of the spring's couple under this loading, N m.
 pub fn largest_stiffness(pair: &scene::Pair, loading: &Loading) -> f64 {
-    pair.rolling.map_or(0.0, |r| {
-        let spring = r.stiffness * normal::largest_stiffness(pair, loading) * loading.radius * loading.radius;
-        spring * (r.damping + (1.0 + r.damping * r.damping).sqrt()).powi(2)
-    })
+    pair.rolling
+        .map_or(0.0, |r| r.stiffness * normal::largest_stiffness(pair, loading) * loading.radius * loading.radius)
+}
+
+/// The largest coefficient of the dashpot, N m s, of a contact of this rolling stiffness, N m, and this inertia about the contact
+/// point, kg m².
+pub fn largest_damping(pair: &scene::Pair, stiffness: f64, inertia: f64) -> f64 {
+    pair.rolling.map_or(0.0, |r| 2.0 * r.damping * stiffness.sqrt() * inertia.sqrt())
 }

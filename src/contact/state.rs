@@ -1,32 +1,36 @@
 //! What all laws of contact are told: the choices of the scene, and the state of the contact.
 
 use crate::{
-    model::{Damping, Dimension, Normal, Rolling, Rotation, Tangential},
-    state::{RollingPair, State},
+    model::{Cohesion, Damping, Dimension, Normal, Rolling, Rotation, Tangential},
+    state::State,
 };
 use glam::DVec3;
 
-/// The choices of a scene for its contacts.
-#[derive(Clone, Copy, Debug)]
-pub struct Law {
+/// The choices of a scene for its contacts, and where laws have tables of their own.
+#[derive(Clone, Copy)]
+pub struct Law<'a> {
+    pub state: &'a State,
     pub normal: Normal,
     pub damping: Damping,
     pub tangential: Tangential,
     pub rolling: Rolling,
+    pub cohesion: Cohesion,
     pub dimension: Dimension,
     pub rotation: Rotation,
     /// s, since history was brought up to date: 0 in the first step.
     pub history_dt: f64,
 }
 
-impl Law {
-    pub fn of(s: &State) -> Law {
+impl Law<'_> {
+    pub fn of(s: &State) -> Law<'_> {
         let m = &s.model;
         Law {
+            state: s,
             normal: m.normal,
             damping: m.damping,
             tangential: m.tangential,
             rolling: m.rolling,
+            cohesion: m.cohesion,
             dimension: m.dimension,
             rotation: m.rotation,
             history_dt: s.params.history_dt,
@@ -53,8 +57,8 @@ pub struct ContactState {
     pub inverse_mass: f64,
     /// m, effective: 1/R = 1/R_i + 1/R_j.
     pub radius: f64,
-    /// 1/(kg m²), inverse: of both about the contact point.
-    pub rolling_inertia: f64,
-    /// Of rolling, of their pair of materials.
-    pub rolling: RollingPair,
+    /// 1/(kg m²), of both about the contact point.
+    pub inverse_rolling_inertia: f64,
+    /// Where their pair of materials is in tables of pairs.
+    pub materials: usize,
 }

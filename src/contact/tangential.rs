@@ -1,7 +1,7 @@
 //! Twin of `shaders/contact/tangential/`: friction with history, capped by Coulomb's law (2.7)-(2.14), errata E4, E5.
 
 use super::{
-    normal::{Loading, contact_radius, largest_contact_radius},
+    normal::{Loading, contact_radius, largest_contact_radius, softening, stiffness_change},
     state::{ContactState, Law},
 };
 use crate::{model::Tangential as Choice, scene, space::dimension::transported, state::Pair};
@@ -73,12 +73,15 @@ fn sliding_power(law: Law, old: DVec3, stretched: DVec3, slid: DVec3, pair: &Pai
 #[inline(always)]
 fn mindlin_contact(law: Law, pair: &Pair, c: &ContactState, normal_force: f64, old: TangentialHistory) -> Tangential {
     let stiffness = mindlin_stiffness(pair, c);
-    let held = softening(c) * transported(old.force, c.n, c.n_before);
+    let held = softening(law.normal, c) * transported(old.force, c.n, c.n_before);
     let stretched = held - stiffness * (law.history_dt * (c.v - c.v.dot(c.n) * c.n));
     let force = coulomb_capped(stretched, pair, normal_force);
-    let slides = stiffness > 0.0 && law.history_dt > 0.0;
-    let dissipation =
-        if slides { (0.5 * (held + force)).dot(stretched - force) / (stiffness * law.history_dt) } else { 0.0 };
+    let mut dissipation = 0.0;
+    if stiffness > 0.0 && law.history_dt > 0.0 {
+        let lost = (0.5 * (held + force)).dot(stretched - force)
+            + 0.5 * held.length_squared() * stiffness_change(law.normal, c);
+        dissipation = lost / (stiffness * law.history_dt);
+    }
     Tangential { force, history: TangentialHistory { force }, dissipation }
 }
 
@@ -86,12 +89,6 @@ fn mindlin_contact(law: Law, pair: &Pair, c: &ContactState, normal_force: f64, o
 #[inline(always)]
 fn mindlin_stiffness(pair: &Pair, c: &ContactState) -> f64 {
     8.0 * pair.tangential_stiffness * contact_radius(c)
-}
-
-/// By what the stiffness has fallen since the last step: √(δ / δ before), at most 1.
-#[inline(always)]
-fn softening(c: &ContactState) -> f64 {
-    if c.gap > c.gap_before && c.gap_before < 0.0 { ((-c.gap).max(0.0) / -c.gap_before).sqrt() } else { 1.0 }
 }
 
 /// Energy stored in the spring, J.

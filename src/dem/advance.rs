@@ -5,7 +5,6 @@ use crate::{
     body::{Body, ForceTorque, bodies::body, rotation::integrate_sphere_spin},
     contact::{
         batch::{Batch, LANES, ListEntry, Outcome},
-        cohesion::{is_active, reach},
         geometry::closer_than,
         history::{Lists, with_lists},
         law::wall_contact,
@@ -120,13 +119,12 @@ pub fn forces_of_grains(s: &State, first: usize, count: usize, lists: &mut Lists
         for (lane, entry) in entries.iter().enumerate() {
             let (k, at) = (entry.i as usize - first, entry.index as usize);
             let contact = if many { batch.outcome(lane) } else { Outcome::of(s, entry, lists) };
-            let active = is_active(contact.gap, lists.is_active(at));
-            if active {
+            if contact.is_active {
                 lists.set_history(at, &contact.history);
                 sums.of_grains[k].force += contact.sum.force;
                 sums.of_grains[k].torque += contact.sum.torque;
             }
-            lists.set_active(at, active);
+            lists.set_active(at, contact.is_active);
         }
     }
     sums
@@ -139,7 +137,7 @@ pub fn row_in_block(s: &State, first: usize, i: usize) -> Range<usize> {
     (s.list_start[i] - begin) as usize..(s.list_start[i + 1] - begin) as usize
 }
 
-/// The entries of grains that may touch.
+/// The entries of grains that may act on each other.
 #[inline(always)]
 fn near_entries(s: &State, first: usize, lists: &mut Lists, first_wall: &mut [usize]) -> Vec<ListEntry> {
     let mut entries = vec![ListEntry::default(); lists.neighbour.len()];
@@ -155,7 +153,7 @@ fn near_entries(s: &State, first: usize, lists: &mut Lists, first_wall: &mut [us
                 *first_wall = entry;
                 break;
             };
-            let near = closer_than(s, here, there, reach());
+            let near = closer_than(s, here, there, s.params.reach);
             // Whether grains are near is hard to guess, and a wrong guess costs more than a store.
             *tagged = if near { *tagged } else { j };
             entries[found] = ListEntry { i: i as u32, j, index: entry as u32 };

@@ -26,19 +26,20 @@ pub struct Energies {
 }
 
 /// What a free body has by itself, with the force of its contacts and that of their dashpots; a member of a clump has nothing.
-pub fn energies(s: &State, here: &Body, sum: &ForceTorque, drag: DVec3) -> Energies {
+pub fn energies(s: &State, here: &Body, sum: &ForceTorque, drag: &ForceTorque) -> Energies {
     if s.model.grains == Grains::Clumps {
         return Energies::default();
     }
     let (p, inverse_mass) = (&s.params, here.velocity.inverse_mass);
     let (v, w) = velocity_now(s, here, sum);
     let kinetic = 0.5 * v.length_squared() / inverse_mass + spin_energy(s, here, w);
+    let late = drag.force.dot(v - here.velocity.v) + spin_dot(drag.torque, w - here.spin);
     Energies {
         kinetic,
         potential: -p.gravity.dot(here.position.x + here.low.x) / inverse_mass,
         net_force: (sum.force + p.gravity / inverse_mass).length(),
         // Dashpots know the velocities of half a step ago, but it is those of now that they work against.
-        dissipation: 2.0 * p.damping * kinetic - drag.dot(v - here.velocity.v),
+        dissipation: 2.0 * p.damping * kinetic - late,
     }
 }
 
@@ -57,6 +58,7 @@ pub fn damping_correction(s: &State, c: usize, q: DVec4, v: DVec3, w: DVec3) -> 
         let change = v + surface_velocity(w, arm_of(s, q, member_id)) - here.velocity.v;
         for (_, contact) in closed_contacts(s, i, &here, contact_of) {
             sum -= contact.damping.dot(change + surface_velocity(w - here.spin, contact.arm));
+            sum -= spin_dot(contact.couple_damping, w - here.spin);
         }
     }
     sum

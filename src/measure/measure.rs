@@ -11,7 +11,6 @@ use crate::{
     model::Method,
     state::{ACTIVE, INDEX, NONE, PARTIAL_SUMS, PartialSums, State},
 };
-use glam::DVec3;
 use rayon::prelude::*;
 
 pub fn measure(s: &mut State) {
@@ -29,13 +28,14 @@ fn add_body(s: &State, i: usize, sum: &mut PartialSums) {
     if here.velocity.inverse_mass == 0.0 {
         return;
     }
-    let (mut gathered, mut drag) = (ForceTorque::default(), DVec3::ZERO);
+    let (mut gathered, mut drag) = (ForceTorque::default(), ForceTorque::default());
     for (j, contact) in closed_contacts(s, i, &here, contact_of) {
         let smaller = here.position.radius.min(s.position.get(j).map_or(f64::INFINITY, |there| there.radius));
         let single = is_single(s, j);
         let share = share(single);
         gathered.add(&contact);
-        drag += contact.damping;
+        drag.force += contact.damping;
+        drag.torque += contact.couple_damping;
         sum.elastic += share * contact.energy;
         sum.contact_force += share * (contact.force - contact.damping).length();
         sum.dissipation += share * contact.dissipation;
@@ -44,7 +44,7 @@ fn add_body(s: &State, i: usize, sum: &mut PartialSums) {
         sum.single_sides += u32::from(single);
     }
     sum.dissipation += forgotten(s, i, &here) / p.dt;
-    add_energies(sum, &energies(s, &here, &gathered, drag));
+    add_energies(sum, &energies(s, &here, &gathered, &drag));
 }
 
 /// What a grain has by itself.
@@ -75,7 +75,7 @@ fn forgotten(s: &State, i: usize, here: &Body) -> f64 {
     let energy = |entry: usize| {
         let j = (s.neighbour[entry] & INDEX) as usize;
         let contact = contact_of(s, i, here, j, entry);
-        if contact.is_active { 0.0 } else { share(is_single(s, j)) * forgotten_energy(s, i, j, entry, contact.gap) }
+        if contact.is_active { 0.0 } else { share(is_single(s, j)) * forgotten_energy(s, i, here, j, entry) }
     };
     active.map(energy).sum()
 }

@@ -83,10 +83,10 @@ impl Pair {
             Dashpot::MassScaled(eta) => check.not_negative(&at("normal_damping"), eta, " of 1/s")?,
         };
         if let Some(rolling) = &self.rolling {
-            check.not_negative(&at("rolling.friction"), rolling.friction, "")?;
-            check.not_negative(&at("rolling.stiffness"), rolling.stiffness, "")?;
-            check.not_negative(&at("rolling.damping"), rolling.damping, "")?;
-            check_deformable(&at("rolling.friction"), rolling.friction, check)?;
+            check.not_negative(&at("rolling_friction"), rolling.friction, "")?;
+            check.positive(&at("rolling_stiffness"), rolling.stiffness, "")?;
+            check.not_negative(&at("rolling_damping"), rolling.damping, "")?;
+            check_deformable(&at("rolling_friction"), rolling.friction, check)?;
         }
         Ok(())
     }

@@ -11,12 +11,13 @@ pub fn pairs(file: &File, check: &Check) -> Result<Vec<Pair>> {
     let own: Vec<Pair> =
         file.material.iter().map(|(name, material)| material_pair(name, material, check)).collect::<Result<_>>()?;
     let overrides = overrides(file, check)?;
+    let stiff: Vec<bool> = file.material.values().map(|material| material.rolling_stiffness.is_some()).collect();
     let count = own.len();
     let mut pairs = Vec::with_capacity(count * count);
     for a in 0..count {
         for b in 0..count {
             let over = overrides.get(&(a.min(b), a.max(b)));
-            pairs.push(pair(a, b, &own, over.copied(), check)?);
+            pairs.push(pair(a, b, &own, over.copied(), stiff[a] || stiff[b], check)?);
         }
     }
     one_kind(&mut pairs, check)?;
@@ -64,7 +65,7 @@ fn material_pair(name: &str, material: &Material, check: &Check) -> Result<Pair>
         dashpot: dashpot(&format!("material.{name}"), material.restitution, material.normal_damping, check)?
             .unwrap_or(Dashpot::None),
         hertz,
-        rolling: rolling(&format!("material.{name}"), Resistance::of_material(material), None, check)?,
+        rolling: rolling(&format!("material.{name}"), Resistance::of_material(material), None, false, check)?,
     })
 }
 
@@ -86,8 +87,9 @@ impl Resistance {
     }
 }
 
-/// The rolling resistance that keys ask for in place of what there is without them. None if it is none.
-fn rolling(key: &str, keys: Resistance, mixed: Option<Rolling>, check: &Check) -> Result<Option<Rolling>> {
+/// The rolling resistance that keys ask for in place of what there is without them, whose stiffness was `given` or follows from μ_r.
+/// None if it is none.
+fn rolling(key: &str, keys: Resistance, mixed: Option<Rolling>, given: bool, check: &Check) -> Result<Option<Rolling>> {
     let at = |field: &str| format!("{key}.{field}");
     let friction = match (keys.friction, mixed) {
         (Some(mu), _) => check.not_negative(&at("rolling_friction"), mu, "")?,
@@ -101,10 +103,13 @@ fn rolling(key: &str, keys: Resistance, mixed: Option<Rolling>, check: &Check) -
         },
     };
     check_deformable(&at("rolling_friction"), friction, check)?;
-    // Ai et al. 2011, eq. 20 and 21: of spheres and of disks. As it follows from μ_r, one given for a pair replaces it too.
+    // Ai et al. 2011, eq. 20 and 21: of spheres and of disks. Where no material says otherwise it follows a pair's own μ_r.
     let usual = if check.dimension == 2 { 3.0 } else { 2.25 } * friction * friction;
-    let stiffness = keys.stiffness.or(mixed.filter(|_| keys.friction.is_none()).map(|m| m.stiffness));
-    let stiffness = check.not_negative(&at("rolling_stiffness"), stiffness.unwrap_or(usual), "")?;
+    let stiffness = keys.stiffness.or(mixed.filter(|_| given || keys.friction.is_none()).map(|m| m.stiffness));
+    let stiffness = stiffness.unwrap_or(usual);
+    if friction > 0.0 {
+        check.positive(&at("rolling_stiffness"), stiffness, "")?;
+    }
     let damping = keys.damping.or(mixed.map(|m| m.damping)).unwrap_or(0.0);
     let damping = check.not_negative(&at("rolling_damping"), damping, "")?;
     Ok((friction > 0.0).then_some(Rolling { friction, stiffness, damping }))
@@ -190,7 +195,14 @@ fn overrides<'a>(file: &'a File, check: &Check) -> Result<Overrides<'a>> {
 }
 
 /// The mixing rule, then the override.
-fn pair(a: usize, b: usize, own: &[Pair], over: Option<(usize, &Override)>, check: &Check) -> Result<Pair> {
+fn pair(
+    a: usize,
+    b: usize,
+    own: &[Pair],
+    over: Option<(usize, &Override)>,
+    given: bool,
+    check: &Check,
+) -> Result<Pair> {
     let (first, second) = (&own[a], &own[b]);
     let mixed = Pair {
         normal_stiffness: in_series(first.normal_stiffness, second.normal_stiffness),
@@ -238,7 +250,7 @@ fn pair(a: usize, b: usize, own: &[Pair], over: Option<(usize, &Override)>, chec
     Ok(Pair {
         normal_stiffness,
         hertz: mixed.hertz,
-        rolling: rolling(&format!("pair.{number}"), Resistance::of_pair(over), mixed.rolling, check)?,
+        rolling: rolling(&format!("pair.{number}"), Resistance::of_pair(over), mixed.rolling, given, check)?,
         tangential_stiffness: check.not_negative(&key("tangential_stiffness"), tangential, " of N/m")?,
         friction: check.not_negative(&key("friction"), friction, "")?,
         dashpot: own_dashpot.map_or_else(mixed_dashpot, Ok)?,

@@ -402,6 +402,30 @@ fn check_at_wall(id: usize, grain: &Grain, wall: &Wall, allow_overlap: bool, che
     Ok(())
 }
 
+impl Assembly {
+    /// The largest overlap of free grains with others and with walls, over the radius of the smaller one.
+    pub(crate) fn largest_overlap(&self) -> f64 {
+        let grains = &self.grains;
+        let largest = grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
+        let owners = self.owners();
+        let mut neighbours = Neighbours::new(self.domain, self.dimension, largest);
+        grains.iter().for_each(|grain| neighbours.insert(grain.position, grain.radius));
+        let of_grain = |(id, grain): (usize, &Grain)| {
+            let mut deepest = 0.0_f64;
+            neighbours.find_overlap(grain.position, grain.radius, true, |other, overlap| {
+                let apart = other != id && (owners.is_empty() || owners[other] != owners[id]);
+                if apart && !(grain.fixed && grains[other].fixed) {
+                    deepest = deepest.max(overlap / grain.radius.min(grains[other].radius));
+                }
+                false
+            });
+            let walls = self.walls.iter().map(|wall| 1.0 - distance(&wall.surface, grain.position) / grain.radius);
+            if grain.fixed { deepest } else { walls.fold(deepest, f64::max) }
+        };
+        grains.par_iter().enumerate().map(of_grain).reduce(|| 0.0, f64::max)
+    }
+}
+
 fn check_overlaps(grains: &[Grain], clumps: &[Clump], domain: &Domain, largest: f64, check: &Check) -> Result<()> {
     // Members of a clump may overlap as they like.
     let owner = |id: usize| clumps.partition_point(|clump| clump.first as usize <= id);

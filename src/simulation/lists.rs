@@ -2,7 +2,6 @@
 
 use super::{options::Options, runner::Runner};
 use crate::{
-    contact::cohesion::reach,
     error::{Error, Result},
     plan::{Driver, Loop, Op},
     plans::Plans,
@@ -76,7 +75,7 @@ impl NeighbourLists {
     /// # Errors
     /// [`Error::Scene`] if a wall is too fast.
     pub fn new(assembly: &Assembly, params: &Params, options: &Options, entries: usize) -> Result<NeighbourLists> {
-        let largest_margin = params.margin - reach();
+        let largest_margin = params.margin - params.reach;
         Ok(NeighbourLists {
             largest_margin,
             smallest_margin: (SMALLEST_MARGIN * largest_margin / assembly.solver.margin).min(largest_margin),
@@ -99,7 +98,7 @@ impl NeighbourLists {
 
     /// Back to time 0; arrays stay as long as they are.
     pub fn rewind(&mut self, p: &mut Params) {
-        (p.margin, p.displacement_limit) = (reach() + self.largest_margin, 0.5 * self.largest_margin);
+        (p.margin, p.displacement_limit) = (p.reach + self.largest_margin, 0.5 * self.largest_margin);
         (self.active_contacts, self.steps_planned, self.steps_left, self.margin_used_up) = (0, 1, 0, false);
         (self.repeated_chunks, self.lost_contacts) = (0, 0);
     }
@@ -130,7 +129,7 @@ impl NeighbourLists {
     pub fn set_margin(&mut self, p: &mut Params) {
         let fastest = self.displacement_per_step.max(self.wall_displacement_per_step).max(f64::MIN_POSITIVE);
         let margin = (2.0 * fastest * LIFE / BOLDNESS).clamp(self.smallest_margin, self.largest_margin);
-        (p.margin, p.displacement_limit) = (reach() + margin, 0.5 * margin);
+        (p.margin, p.displacement_limit) = (p.reach + margin, 0.5 * margin);
         let walls = p.displacement_limit / self.wall_displacement_per_step;
         let steps = (BOLDNESS * p.displacement_limit / fastest).min(walls).min(f64::from(self.most_steps));
         self.steps_planned = (steps as u32).max(1);

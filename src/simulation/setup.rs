@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     body::{grains::spins_in_scene, rotation::inverse_inertia},
-    contact::{cohesion::reach, materials::parameters, rolling},
+    contact::{cohesion, materials::parameters, rolling},
     error::{Error, Result},
     memory,
     model::{Grains, Model, Precision, Rotation},
@@ -80,7 +80,8 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
     let smallest = grains.iter().map(|g| g.radius).fold(f64::INFINITY, f64::min);
     let largest = grains.iter().map(|g| g.radius).fold(0.0, f64::max);
     let margin = assembly.solver.margin * mean_radius;
-    let unit = split(2.0 * (largest + margin));
+    let reach = cohesion::reach(assembly);
+    let unit = split(2.0 * (largest + reach + margin));
     let mut p = Params {
         gravity: assembly.gravity,
         lower: DVec3::splat(-UNBOUNDED),
@@ -90,7 +91,8 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
         length_unit: unit,
         inverse_length_unit: 1.0 / unit,
         damping: assembly.solver.damping,
-        margin: reach() + margin,
+        reach,
+        margin: reach + margin,
         displacement_limit: 0.5 * margin,
         step_limit: 0.5 * margin.min(smallest),
         gap_band: GAP_BAND * smallest,
@@ -325,6 +327,12 @@ fn fill_clumps(state: &mut State, assembly: &Assembly) {
 /// [`Error::Scene`] with the grain and the number.
 fn check_range(state: &State) -> Result<()> {
     let fits = |x: f64| x == 0.0 || (f64::from(f32::MIN_POSITIVE)..1e37).contains(&x.abs());
+    if !fits(state.params.dt) {
+        let dt = state.params.dt;
+        return Err(Error::Scene(format!(
+            "solver.dt = {dt:e} s is beyond single precision; use --precision double or --engine cpu"
+        )));
+    }
     for (c, inverse_moments) in state.inverse_moments.iter().enumerate() {
         if !inverse_moments.0.to_array().into_iter().all(fits) {
             return Err(Error::Scene(format!(

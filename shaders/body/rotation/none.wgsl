@@ -51,6 +51,6 @@ fn pass_spin_before_of(i: u32) -> Spin {
 
 fn store_pass_spin_before(i: u32, value: Spin) {}
 
-fn rolling_inertia(radius: Real, inverse_mass: Real) -> Real {
+fn inverse_rolling_inertia(radius: Real, inverse_mass: Real) -> Real {
     return 0;
 }

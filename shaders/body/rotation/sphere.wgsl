@@ -16,7 +16,7 @@ fn inverse_inertia(position: Position, inverse_mass: Real) -> Real {
 }
 
 /// Inverse inertia about a point of the surface, 1/(kg m²): 1/(J + m R²).
-fn rolling_inertia(radius: Real, inverse_mass: Real) -> Real {
+fn inverse_rolling_inertia(radius: Real, inverse_mass: Real) -> Real {
     // The constant is an f32, and so would be its quotient.
     return Real(INVERSE_GYRATION) / Real(1 + INVERSE_GYRATION) * inverse_mass / (radius * radius);
 }

@@ -15,3 +15,13 @@ fn normal_stiffness(pair: Pair, c: ContactState) -> Real {
 fn normal_energy(pair: Pair, c: ContactState) -> Real {
     return 0.5 * pair.stiffness * c.gap * c.gap;
 }
+
+/// By what the stiffness has fallen in this step: it stays.
+fn softening(c: ContactState) -> Real {
+    return 1;
+}
+
+/// The larger stiffness of this step and the one before over the smaller, less one.
+fn stiffness_change(c: ContactState) -> Real {
+    return 0;
+}

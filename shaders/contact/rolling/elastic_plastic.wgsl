@@ -20,7 +20,8 @@ struct RollingHistory {
 
 /// The rolling part of a contact, on the first of the two.
 struct Rolling {
-    couple: Spin, // N m
+    couple: Spin,  // N m
+    damping: Spin, // N m, the part of the couple that is the dashpot's
     history: RollingHistory,
     dissipation: Real, // W, of dashpot and plastic rolling
 }
@@ -55,22 +56,44 @@ fn rolling_contact(c: ContactState, stiffness: Real, normal_force: Real, old: Ro
     let pair = rolling_pair[c.materials];
     let k = rolling_stiffness(pair, c, stiffness);
     let rate = across_spin(c.spin, c.n);
-    let held = transported_spin(old.torque, c.n, c.n_before);
+    let held = softening(c) * transported_spin(old.torque, c.n, c.n_before);
     let turned = held - (k * params.history_dt) * rate;
     let limit = pair.friction * c.radius * max(normal_force, Real(0));
-    let length_squared = spin_squared(turned);
-    var torque = turned;
+    var torque = Spin();
     var dashpot = Real(0); // N m s
-    if (length_squared > limit * limit) {
-        torque = turned * (limit / sqrt(length_squared));
-    } else if (c.rolling_inertia > 0) {
-        dashpot = 2 * pair.damping * sqrt(k / c.rolling_inertia);
+    if (limit > 0) {
+        // In parts of the limit, because the squares of small grains' torques are beyond single precision.
+        let part = turned / limit;
+        let square = spin_squared(part);
+        if (square > 1) {
+            torque = turned * (1 / sqrt(square));
+        } else {
+            torque = turned;
+            dashpot = capped_dashpot(2 * pair.damping * rolling_dashpot(k, c), part, rate / limit);
+        }
     }
     var dissipation = dashpot * spin_squared(rate);
     if (k > 0 && params.history_dt > 0) {
-        dissipation += spin_dot(0.5 * (held + torque), turned - torque) / (k * params.history_dt);
+        let lost = spin_dot(0.5 * (held + torque), turned - torque) + 0.5 * spin_squared(held) * stiffness_change(c);
+        dissipation += lost / (k * params.history_dt);
     }
-    return Rolling(torque - dashpot * rate, RollingHistory(torque), dissipation);
+    return Rolling(torque - dashpot * rate, -dashpot * rate, RollingHistory(torque), dissipation);
+}
+
+/// As much of a dashpot, N m s, as keeps |part - dashpot rate| within 1, spring and rate being in parts of the limit.
+fn capped_dashpot(dashpot: Real, part: Spin, rate: Spin) -> Real {
+    let damping = dashpot * rate;
+    let size = sqrt(spin_squared(damping));
+    if (!(size > 0)) {
+        return dashpot;
+    }
+    let along = spin_dot(part, damping / size);
+    return dashpot * min(Real(1), (along + sqrt(max(along * along + 1 - spin_squared(part), Real(0)))) / size);
+}
+
+/// √(k I) with the inertia I about the contact point, N m s: half of what damps critically.
+fn rolling_dashpot(k: Real, c: ContactState) -> Real {
+    return select(Real(0), sqrt(k) / sqrt(c.inverse_rolling_inertia), c.inverse_rolling_inertia > 0);
 }
 
 /// N m per radian.

@@ -7,6 +7,7 @@ struct RollingHistory {
 
 struct Rolling {
     couple: Spin,
+    damping: Spin,
     history: RollingHistory,
     dissipation: Real,
 }

@@ -2,7 +2,7 @@
 // Energies of clumps: a member has none by itself.
 
 /// Nothing: a member has no energy by itself, see `measure_clumps`.
-fn energies(here: Body, sum: ForceTorque, drag: Vec) -> Energies {
+fn energies(here: Body, sum: ForceTorque, drag: ForceTorque) -> Energies {
     return Energies();
 }
 
@@ -27,6 +27,7 @@ fn damping_correction(c: u32, q: Orientation, v: Vec, w: Spin) -> Real {
             let contact = contact_of(i, here, entry, tagged);
             if (contact.is_active) {
                 sum -= dot(contact.damping, change + surface_velocity(w - here.spin, contact.arm));
+                sum -= spin_dot(contact.couple_damping, w - here.spin);
             }
         }
     }
