@@ -34,7 +34,8 @@
 //! # Cargo features
 //!
 //! All are on by default. `cli` is the program `packstone`; `bench` measures errors beside speed, `render` draws pictures, `fclib`
-//! reads contact problems from HDF5 files, `socp` solves them by cone programs. Without any of them all of the simulator is there.
+//! reads contact problems from HDF5 files, `socp` solves contact problems, of scenes too, by cone programs. Without any of them all the
+//! rest of the simulator is there.
 //!
 //! # How it is built
 //!

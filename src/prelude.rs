@@ -12,5 +12,6 @@ pub use crate::{
         },
     },
     simulation::{Columns, EngineChoice, Options, Simulation},
+    solve::{Order, Solver},
 };
 pub use glam::{DQuat, DVec2, DVec3};

@@ -194,14 +194,7 @@ fn solvers_agree() {
                 (g.velocity, g.spin) = (DVec3::ZERO, DVec3::ZERO);
             }
         }
-        let law = |friction| Pair {
-            normal_stiffness: 0.0,
-            tangential_stiffness: 0.0,
-            friction,
-            dashpot: Dashpot::None,
-            hertz: None,
-            rolling: None,
-        };
+        let law = |friction| Pair { friction, ..Pair::default() };
         set_laws(&mut scene, &[law(0.4), law(0.7)]);
         scene.domain.upper.x = SPACING * 4.0;
         scene.domain.lower.x = 0.0;

@@ -42,6 +42,18 @@ const SCENES: &[(&str, &[&str], u64, f64, Read)] = &[
         0.05,
         Read::Rest(0.9),
     ),
+    (
+        "elastic_beads",
+        &[
+            "population.0.count=150",
+            "wall.0.upper=[0.008,0.008,1]",
+            "material.glass.youngs_modulus=5e5",
+            "solver.damping=40",
+        ],
+        8000,
+        0.1,
+        Read::Rest(0.9),
+    ),
     // Thrown onto the floor.
     ("clumps", &["population.0.count=40", "population.0.velocity=[0,0,-0.5]"], 3000, 0.1, Read::Energy),
     ("pebbles", &["population.0.count=4", "shape.0.spheres=5"], 200, 0.05, Read::Energy),

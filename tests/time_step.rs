@@ -29,14 +29,7 @@ fn unit(dimension: usize) -> f64 {
 
 fn elastic(ratio: f64) -> Pair {
     let friction = if ratio > 0.0 { 0.5 } else { 0.0 };
-    Pair {
-        normal_stiffness: KN,
-        tangential_stiffness: ratio * KN,
-        friction,
-        dashpot: Dashpot::None,
-        hertz: None,
-        rolling: None,
-    }
+    Pair { normal_stiffness: KN, tangential_stiffness: ratio * KN, friction, ..Pair::default() }
 }
 
 /// So many grains of these radii in turn, and so many walls; where they are makes no difference to the bound.

@@ -33,7 +33,7 @@ pub enum Arrays {
     Auto,
     /// Storage buffers.
     Buffers,
-    /// Storage images where the kernels allow it: see [`super::images`].
+    /// Storage images where the kernels allow it.
     Images,
 }
 

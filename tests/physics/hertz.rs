@@ -14,7 +14,7 @@ const NU: f64 = 0.25;
 /// A material of this Young's modulus and Poisson's ratio against itself.
 fn elastic(youngs_modulus: f64, poissons_ratio: f64, friction: f64, dashpot: Dashpot) -> Pair {
     let hertz = Some(Hertz::of_material(youngs_modulus, poissons_ratio));
-    Pair { normal_stiffness: 0.0, tangential_stiffness: 0.0, friction, dashpot, hertz, rolling: None }
+    Pair { friction, dashpot, hertz, ..Pair::default() }
 }
 
 /// A sphere of radius r that flies against a floor at speed v, ready to touch after some steps.

@@ -175,14 +175,7 @@ fn dem05() {
     let mut scene = blank(3);
     scene.materials[0].density = 4000.0;
     let tangential_stiffness = 1.48e7 * 1e6;
-    scene.pairs[0] = Pair {
-        normal_stiffness: kn,
-        tangential_stiffness,
-        friction: 0.092,
-        dashpot: Dashpot::None,
-        hertz: None,
-        rolling: None,
-    };
+    scene.pairs[0] = Pair { normal_stiffness: kn, tangential_stiffness, friction: 0.092, ..Pair::default() };
     scene.walls = vec![floor(3)];
     scene.solver.allow_unstable = true;
     let tc = PI * (m / kn).sqrt();

@@ -22,14 +22,7 @@ pub fn omega(dimension: usize) -> f64 {
 /// A law so stiff that a grain's weight makes an overlap of 1e-4 R in two and three dimensions.
 pub fn bed_law(dimension: usize, friction: f64) -> Pair {
     let kn = mass(dimension, R) * G / (1e-4 * R);
-    Pair {
-        normal_stiffness: kn,
-        tangential_stiffness: 2.0 / 7.0 * kn,
-        friction,
-        dashpot: Dashpot::None,
-        hertz: None,
-        rolling: None,
-    }
+    Pair { normal_stiffness: kn, tangential_stiffness: 2.0 / 7.0 * kn, friction, ..Pair::default() }
 }
 
 /// Frequency of the tangential spring of a grain that sticks to the floor, 1/s.

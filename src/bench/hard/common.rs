@@ -115,27 +115,13 @@ pub fn rigid(dimension: usize, dt: f64, friction: f64, tolerance: f64) -> Assemb
         max_correction_velocity: None,
         gyroscopic: false,
     });
-    assembly.pairs = vec![Pair {
-        normal_stiffness: 0.0,
-        tangential_stiffness: 0.0,
-        friction,
-        dashpot: Dashpot::None,
-        hertz: None,
-        rolling: None,
-    }];
+    assembly.pairs = vec![Pair { friction, ..Pair::default() }];
     assembly
 }
 
 /// The default material against itself.
 pub fn law(friction: f64) -> Pair {
-    Pair {
-        normal_stiffness: KN,
-        tangential_stiffness: 2.0 / 7.0 * KN,
-        friction,
-        dashpot: Dashpot::None,
-        hertz: None,
-        rolling: None,
-    }
+    Pair { normal_stiffness: KN, tangential_stiffness: 2.0 / 7.0 * KN, friction, ..Pair::default() }
 }
 
 /// Several materials of one density; the contact of a and b follows `laws[max(a, b)]`, so that material 0 can be the
