@@ -6,7 +6,7 @@ mod common;
 use common::*;
 use glam::DVec3;
 use packstone::{
-    scene::{Assembly, Dashpot, Grain, Method, Pair, Surface},
+    scene::{Assembly, Grain, Method, Pair, Surface},
     state::array::*,
 };
 

@@ -2,7 +2,7 @@
 
 use crate::{common::*, shared::*};
 use glam::DVec3;
-use packstone::scene::{Dashpot, Grain, Pair, TimeStep};
+use packstone::scene::{Grain, Pair, TimeStep};
 use std::f64::consts::PI;
 
 /// One oblique impact on a wall: k_T/k_N, ψ = v_s/(μ v_n) in, ψ expected out.

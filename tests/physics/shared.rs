@@ -2,7 +2,7 @@
 
 use crate::common::*;
 use glam::DVec3;
-use packstone::scene::{Dashpot, Pair, Wall};
+use packstone::scene::{Pair, Wall};
 
 pub const INF: f64 = f64::INFINITY;
 

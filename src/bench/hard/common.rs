@@ -4,8 +4,8 @@ use crate::{
     gpu::adapters,
     model::Precision,
     scene::{
-        Assembly, Clump, Dashpot, Domain, Grain, Material, Member, Method, Output, Pair, Relaxation, Shape, Solver,
-        Stop, Surface, TimeStep, Wall,
+        Assembly, Clump, Domain, Grain, Material, Member, Method, Output, Pair, Relaxation, Shape, Solver, Stop,
+        Surface, TimeStep, Wall,
     },
     simulation::{EngineChoice, Options, Simulation},
     solve,
