@@ -5,6 +5,7 @@
 //! So every row of the report is the rounding of one stage, not the drift of a trajectory.
 
 mod compare;
+mod rules;
 
 use crate::{
     contact::overlap::deepest,
