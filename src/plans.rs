@@ -60,7 +60,11 @@ impl Plans {
             }
             Method::ContactDynamics => vec![("step", &self.chunk)],
         };
-        let samples = [("sums", &self.sums), ("velocities", &self.velocities), ("contact forces", &self.forces)];
+        let samples = [
+            ("samples: sums", &self.sums),
+            ("samples: velocities", &self.velocities),
+            ("samples: contact forces", &self.forces),
+        ];
         own.into_iter().chain(samples).collect()
     }
 
