@@ -5,17 +5,18 @@
 //! So every row of the report is the rounding of one stage, not the drift of a trajectory.
 
 mod compare;
+mod rules;
 
 use crate::{
     contact::overlap::deepest,
     engine::{Engine, Gpu, cpu::apply},
-    error::{Error, Result},
+    error::Result,
     measure::Sample,
     model::{Method, Precision},
-    nscd::plan::reset_colors,
+    nscd::coloring::Coloring,
     plan::{Driver, Loop, Op},
     scene::Assembly,
-    simulation::{EngineChoice, Options, Setup, Simulation},
+    simulation::{EngineChoice, Options, Setup, Simulation, params_of_step},
     stage::{Stage, Tolerance},
     state::{ARRAYS, Array, Length, State, array::*, present},
 };
@@ -68,9 +69,6 @@ pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64) -> R
     simulation.advance(after)?;
     let arrays = present(simulation.model(), ARRAYS);
     let mut state = simulation.read(&arrays)?.clone();
-    if simulation.step() == 0 {
-        state.params.history_dt = 0.0;
-    }
     let plans = Setup::new(assembly, &options)?.plans;
     // The device's parameters are rounded to its precision; the twin must be asked about the same ones.
     if precision == Precision::Single {
@@ -83,20 +81,18 @@ pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64) -> R
     let device = simulation.engine().gpu().expect("a simulation on the device");
     let gpu = device.beside(&state)?;
 
-    let (mut checker, mut contacts) = (Checker { gpu, state, rows: Vec::new(), colored: 0 }, 0);
+    let (mut checker, mut contacts) = (Checker::new(gpu, state), 0);
     for step in 0..steps {
         // Steps of rigid grains are long: every one gets lists of its own.
-        if step == 0 || checker.state.halt[0] != 0 || checker.state.model.method == Method::ContactDynamics {
-            plans.chunk.walk(&mut checker)?;
-        }
+        let rigid = checker.state.model.method == Method::ContactDynamics;
+        checker.rebuild = step == 0 || checker.state.halt[0] != 0 || rigid;
+        checker.state.params = params_of_step(&checker.state.params, simulation.step() + step);
         plans.sums.walk(&mut checker)?;
         contacts = contacts.max(Sample::new(0, 0.0, bodies, &checker.state.partial_sums).contacts);
         plans.forces.walk(&mut checker)?;
         plans.velocities.walk(&mut checker)?;
-        plans.step.walk(&mut checker)?;
-        checker.state.params.history_dt = checker.state.params.dt;
+        plans.chunk.walk(&mut checker)?;
     }
-    plans.displacements.walk(&mut checker)?;
 
     let Checker { rows, gpu, .. } = checker;
     let passed = rows.iter().all(|r| r.passed);
@@ -130,8 +126,9 @@ struct Checker {
     /// Of the twins; where both have written, that of the device.
     state: State,
     rows: Vec<Row>,
-    /// Contacts that have a colour.
-    colored: u32,
+    /// Whether the next step gets new lists.
+    rebuild: bool,
+    coloring: Coloring,
 }
 
 impl Driver for Checker {
@@ -148,17 +145,23 @@ impl Driver for Checker {
         match (of, done) {
             (Loop::UntilColored, 1..) => self.is_colored().map(|colored| u32::from(!colored)),
             (_, 1..) => Ok(0),
-            // One by one, from the plan of a step.
-            (Loop::Steps, _) => Ok(0),
+            (Loop::IfListsAreUsedUp | Loop::IfGrainsAreSorted, _) => Ok(u32::from(self.rebuild)),
+            // What would be taken back is compared like all else, and the comparison goes on from there.
+            (Loop::HaltedSteps | Loop::IfStepIsTakenBack, _) => Ok(0),
+            (Loop::IfColorsDoNotFit, _) => Ok(u32::from(self.coloring.too_short)),
             (Loop::Times(n), _) => Ok(n.min(PASSES)),
             (Loop::Passes, _) => Ok(PASSES),
-            (Loop::ForEachColor, _) => Ok(self.state.coloring_state[0].colors),
+            (Loop::ForEachColor, _) => Ok(self.coloring.colors),
             _ => Ok(1),
         }
     }
 }
 
 impl Checker {
+    fn new(gpu: Gpu, state: State) -> Checker {
+        Checker { gpu, state, rows: Vec::new(), rebuild: false, coloring: Coloring::default() }
+    }
+
     /// Run a stage on both, compare what they have written, and go on with what the device has.
     fn compare(&mut self, stage: &'static Stage) -> Result<()> {
         // A check that runs out of list entries would compare two refusals.
@@ -200,22 +203,14 @@ impl Checker {
 
     /// Whether all contacts have a colour.
     fn is_colored(&mut self) -> Result<bool> {
-        let coloring = self.state.coloring_state[0];
-        if self.state.sizes.make_room(&coloring) {
+        let seen = self.state.coloring_state[0];
+        let colored = self.coloring.look(&seen, &mut self.state.sizes)?;
+        if self.coloring.too_short {
             for kind in [Length::Contacts, Length::Colors] {
                 self.grow(kind, self.state.sizes.of(kind))?;
             }
-            reset_colors().walk(self)?;
-            self.colored = 0;
-        } else if coloring.uncolored == 0 {
-            self.colored = 0;
-            return Ok(true);
-        } else if coloring.contacts == self.colored {
-            return Err(Error::Device("the contacts cannot be coloured".to_owned()));
-        } else {
-            self.colored = coloring.contacts;
         }
-        Ok(false)
+        Ok(colored)
     }
 
     /// Roundings of the largest term; integers are exact.

@@ -15,8 +15,9 @@ pub use analysis::*;
 
 use crate::{
     contact::overlap::FORCE_FLOORS,
+    model::Method,
     stage::*,
-    state::{PARTIAL_SUMS, State, array},
+    state::{Element, PARTIAL_SUMS, PartialSums, State, array},
 };
 
 /// Grains that start from rest are at rest again when half a step is taken back.
@@ -27,9 +28,26 @@ fn gravity_in_a_step(s: &State) -> f64 {
     s.params.dt * s.params.gravity.length()
 }
 
+/// Grains at rest balance.
+const SUM_FLOORS: &[MemberFloors] = &[(&array::PARTIAL_SUMS, sums_at_rest)];
+
+/// The energy, J, that gravity gives the heaviest grain in a step, what global damping takes of it, W, and in contact dynamics
+/// the contact forces that balance, N.
+fn sums_at_rest(s: &State) -> Vec<f64> {
+    let lightest = s.velocity.iter().map(|m| m.inverse_mass).filter(|m| *m > 0.0).fold(f64::INFINITY, f64::min);
+    let kinetic = 0.5 * gravity_in_a_step(s).powi(2) / lightest;
+    let contact_force = s.partial_sums.iter().map(|part| part.contact_force).fold(0.0, f64::max);
+    let rigid = s.model.method == Method::ContactDynamics;
+    let net_force = if rigid { contact_force } else { 0.0 };
+    PartialSums { kinetic, net_force, dissipation: 2.0 * s.params.damping * kinetic, ..PartialSums::default() }
+        .lanes(s.model.dims())
+}
+
 /// Sums over grains.
-pub static MEASURE: Stage =
-    Stage { check: Check::FORCES, ..Stage::new("measure", "measure", measure::measure, |_| PARTIAL_SUMS) };
+pub static MEASURE: Stage = Stage {
+    check: Check { member_floors: SUM_FLOORS, ..Check::FORCES },
+    ..Stage::new("measure", "measure", measure::measure, |_| PARTIAL_SUMS)
+};
 
 /// Velocities at the time of the positions.
 pub static SYNCHRONISE: Stage = Stage {
@@ -39,7 +57,7 @@ pub static SYNCHRONISE: Stage = Stage {
 
 /// Sums over clumps.
 pub static MEASURE_CLUMPS: Stage = Stage {
-    check: Check::FORCES_ON_CLUMPS,
+    check: Check { member_floors: SUM_FLOORS, ..Check::FORCES_ON_CLUMPS },
     ..Stage::new("measure", "measure_clumps", measure_clumps::measure_clumps, |_| PARTIAL_SUMS)
 };
 

@@ -144,17 +144,17 @@ pub struct Model {
     pub moving_walls: bool,
     /// Optional stages: contact dynamics updates contacts colour by colour, and not all at once.
     pub colored: bool,
+    /// In place of passes: the host solves the contacts of contact dynamics.
+    pub solved_on_host: bool,
 }
 
 impl Model {
     /// What the scene needs, and no more.
     pub fn of(assembly: &Assembly, precision: Precision) -> Model {
         let pairs = &assembly.pairs;
-        let (method, gyroscopic, by_colours) = match assembly.solver.method {
-            Solve::DiscreteElements => (Method::DiscreteElements, true, false),
-            Solve::ContactDynamics(r) => {
-                (Method::ContactDynamics, r.gyroscopic, r.solver == Solver::ColouredAccelerated)
-            }
+        let (method, gyroscopic, solver) = match assembly.solver.method {
+            Solve::DiscreteElements => (Method::DiscreteElements, true, None),
+            Solve::ContactDynamics(r) => (Method::ContactDynamics, r.gyroscopic, Some(r.solver)),
         };
         let rigid = method == Method::ContactDynamics;
         let frictional = pairs.iter().any(|p| p.friction > 0.0);
@@ -190,7 +190,8 @@ impl Model {
             materials: if pairs.windows(2).all(|w| w[0] == w[1]) { Materials::One } else { Materials::Many },
             walls: if assembly.walls.is_empty() { Walls::None } else { Walls::Some },
             moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO),
-            colored: by_colours,
+            colored: solver == Some(Solver::ColouredAccelerated),
+            solved_on_host: solver.is_some_and(Solver::is_of_host),
         }
     }
 
@@ -350,6 +351,7 @@ impl Model {
                                         walls,
                                         moving_walls,
                                         colored,
+                                        solved_on_host: false,
                                     });
                                 }
                             }

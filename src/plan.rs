@@ -22,8 +22,16 @@ pub enum Loop {
     IfListsAreUsedUp,
     /// Again with longer lists if they have turned out too short; nothing else has happened then.
     UntilListsFit,
+    /// Once, if that was the case, so that grains have been sorted.
+    IfGrainsAreSorted,
     /// As many steps as the lists serve. A step that uses up their margin halts those that follow.
     Steps,
+    /// Those that were halted.
+    HaltedSteps,
+    /// Again with lists that reach farther if a step of contact dynamics has left them.
+    UntilStepIsWithinLists,
+    /// Once, if it has, or has lost a grain: then it is taken back.
+    IfStepIsTakenBack,
     Times(u32),
     /// Once, if this is the first step with these lists.
     IfListsAreNew,
@@ -32,6 +40,8 @@ pub enum Loop {
     /// Once, if there are contacts without a colour.
     IfContactsAreNew,
     UntilColored,
+    /// Once, if there are more colours or contacts than the arrays hold, which are given room.
+    IfColorsDoNotFit,
     /// As many passes as are worth doing before the next look at the residual.
     Passes,
     ForEachColor,
@@ -41,13 +51,18 @@ impl Loop {
     fn label(self) -> String {
         match self {
             Loop::IfListsAreUsedUp => "if the neighbour lists are used up",
-            Loop::UntilListsFit => "until the lists fit",
+            Loop::UntilListsFit => "until the lists fit, and nothing is done before they do",
+            Loop::IfGrainsAreSorted => "if the grains have been sorted",
             Loop::Steps => "for each step that the lists serve",
+            Loop::HaltedSteps => "for each step that was halted",
+            Loop::UntilStepIsWithinLists => "until the step stays within the reach of the lists",
+            Loop::IfStepIsTakenBack => "if it does not, take it back",
             Loop::Times(n) => return format!("{n} times"),
             Loop::IfListsAreNew => "if the neighbour lists are new",
             Loop::UntilSolved => "until the residual is small",
             Loop::IfContactsAreNew => "if contacts have no colour",
             Loop::UntilColored => "until all contacts have a colour",
+            Loop::IfColorsDoNotFit => "if they do not fit, begin anew",
             Loop::Passes => "for some passes",
             Loop::ForEachColor => "for each colour",
         }
@@ -62,12 +77,18 @@ pub struct Plan(Vec<Item>);
 #[derive(Clone, Debug)]
 enum Item {
     Do(Op),
+    SolveOnHost,
     Repeat(Loop, Plan),
 }
 
 /// One after the other.
 pub fn plan<const N: usize>(parts: [Plan; N]) -> Plan {
     Plan(parts.into_iter().flat_map(|part| part.0).collect())
+}
+
+/// The contacts of a step of contact dynamics, solved by the host.
+pub fn solve_on_host() -> Plan {
+    Plan(vec![Item::SolveOnHost])
 }
 
 pub fn run(stage: &'static Stage) -> Plan {
@@ -81,6 +102,11 @@ pub fn run_all(stages: &'static [Stage]) -> Plan {
 
 pub fn clear<const N: usize>(arrays: [&'static Array; N]) -> Plan {
     Plan(arrays.into_iter().map(|array| Item::Do(Op::Clear(array))).collect())
+}
+
+/// Exchanges again.
+pub fn swap_again(swaps: &[Op]) -> Plan {
+    Plan(swaps.iter().map(|op| Item::Do(*op)).collect())
 }
 
 /// Exchange each pair, if the model has these arrays.
@@ -101,6 +127,14 @@ pub trait Driver {
     /// # Errors
     /// [`crate::Error::Device`] if the device cannot.
     fn run(&mut self, op: Op) -> Result<()>;
+
+    /// Solve the contacts of a step on the host.
+    ///
+    /// # Errors
+    /// As [`Driver::run`], and what the solver says.
+    fn solve_on_host(&mut self) -> Result<()> {
+        unreachable!("only a step of contact dynamics is solved")
+    }
 
     /// How often the body of a loop is done next, after it has been done `done` times; 0 ends the loop.
     ///
@@ -124,6 +158,7 @@ impl Plan {
         for item in &self.0 {
             match item {
                 Item::Do(op) => driver.run(*op)?,
+                Item::SolveOnHost => driver.solve_on_host()?,
                 Item::Repeat(of, body) => {
                     let mut done = 0;
                     loop {
@@ -140,10 +175,11 @@ impl Plan {
         Ok(())
     }
 
-    /// All its operations once, in order, loops or not.
+    /// All its operations of an engine once, in order, loops or not.
     pub fn ops(&self) -> Vec<Op> {
         let ops = |item: &Item| match item {
             Item::Do(op) => vec![*op],
+            Item::SolveOnHost => Vec::new(),
             Item::Repeat(_, body) => body.ops(),
         };
         self.0.iter().flat_map(ops).collect()
@@ -162,7 +198,7 @@ impl Plan {
     /// The bodies of these loops.
     pub fn within(&self, of: Loop) -> Plan {
         let body = |item: &Item| match item {
-            Item::Do(_) => Plan::default(),
+            Item::Do(_) | Item::SolveOnHost => Plan::default(),
             Item::Repeat(this, body) if *this == of => body.clone(),
             Item::Repeat(_, body) => body.within(of),
         };
@@ -179,8 +215,11 @@ impl Plan {
         };
         for item in &self.0 {
             match item {
-                Item::Do(op) => {
-                    let op = op.to_string();
+                Item::Do(_) | Item::SolveOnHost => {
+                    let op = match item {
+                        Item::Do(op) => op.to_string(),
+                        _ => "solve on the host".to_owned(),
+                    };
                     if !line.is_empty() {
                         line.push(',');
                     }

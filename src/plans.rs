@@ -3,9 +3,8 @@
 use crate::{
     dem, measure,
     model::{Method, Model},
-    neighbours::{self, DISPLACEMENT_CHECK},
-    nscd,
-    plan::{Op, Plan, run},
+    neighbours, nscd,
+    plan::{Op, Plan},
     stage::Stage,
 };
 use std::fmt;
@@ -13,20 +12,17 @@ use std::fmt;
 /// All that an engine is asked to do.
 #[derive(Clone, Debug)]
 pub struct Plans {
+    /// Neighbour lists: those of time 0, and for samples after a step that has used them up.
+    pub lists: Plan,
     /// Once, at time 0.
     pub start: Plan,
-    /// New lists, and in the discrete element method the steps that they serve.
+    /// What a run consists of, with the lists that it needs: in the discrete element method as many steps as lists serve, in
+    /// contact dynamics one.
     pub chunk: Plan,
-    /// A step: explicit, or implicit with the solution of its contacts.
-    pub step: Plan,
     /// Of a step what brings the state from n to n + 1.
     pub motion: Plan,
-    /// The exchanges of that alone: for a step that was halted, or to take one back.
+    /// The exchanges of that alone, to take a step back.
     pub swaps: Vec<Op>,
-    /// Contact dynamics by colours: all contacts without one.
-    pub reset_colors: Vec<Op>,
-    /// How far grains have gone since their lists were made; part of the above.
-    pub displacements: Plan,
     pub sums: Plan,
     pub velocities: Plan,
     pub forces: Plan,
@@ -36,24 +32,19 @@ pub struct Plans {
 impl Plans {
     /// The discrete element method, section 2.1, or contact dynamics, section 2.2.
     pub fn new(model: &Model) -> Plans {
-        let (start, chunk, step, motion) = match model.method {
+        let (start, chunk, motion) = match model.method {
             Method::DiscreteElements => {
                 let step = dem::plan::step(model);
-                (dem::plan::start(model), neighbours::plan::chunk(model, step.clone()), step.clone(), step)
+                (dem::plan::start(model), neighbours::plan::chunk(model, &step), step)
             }
-            Method::ContactDynamics => {
-                let chunk = neighbours::plan::chunk(model, Plan::default());
-                (Plan::default(), chunk, nscd::plan::step(model), nscd::plan::motion(model))
-            }
+            Method::ContactDynamics => (Plan::default(), nscd::plan::step(model), nscd::plan::motion(model)),
         };
         Plans {
+            lists: neighbours::plan::lists(model),
             start,
             chunk,
-            step,
             swaps: motion.swaps(),
             motion,
-            reset_colors: nscd::plan::reset_colors().ops(),
-            displacements: run(&DISPLACEMENT_CHECK),
             sums: measure::plan::sums(model),
             velocities: measure::plan::velocities(model),
             forces: measure::plan::forces(),
@@ -64,11 +55,17 @@ impl Plans {
     /// Those that there are, each once, in the order of a run.
     pub fn named(&self) -> Vec<(&'static str, &Plan)> {
         let own = match self.method {
-            Method::DiscreteElements => [("start", &self.start), ("chunk of steps", &self.chunk)],
-            Method::ContactDynamics => [("neighbour lists", &self.chunk), ("step", &self.step)],
+            Method::DiscreteElements => {
+                vec![("at time 0, with first lists", &self.start), ("chunk of steps", &self.chunk)]
+            }
+            Method::ContactDynamics => vec![("step", &self.chunk)],
         };
-        let measurements = [("sums", &self.sums), ("velocities", &self.velocities), ("contact forces", &self.forces)];
-        own.into_iter().chain(measurements).collect()
+        let samples = [
+            ("samples: sums", &self.sums),
+            ("samples: velocities", &self.velocities),
+            ("samples: contact forces", &self.forces),
+        ];
+        own.into_iter().chain(samples).collect()
     }
 
     /// All operations, in order.

@@ -12,6 +12,20 @@ pub trait Element: Clone + Default + Send + Sync + 'static {
     fn put(&self, dims: usize, sink: &mut impl FnMut(f64));
     /// Build from lanes.
     fn take(dims: usize, source: &mut impl FnMut() -> f64) -> Self;
+    /// The lanes in `dims` dimensions.
+    fn lanes(&self, dims: usize) -> Vec<f64> {
+        let mut lanes = Vec::new();
+        self.put(dims, &mut |x| lanes.push(x));
+        lanes
+    }
+    /// How many they are.
+    fn width(dims: usize) -> usize {
+        Self::default().lanes(dims).len()
+    }
+    /// Number of lanes of each member of a record; anything else is one member.
+    fn widths(dims: usize) -> Vec<usize> {
+        vec![Self::width(dims)]
+    }
     /// Whether this is a whole number.
     const INTEGER: bool = false;
 }
@@ -66,6 +80,9 @@ macro_rules! record {
             const INTEGER: bool = true $(&& <$ty as $crate::record::Element>::INTEGER)*;
             fn names(_: usize) -> &'static [&'static str] {
                 &[$(stringify!($field)),*]
+            }
+            fn widths(dims: usize) -> Vec<usize> {
+                vec![$(<$ty as $crate::record::Element>::width(dims)),*]
             }
             fn put(&self, dims: usize, sink: &mut impl FnMut(f64)) {
                 $($crate::record::Element::put(&self.$field, dims, sink);)*

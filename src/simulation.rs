@@ -15,6 +15,7 @@ mod setup;
 pub use columns::Columns;
 pub use nscd::{ResidualRecord, SolverStatistics};
 pub use options::{EngineChoice, Options};
+pub use runner::params_of_step;
 pub use setup::Setup;
 
 use crate::{
@@ -68,7 +69,7 @@ fn build(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engin
         Ok((setup, Box::new(gpu), notice))
     };
     let of_host = match assembly.solver.method {
-        Method::ContactDynamics(r) if !host_solver::on_engine(r.solver) => Some(r.solver),
+        Method::ContactDynamics(r) if r.solver.is_of_host() => Some(r.solver),
         _ => None,
     };
     if let Some(solver) = of_host {
@@ -149,10 +150,7 @@ impl Simulation {
     fn start(&mut self) -> Result<()> {
         let speed = self.assembly.grains.iter().map(|g| g.velocity.length()).fold(0.0, f64::max);
         let displacement_per_step = speed * self.dt();
-        let counters = self.lists.start(&self.plans, &mut self.runner, displacement_per_step)?;
-        if counters.lost_body > 0 {
-            return Err(self.runner.lost_grain(counters.lost_body, self.step())?);
-        }
+        self.lists.start(&self.plans, &mut self.runner, displacement_per_step)?;
         self.runner.execute_plan(&self.plans.start)
     }
 

@@ -43,10 +43,15 @@ pub struct Check {
     pub tolerance: Tolerance,
     /// Magnitudes that a difference is compared with where an array has no larger value.
     pub floors: &'static [Floor],
+    /// The same of each number of a record.
+    pub member_floors: &'static [MemberFloors],
 }
 
 /// Arrays, and the floor that they have in common, in their unit.
 pub type Floor = (&'static [&'static Array], fn(&State) -> f64);
+
+/// An array of records, and the numbers of a record of floors.
+pub type MemberFloors = (&'static Array, fn(&State) -> Vec<f64>);
 
 /// What rounding may decide, so that no tolerance can hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,8 +79,13 @@ pub enum Tolerance {
 
 impl Check {
     /// A few roundings everywhere.
-    pub const ROUNDING: Check =
-        Check { unordered: &[], undecided: Undecided::Nothing, tolerance: Tolerance::Rounding, floors: &[] };
+    pub const ROUNDING: Check = Check {
+        unordered: &[],
+        undecided: Undecided::Nothing,
+        tolerance: Tolerance::Rounding,
+        floors: &[],
+        member_floors: &[],
+    };
     /// Of forces.
     pub const FORCES: Check =
         Check { undecided: Undecided::Contacts, tolerance: Tolerance::Overlap, ..Check::ROUNDING };

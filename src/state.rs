@@ -233,6 +233,8 @@ pub trait Column {
     fn resize(&mut self, len: usize);
     /// Member names of a record, empty for plain values.
     fn names(&self, dims: usize) -> &'static [&'static str];
+    /// Number of lanes of each member of an element.
+    fn widths(&self, dims: usize) -> Vec<usize>;
     /// Whether elements are whole numbers.
     fn integer(&self) -> bool;
     /// All lanes, element by element.
@@ -257,6 +259,9 @@ impl<T: Element> Column for Vec<T> {
     }
     fn names(&self, dims: usize) -> &'static [&'static str] {
         T::names(dims)
+    }
+    fn widths(&self, dims: usize) -> Vec<usize> {
+        T::widths(dims)
     }
     fn integer(&self) -> bool {
         T::INTEGER

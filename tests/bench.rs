@@ -150,8 +150,8 @@ fn both_clocks_see_the_same_stages() {
         let mut gpu = Gpu::new(device, &plans, &state).unwrap();
         *gpu.times() = Some(Times::default());
         // Lists and a step, then more steps.
-        let steps = (1..5000).flat_map(|_| plans.step.ops());
-        let ops: Vec<_> = plans.chunk.ops().into_iter().chain(steps).collect();
+        let steps = (0..5000).flat_map(|_| plans.motion.ops());
+        let ops: Vec<_> = plans.lists.ops().into_iter().chain(steps).collect();
         gpu.execute(&state.params, &ops).unwrap();
         let times = gpu.times().take().unwrap();
         assert!(times.0.last().unwrap().seconds > 0.0, "{times:?}");

@@ -260,11 +260,11 @@ fn many_contacts_at_a_time_are_as_one_by_one() {
         let options = Options { engine: EngineChoice::Cpu, entries: Some(100_000), ..Options::default() };
         let Setup { mut state, plans, .. } = Setup::new(&random_scene(&model, k as u64), &options).unwrap();
         let run = |plan: &Plan, state: &mut State| plan.ops().iter().for_each(|op| apply(op, state));
-        // With new lists a step is part of the chunk.
-        run(&plans.chunk, &mut state);
-        run(&plans.step, &mut state);
+        run(&plans.lists, &mut state);
+        run(&plans.motion, &mut state);
+        run(&plans.motion, &mut state);
         let before = state.clone();
-        run(&plans.step, &mut state);
+        run(&plans.motion, &mut state);
         assert_eq!(state.counters[0].steps_done, 3, "{model:?}");
         for i in 0..before.sizes.bodies {
             let here = body(&before, i);

@@ -1,15 +1,17 @@
-//! How far twin and device are apart: values with their masks and floors.
+//! How far twin and device are apart: values with their masks and floors. What is measured how is data: of stages in
+//! [`crate::stage::Check`], of arrays in [`super::rules`].
 
+use super::rules::{Rule, rule};
 use crate::{
     body::grains::{member_ids, same_grain},
     contact::overlap::overlaps,
-    model::{Method, Precision},
     neighbours::grid::for_candidates,
     space::{boundary::nearest_image, precision::position_low_of, walls::wall_separation},
     stage::{Stage, Undecided},
-    state::{Array, Element, Length, PARTIAL_SUMS as ROWS, PartialSums, ResidualSums, State, Velocity, Wall, array::*},
+    state::{Array, Length, PARTIAL_SUMS as ROWS, State, Wall},
 };
 use glam::DVec3;
+use std::{cmp::Ordering, ops::Range};
 
 /// For each body, or clump, whether rounding decides what a stage makes of it. Empty: of none.
 pub fn undecided(s: &State, of: Undecided) -> Vec<bool> {
@@ -72,56 +74,48 @@ fn is_masked(s: &State, stage: &Stage, array: &Array, undecided: &[bool], row: u
     }
 }
 
-/// What differences in a member of an array are measured against at least.
-fn floor(s: &State, stage: &Stage, array: &Array, member: usize) -> f64 {
-    let declared = stage.check.floors.iter().find(|(arrays, _)| arrays.contains(&array)).map_or(0.0, |(_, of)| of(s));
-    if *array == PARTIAL_SUMS {
-        declared.max(partial_sums_floor(s, member))
-    } else if *array == RESIDUAL_SUMS {
-        declared.max(residual_sums_floor(s, ResidualSums::names(3)[member]))
-    } else {
-        declared
-    }
+/// What differences in some lanes of an array are measured against at least.
+fn floor(s: &State, stage: &Stage, array: &Array, lanes: Range<usize>) -> f64 {
+    let check = &stage.check;
+    let of_array = check.floors.iter().filter(|(arrays, _)| arrays.contains(&array)).map(|(_, of)| of(s));
+    let of_members = check.member_floors.iter().filter(|(floored, _)| *floored == array);
+    let of_members = of_members.flat_map(|(_, of)| of(s)[lanes.clone()].to_vec());
+    of_array.chain(of_members).fold(0.0, f64::max)
 }
 
 /// Worst and RMS relative difference of an array between twin and device.
 pub fn compare(twin: &State, device: &State, stage: &Stage, array: &Array, undecided: &[bool]) -> (f64, f64) {
-    // A value and what single precision leaves out of it are compared together.
-    let single = twin.model.precision == Precision::Single;
-    if *array == POSITION_LOW_NEXT {
-        return positions(twin, device, undecided);
-    } else if *array == CENTER_LOW_NEXT {
-        return centers(twin, device);
-    } else if *array == ORIENTATION_LOW_NEXT || (*array == ORIENTATION_NEXT && single) {
-        return orientations(twin, device);
-    } else if *array == ROTATION_ITERATIONS {
-        return rotation_iterations(twin, device);
+    let masked = |row: usize| is_masked(twin, stage, array, undecided, row);
+    match rule(array) {
+        Some(Rule::Records(difference)) => {
+            let difference = difference(twin, device);
+            return (difference, difference);
+        }
+        Some(Rule::Parts { value, low, scale }) if !twin.column(low).is_empty() => {
+            return parts(twin, device, [value, low], scale(twin), masked);
+        }
+        _ => {}
     }
-    let lanes = |s: &State| {
-        let mut lanes = Vec::new();
-        s.column(array).lanes(twin.model.dims(), &mut |x| lanes.push(x));
-        lanes
-    };
-    let (mut a, mut b) = (lanes(twin), lanes(device));
+    let column = twin.column(array);
+    let widths = column.widths(twin.model.dims());
+    let width: usize = widths.iter().sum();
+    let (mut a, mut b) = (lanes(twin, array), lanes(device, array));
     if stage.check.unordered.contains(&array) {
-        a.sort_by(f64::total_cmp);
-        b.sort_by(f64::total_cmp);
+        (a, b) = (sorted(&a, width), sorted(&b, width));
     }
-    if *array == COUNTERS {
-        return counters(&a, &b);
-    }
-    let width = a.len() / twin.column(array).len().max(1);
-    let masked = |k: usize| is_masked(twin, stage, array, undecided, k / width);
-    if twin.column(array).integer() {
-        let different = (0..a.len()).filter(|k| a[*k] != b[*k] && !masked(*k)).count();
+    if column.integer() {
+        let different = (0..a.len()).filter(|k| a[*k] != b[*k] && !masked(*k / width)).count();
         return (different as f64 / a.len() as f64, 0.0);
     }
     // Members of a record have different units, so each is compared with its own largest value; vectors as a whole.
     let mut result = (0.0_f64, 0.0_f64);
-    for (member, members) in member_lanes(twin, array, width).into_iter().enumerate() {
-        let floor = floor(twin, stage, array, member);
+    let mut end = 0;
+    for len in widths {
+        let members = end..end + len;
+        end += len;
+        let floor = floor(twin, stage, array, members.clone());
         let (mut worst, mut largest, mut squares, mut scale) = (0.0_f64, floor, 0.0, 0.0);
-        for k in (0..a.len()).filter(|k| members.contains(&(k % width)) && !masked(*k)) {
+        for k in (0..a.len()).filter(|k| members.contains(&(k % width)) && !masked(k / width)) {
             let difference = (a[k] - b[k]).abs();
             // NaN must fail, and f64::max would swallow it.
             worst = if difference.is_nan() { f64::INFINITY } else { worst.max(difference) };
@@ -137,52 +131,35 @@ pub fn compare(twin: &State, device: &State, stage: &Stage, array: &Array, undec
     result
 }
 
-/// What sums over contacts that are solved may differ by for a member of [`ResidualSums`]: the square of the rounding of velocities,
-/// (m/s)², and the energy of that, J.
-fn residual_sums_floor(s: &State, member: &str) -> f64 {
-    let squares = |of: fn(&Velocity) -> f64| {
-        s.extrapolated_velocity.iter().map(of).fold(0.0, f64::max) * s.model.precision.epsilon()
-    };
-    match member {
-        "residual_squared" => squares(|m| m.v.length_squared()),
-        "restart_criterion" | "curvature" | "step_squared" => {
-            squares(|m| if m.inverse_mass == 0.0 { 0.0 } else { m.v.length_squared() / m.inverse_mass })
-        }
-        _ => 0.0,
-    }
+/// All numbers of an array.
+fn lanes(s: &State, array: &Array) -> Vec<f64> {
+    let mut lanes = Vec::new();
+    s.column(array).lanes(s.model.dims(), &mut |x| lanes.push(x));
+    lanes
 }
 
-/// What sums over grains at rest may differ by for a member of [`PartialSums`]: the energy, J, that gravity gives the heaviest in a step,
-/// what global damping takes of it, W, and in contact dynamics the contact forces that balance, N.
-fn partial_sums_floor(s: &State, member: usize) -> f64 {
-    let lightest = s.velocity.iter().map(|m| m.inverse_mass).filter(|m| *m > 0.0).fold(f64::INFINITY, f64::min);
-    let kinetic = 0.5 * (s.params.gravity.length() * s.params.dt).powi(2) / lightest;
-    match PartialSums::names(3)[member] {
-        "kinetic" => kinetic,
-        "net_force" if s.model.method == Method::ContactDynamics => {
-            s.partial_sums.iter().map(|part| part.contact_force).fold(0.0, f64::max)
-        }
-        "dissipation" => 2.0 * s.params.damping * kinetic,
-        _ => 0.0,
-    }
+/// The rows of an array in ascending order.
+fn sorted(lanes: &[f64], width: usize) -> Vec<f64> {
+    let mut rows: Vec<&[f64]> = lanes.chunks(width).collect();
+    rows.sort_by(|a, b| a.iter().zip(*b).map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne()).unwrap_or(Ordering::Equal));
+    rows.concat()
 }
 
-/// Lanes of each member of a record: a vector is one member. Plain arrays have one.
-fn member_lanes(s: &State, array: &Array, width: usize) -> Vec<std::ops::Range<usize>> {
-    let names = s.column(array).names(s.model.dims());
-    if names.is_empty() || names.starts_with(&["x", "y"]) {
-        return std::iter::once(0..width).collect();
+/// The difference of values with their low parts over a scale: either part alone may differ by a whole unit in the last place.
+fn parts(twin: &State, device: &State, arrays: [&Array; 2], scale: f64, masked: impl Fn(usize) -> bool) -> (f64, f64) {
+    let [value, low] = arrays.map(|array| {
+        let (twin, device) = (lanes(twin, array), lanes(device, array));
+        twin.into_iter().zip(device).map(|(a, b)| a - b).collect::<Vec<_>>()
+    });
+    let width: usize = twin.column(arrays[0]).widths(twin.model.dims()).iter().sum();
+    let (mut worst, mut squares, mut count) = (0.0_f64, 0.0, 0.0_f64);
+    for k in (0..value.len()).filter(|k| !masked(k / width)) {
+        let difference = (value[k] + low[k]).abs();
+        worst = if difference.is_nan() { f64::INFINITY } else { worst.max(difference) };
+        squares += difference * difference;
+        count += 1.0;
     }
-    let vectors = ["x", "v", "point", "low", "normal", "velocity"];
-    let mut at = 0;
-    names
-        .iter()
-        .map(|name| {
-            let len = if vectors.contains(name) { s.model.dims() } else { 1 };
-            at += len;
-            at - len..at
-        })
-        .collect()
+    if worst == 0.0 { (0.0, 0.0) } else { (worst / scale, (squares / count).sqrt() / scale) }
 }
 
 /// The grain a list entry belongs to.
@@ -190,66 +167,60 @@ fn owner(s: &State, entry: usize) -> usize {
     s.list_start[..s.sizes.bodies].partition_point(|begin| *begin as usize <= entry).saturating_sub(1)
 }
 
-/// Flags must agree; the displacement is a number behind its bits.
-fn counters(a: &[f64], b: &[f64]) -> (f64, f64) {
-    const DISPLACEMENT: usize = 2;
-    let flags = (0..a.len()).filter(|k| *k != DISPLACEMENT && a[*k] != b[*k]).count() as f64;
-    let displacement = |c: &[f64]| f64::from(f32::from_bits(c[DISPLACEMENT] as u32));
-    let (x, y) = (displacement(a), displacement(b));
-    let difference = if x == y { 0.0 } else { (x - y).abs() / x.max(y) };
-    (flags.max(difference), difference)
-}
-
-/// Positions with their low parts: the difference over the largest displacement of this step, which is what must not be
-/// lost. (Either part alone may differ by a whole unit in the last place of the position.)
-fn positions(twin: &State, device: &State, undecided: &[bool]) -> (f64, f64) {
-    let displacement = twin.velocity_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * twin.params.dt;
-    // Members of clumps are put at the ends of arms, anew in every step, with 34 bits of the longest of these.
-    let arm = twin.member_offset.iter().map(|arm| arm.0.length()).fold(0.0, f64::max);
-    let largest = displacement.max(arm * 2f64.powi(-15)).max(twin.params.quantum / 64.0);
-    let decided = (0..twin.sizes.bodies).filter(|i| !undecided.get(*i).is_some_and(|u| *u));
-    let difference = |i: usize| {
-        let rest = twin.position_low_next[i].x - device.position_low_next[i].x;
-        ((twin.position_next[i].x - device.position_next[i].x) + rest).abs().max_element()
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        model::{Model, Precision},
+        stage::bodies,
+        state::{ARRAYS, Params, Sizes, present},
     };
-    worst_and_rms(decided.map(difference), largest)
-}
 
-/// Rounding may make a round more or less.
-fn rotation_iterations(twin: &State, device: &State) -> (f64, f64) {
-    let (a, b) = (twin.rotation_iterations[0], device.rotation_iterations[0]);
-    let different = a.most.abs_diff(b.most) > 1 || a.capped != b.capped;
-    (f64::from(u8::from(different)), 0.0)
-}
-
-/// The same for the centres of clumps.
-fn centers(twin: &State, device: &State) -> (f64, f64) {
-    let largest = twin.clump_velocity_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * twin.params.dt;
-    let difference = |c: usize| {
-        let rest = twin.center_low_next[c] - device.center_low_next[c];
-        ((twin.center_next[c] - device.center_next[c]) + rest).abs().max_element()
-    };
-    worst_and_rms((0..twin.sizes.clumps).map(difference), largest.max(twin.params.quantum / 64.0))
-}
-
-/// The same for their orientations, over the largest rotation of this step.
-fn orientations(twin: &State, device: &State) -> (f64, f64) {
-    let largest = twin.clump_spin_next.iter().map(|w| w.0.abs().max_element()).fold(0.0, f64::max);
-    let difference = |c: usize| {
-        let rest = twin.orientation_low_next[c].0 - device.orientation_low_next[c].0;
-        ((twin.orientation_next[c].0 - device.orientation_next[c].0) + rest).abs().max_element()
-    };
-    // At rest, some units in the last place of the low parts are what their lengths are corrected by.
-    worst_and_rms((0..twin.sizes.clumps).map(difference), (0.5 * largest * twin.params.dt).max(2f64.powi(-16)))
-}
-
-/// The largest difference and their root mean square, over a scale.
-fn worst_and_rms(differences: impl Iterator<Item = f64>, scale: f64) -> (f64, f64) {
-    let (mut worst, mut squares, mut count) = (0.0_f64, 0.0, 0.0_f64);
-    for difference in differences {
-        worst = if difference.is_nan() { f64::INFINITY } else { worst.max(difference) };
-        squares += difference * difference;
-        count += 1.0;
+    /// A state of ones under every model of a precision, once for each set of arrays.
+    fn states(precision: Precision) -> Vec<State> {
+        let mut seen = Vec::new();
+        let mut states = Vec::new();
+        for model in Model::all(precision) {
+            let arrays: Vec<&str> = present(&model, ARRAYS).iter().map(|a| a.name).collect();
+            let key = (model.dims(), arrays);
+            if !seen.contains(&key) {
+                seen.push(key);
+                let sizes = Sizes { bodies: 2, clumps: 1, walls: 1, materials: 1, cells: 1, ..Sizes::default() };
+                let mut s = State::new(model, sizes, Params { dt: 1.0, ..Params::default() });
+                for array in present(&model, ARRAYS) {
+                    s.column_mut(array).resize(2);
+                    s.column_mut(array).fill(model.dims(), &mut || 1.0);
+                }
+                states.push(s);
+            }
+        }
+        states
     }
-    if worst == 0.0 { (0.0, 0.0) } else { (worst / scale, (squares / count).sqrt() / scale) }
+
+    #[test]
+    fn a_wrong_number_is_found_in_every_member_of_every_array() {
+        let stage = Stage::new("", "", |_| (), bodies);
+        for twin in [states(Precision::Single), states(Precision::Double)].concat() {
+            let dims = twin.model.dims();
+            for array in present(&twin.model, ARRAYS) {
+                let right = lanes(&twin, array);
+                let width: usize = twin.column(array).widths(dims).iter().sum();
+                assert_eq!(width * twin.column(array).len(), right.len(), "{array:?}: widths");
+                let named = twin.column(array).names(dims).len();
+                let members = twin.column(array).widths(dims).len();
+                assert!(named <= 1 || members == named || members == 1, "{array:?}: {members} members, {named} names");
+                assert_eq!(compare(&twin, &twin, &stage, array, &[]), (0.0, 0.0), "{array:?}");
+                for wrong in 0..width {
+                    let mut device = twin.clone();
+                    let mut k = 0;
+                    device.column_mut(array).fill(dims, &mut || {
+                        k += 1;
+                        if k - 1 == wrong { 3.0 } else { 1.0 }
+                    });
+                    let (worst, _) = compare(&twin, &device, &stage, array, &[]);
+                    assert!(worst > 1e-2, "{array:?} in {dims} dimensions: number {wrong} is wrong by {worst} only");
+                }
+            }
+        }
+    }
 }

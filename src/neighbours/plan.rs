@@ -9,17 +9,24 @@ use crate::{
     state::array::*,
 };
 
-/// New lists if the old ones have served, then steps, and how far they have brought the grains.
-pub fn chunk(model: &Model, step: Plan) -> Plan {
+/// New lists.
+pub fn lists(model: &Model) -> Plan {
+    plan([sort(model), repeat(Loop::UntilListsFit, plan([forget(), fill()]))])
+}
+
+/// New lists if the old ones have served, then steps, and how far they have brought the grains. All of it is submitted before
+/// the host learns whether the lists fit: under lists that do not, and when halted, a step does nothing but its exchanges.
+pub fn chunk(model: &Model, step: &Plan) -> Plan {
     plan([
         repeat(Loop::IfListsAreUsedUp, sort(model)),
         repeat(
             Loop::UntilListsFit,
             plan([
                 forget(),
-                repeat(Loop::IfListsAreUsedUp, lists()),
-                repeat(Loop::Steps, step),
+                repeat(Loop::IfGrainsAreSorted, fill()),
+                repeat(Loop::Steps, step.clone()),
                 run(&DISPLACEMENT_CHECK),
+                repeat(Loop::HaltedSteps, swap_again(&step.swaps())),
             ]),
         ),
     ])
@@ -46,7 +53,7 @@ fn sort(model: &Model) -> Plan {
     ])
 }
 
-/// Neighbour lists, with the history of their contacts.
-fn lists() -> Plan {
+/// Neighbour lists of sorted grains, with the history of their contacts.
+fn fill() -> Plan {
     plan([run(&COUNT_NEIGHBOURS), run_all(&SCAN_LISTS), run(&FILL_NEIGHBOURS)])
 }

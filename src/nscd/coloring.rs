@@ -6,7 +6,46 @@ pub mod priority;
 mod propose;
 mod resolve;
 
-use crate::{stage::*, state::array};
+use crate::{
+    error::{Error, Result},
+    stage::*,
+    state::{ColoringState, Sizes, array},
+};
+
+/// What the host knows of the colours of a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Coloring {
+    /// Colours that all contacts have.
+    pub colors: u32,
+    /// Whether arrays have turned out too short, so that it begins anew.
+    pub too_short: bool,
+    /// Contacts with a colour.
+    colored: u32,
+}
+
+impl Coloring {
+    /// Look at how far it is: whether all contacts have a colour. If arrays are too short, `sizes` become larger.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if it does not get on.
+    pub fn look(&mut self, seen: &ColoringState, sizes: &mut Sizes) -> Result<bool> {
+        let before = std::mem::take(&mut self.colored);
+        self.too_short = sizes.make_room(seen);
+        if self.too_short {
+            return Ok(false);
+        }
+        if seen.uncolored == 0 {
+            self.colors = seen.colors;
+            return Ok(true);
+        }
+        if seen.contacts == before {
+            // A defect, which must not turn into a loop without end: a contact that only one of its grains knows of.
+            return Err(Error::Device("the contacts cannot be coloured".to_owned()));
+        }
+        self.colored = seen.contacts;
+        Ok(false)
+    }
+}
 
 /// Colors of contacts 1: what every body would have coloured next.
 pub static PROPOSE: Stage = Stage::new("nscd/coloring", "propose", propose::propose, bodies);

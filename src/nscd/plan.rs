@@ -4,31 +4,42 @@ use super::{coloring::*, *};
 use crate::{
     body::plan::exchange,
     model::{Grains, Model},
-    neighbours::{DISPLACEMENT_CHECK, plan::forget},
+    neighbours::{
+        DISPLACEMENT_CHECK,
+        plan::{forget, lists},
+    },
     plan::*,
+    solve::momentum::POWER_ITERATIONS,
     space::MOVE_WALLS,
     state::array::*,
 };
 
-/// Passes of the power iteration, and rounds of colouring before the host asks whether all contacts have a colour.
-const POWER_ITERATIONS: u32 = 40;
+/// Rounds of colouring before the host asks whether all contacts have a colour.
 const COLORING_ROUNDS: u32 = 8;
 
 /// The impulses of the contacts, then the motion. Lists have to reach to where the step ends, because grains meet on their way
 /// there.
 pub fn step(model: &Model) -> Plan {
-    let passes = plan([
-        repeat(Loop::IfContactsAreNew, color(model)).when(model.colored),
-        repeat(Loop::Passes, pass(model)),
-        residual(model),
-    ]);
-    plan([
-        repeat(Loop::IfListsAreNew, if model.colored { reset_colors() } else { largest_eigenvalue(model) }),
+    let motion = motion(model);
+    let step = plan([
+        repeat(Loop::IfListsAreUsedUp, lists(model)),
+        repeat(Loop::IfListsAreNew, if model.colored { reset_colors() } else { largest_eigenvalue(model) })
+            .when(!model.solved_on_host),
         setup(model),
-        repeat(Loop::UntilSolved, passes),
-        motion(model),
+        repeat(Loop::UntilSolved, plan([impulses(model), residual(model)])),
+        motion.clone(),
         run(&DISPLACEMENT_CHECK),
-    ])
+        repeat(Loop::IfStepIsTakenBack, swap_again(&motion.swaps())),
+    ]);
+    repeat(Loop::UntilStepIsWithinLists, step)
+}
+
+/// Those of the contacts that there are so far.
+fn impulses(model: &Model) -> Plan {
+    if model.solved_on_host {
+        return solve_on_host();
+    }
+    plan([repeat(Loop::IfContactsAreNew, color(model)).when(model.colored), repeat(Loop::Passes, pass(model))])
 }
 
 /// The contacts of a step, with the impulses of the last one.
@@ -59,7 +70,7 @@ fn largest_eigenvalue(model: &Model) -> Plan {
 }
 
 /// All contacts without a colour.
-pub fn reset_colors() -> Plan {
+fn reset_colors() -> Plan {
     clear([&CONTACT_COLOR, &COLOR_COUNT, &COLORING_STATE, &COLOR_CURSOR])
 }
 
@@ -67,7 +78,11 @@ pub fn reset_colors() -> Plan {
 fn color(model: &Model) -> Plan {
     let round = plan([run(&PROPOSE), run(&RESOLVE).when(model.grains == Grains::Clumps), run(&ASSIGN_COLORS)]);
     // The last proposal counts the contacts that are still without.
-    let rounds = plan([repeat(Loop::Times(COLORING_ROUNDS), round), run(&PROPOSE)]);
+    let rounds = plan([
+        repeat(Loop::IfColorsDoNotFit, reset_colors()),
+        repeat(Loop::Times(COLORING_ROUNDS), round),
+        run(&PROPOSE),
+    ]);
     plan([repeat(Loop::UntilColored, rounds), run(&ORDER_BY_COLOR)])
 }
 

@@ -2,11 +2,33 @@
 
 use crate::{
     stage::{Check, Floor, Tolerance},
-    state::{State, array::*},
+    state::{Element, ResidualSums, State, Velocity, array::*},
 };
 
 /// Sums over contacts that are solved.
-pub const SUMS: Check = Check { tolerance: Tolerance::Cancellation(&RESIDUAL_SUMS), ..Check::ROUNDING };
+pub const SUMS: Check = Check {
+    tolerance: Tolerance::Cancellation(&RESIDUAL_SUMS),
+    member_floors: &[(&RESIDUAL_SUMS, sums_of_solved_contacts)],
+    ..Check::ROUNDING
+};
+
+/// The square of the rounding of velocities, (m/s)², and the energy of that, J. Friction at the Coulomb limit is beyond it by a
+/// rounding of the normal impulses.
+fn sums_of_solved_contacts(s: &State) -> Vec<f64> {
+    let squares = |of: fn(&Velocity) -> f64| {
+        s.extrapolated_velocity.iter().map(of).fold(0.0, f64::max) * s.model.precision.epsilon()
+    };
+    let energy = squares(|m| if m.inverse_mass == 0.0 { 0.0 } else { m.v.length_squared() / m.inverse_mass });
+    let sums = ResidualSums {
+        residual_squared: squares(|m| m.v.length_squared()),
+        restart_criterion: energy,
+        curvature: energy,
+        step_squared: energy,
+        coulomb_excess: s.residual_sums.iter().map(|sums| sums.max_normal_impulse).fold(0.0, f64::max),
+        ..ResidualSums::default()
+    };
+    sums.lanes(s.model.dims())
+}
 
 /// Spins of clumps are sums of what single members give them, and these may nearly cancel.
 pub const SPIN_FLOORS: &[Floor] =
@@ -20,11 +42,6 @@ fn largest_spin_from_a_member(s: &State) -> f64 {
             * (s.member_offset[member_id].0.length() * s.member_force[i].length() + s.member_torque[i].0.length())
     };
     (0..s.sizes.bodies).map(of_member).fold(0.0, f64::max)
-}
-
-/// Tangential at the Coulomb limit is beyond it by rounding.
-pub fn largest_normal_impulse(s: &State) -> f64 {
-    s.residual_sums.iter().map(|sums| sums.max_normal_impulse).fold(0.0, f64::max)
 }
 
 /// Squares of what is left where velocities cancel, (m/s)²: d(x²) = 2 x dx, and dx is a rounding of velocities.

@@ -204,11 +204,6 @@ impl<I: Inertia> Operator for Grains<I> {
     }
 }
 
-/// Whether a solver is the engine's own passes.
-pub fn on_engine(solver: Solver) -> bool {
-    matches!(solver, Solver::Jacobi | Solver::JacobiAccelerated | Solver::ColouredAccelerated)
-}
-
 /// Solve the contacts of a state, and leave impulses and velocities in it. Times in the answer are since `began`.
 fn solve_state(s: &mut State, relaxation: &Relaxation, step: u64, began: Instant) -> Result<Solution> {
     match s.model.grains {

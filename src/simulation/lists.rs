@@ -104,10 +104,11 @@ impl NeighbourLists {
     }
 
     /// The first lists, of grains of which the fastest moves this far in a step, m.
-    pub fn start(&mut self, plans: &Plans, runner: &mut Runner, displacement_per_step: f64) -> Result<Counters> {
+    pub fn start(&mut self, plans: &Plans, runner: &mut Runner, displacement_per_step: f64) -> Result<()> {
         // Nothing is known yet of what forces will do to the speeds.
         self.displacement_per_step = displacement_per_step.max(self.largest_margin / LIFE);
-        self.run(plans, runner, 0)
+        let counters = self.make(plans, runner)?;
+        runner.check_lost(&counters)
     }
 
     /// Whether they have to be made anew before the next step.
@@ -140,29 +141,79 @@ impl NeighbourLists {
         if self.are_used_up() { self.steps_planned } else { self.steps_left }
     }
 
+    /// New lists.
+    pub fn make(&mut self, plans: &Plans, runner: &mut Runner) -> Result<Counters> {
+        self.make_room_for_history(runner)?;
+        let mut making = Making { lists: self, runner, counters: Counters::default() };
+        plans.lists.walk(&mut making)?;
+        Ok(making.counters)
+    }
+
     /// New lists if it is time, and then this many steps, or fewer if a grain comes to the end of the lists' reach or is lost.
     pub fn run(&mut self, plans: &Plans, runner: &mut Runner, steps: u32) -> Result<Counters> {
-        if self.active_contacts as usize > self.history {
-            self.history = with_room(self.active_contacts);
-            resize(runner, Length::History, self.history)?;
-        }
         let rebuild = self.are_used_up();
-        let mut chunk = Chunk { lists: self, runner, plans, steps, rebuild, counters: Counters::default() };
+        self.make_room_for_history(runner)?;
+        let mut chunk = Chunk { lists: self, runner, steps, rebuild, counters: Counters::default() };
         plans.chunk.walk(&mut chunk)?;
         let counters = chunk.counters;
-        runner.execute(&plans.swaps, steps.saturating_sub(counters.steps_done))?;
+        runner.submit()?;
         if rebuild {
-            let needed = counters.entries_needed as usize;
-            let ample = with_room(counters.entries_needed).max(self.least_entries);
-            self.next_entries = if 8 * needed < 7 * self.entries { ample } else { self.entries };
-            let forgotten = self.active_contacts.saturating_sub(counters.restored_contacts);
-            self.lost_contacts += u64::from(forgotten) + u64::from(counters.unlisted);
-            (self.steps_left, self.steps_served) = (self.steps_planned, 0);
+            self.begin(&counters);
         }
         self.note_displacements(&counters, &runner.state.params);
         self.steps_left = if self.margin_used_up { 0 } else { self.steps_left - counters.steps_done };
         self.repeated_chunks += u64::from(counters.steps_done < steps);
         Ok(counters)
+    }
+
+    /// The contacts that there are fit into the history. To be called before lists are made.
+    pub fn make_room_for_history(&mut self, runner: &mut Runner) -> Result<()> {
+        if self.active_contacts as usize > self.history {
+            self.history = with_room(self.active_contacts);
+            resize(runner, Length::History, self.history)?;
+        }
+        Ok(())
+    }
+
+    /// What the next lists need, so far as is known.
+    pub fn make_room(&mut self, runner: &mut Runner) -> Result<()> {
+        if self.next_entries != self.entries {
+            runner.submit()?;
+            self.resize_entries(runner, self.next_entries)?;
+        }
+        Ok(())
+    }
+
+    /// More if they have turned out too short: whether they have.
+    fn make_more_room(&mut self, runner: &mut Runner, counters: &Counters) -> Result<bool> {
+        let short = counters.entries_needed as usize > self.entries;
+        if short {
+            self.repeated_chunks += 1;
+            runner.submit()?;
+            self.resize_entries(runner, with_room(counters.entries_needed))?;
+        }
+        Ok(short)
+    }
+
+    /// Look at lists that are made without steps: what the device says when they fit. `round`: how many looks there have been.
+    pub fn are_made(&mut self, runner: &mut Runner, round: u32) -> Result<Option<Counters>> {
+        runner.submit()?;
+        let counters = runner.engine.counters()?;
+        if round == 1 && self.make_more_room(runner, &counters)? {
+            return Ok(None);
+        }
+        self.begin(&counters);
+        Ok(Some(counters))
+    }
+
+    /// They are new.
+    fn begin(&mut self, counters: &Counters) {
+        let needed = counters.entries_needed as usize;
+        let ample = with_room(counters.entries_needed).max(self.least_entries);
+        self.next_entries = if 8 * needed < 7 * self.entries { ample } else { self.entries };
+        let forgotten = self.active_contacts.saturating_sub(counters.restored_contacts);
+        self.lost_contacts += u64::from(forgotten) + u64::from(counters.unlisted);
+        (self.steps_left, self.steps_served, self.margin_used_up) = (self.steps_planned, 0, false);
     }
 
     /// How far grains have gone, and how many contacts there are.
@@ -221,13 +272,41 @@ pub fn resize(runner: &mut Runner, kind: Length, len: usize) -> Result<()> {
     ARRAYS.iter().filter(of_kind).try_for_each(|array| runner.engine.resize(array, len))
 }
 
-/// Walks the plan of a chunk.
+/// Walks the plan of lists.
+struct Making<'a> {
+    lists: &'a mut NeighbourLists,
+    runner: &'a mut Runner,
+    counters: Counters,
+}
+
+impl Driver for Making<'_> {
+    fn run(&mut self, op: Op) -> Result<()> {
+        self.runner.push(op);
+        Ok(())
+    }
+
+    fn rounds(&mut self, of: Loop, done: u32) -> Result<u32> {
+        match (of, done) {
+            (Loop::UntilListsFit, 0) => self.lists.make_room(self.runner).map(|()| 1),
+            (Loop::UntilListsFit, _) => match self.lists.are_made(self.runner, done)? {
+                Some(counters) => {
+                    self.counters = counters;
+                    Ok(0)
+                }
+                None => Ok(1),
+            },
+            _ => Ok(0),
+        }
+    }
+}
+
+/// Walks the plan of a chunk of steps.
 struct Chunk<'a> {
     lists: &'a mut NeighbourLists,
     runner: &'a mut Runner,
-    plans: &'a Plans,
     steps: u32,
     rebuild: bool,
+    /// What the last look has seen.
     counters: Counters,
 }
 
@@ -239,43 +318,21 @@ impl Driver for Chunk<'_> {
 
     fn rounds(&mut self, of: Loop, done: u32) -> Result<u32> {
         match (of, done) {
-            (Loop::IfListsAreUsedUp, 0) => Ok(u32::from(self.rebuild)),
-            (Loop::UntilListsFit, 0) => self.make_room(),
-            (Loop::UntilListsFit, 1) => self.make_more_room(),
-            (Loop::UntilListsFit, _) => self.look().map(|()| 0),
+            (Loop::IfListsAreUsedUp | Loop::IfGrainsAreSorted, 0) => Ok(u32::from(self.rebuild)),
+            (Loop::UntilListsFit, 0) => {
+                if self.rebuild {
+                    self.lists.make_room(self.runner)?;
+                }
+                Ok(1)
+            }
+            (Loop::UntilListsFit, 1) => self.lists.make_more_room(self.runner, &self.counters).map(u32::from),
             (Loop::Steps, 0) => Ok(self.steps),
+            (Loop::HaltedSteps, 0) => {
+                self.runner.submit()?;
+                self.counters = self.runner.engine.counters()?;
+                Ok(self.steps.saturating_sub(self.counters.steps_done))
+            }
             _ => Ok(0),
         }
-    }
-}
-
-impl Chunk<'_> {
-    fn look(&mut self) -> Result<()> {
-        self.runner.submit()?;
-        self.counters = self.runner.engine.counters()?;
-        Ok(())
-    }
-
-    /// What the next lists need, so far as is known.
-    fn make_room(&mut self) -> Result<u32> {
-        if self.rebuild && self.lists.next_entries != self.lists.entries {
-            self.runner.submit()?;
-            self.lists.resize_entries(self.runner, self.lists.next_entries)?;
-        }
-        Ok(1)
-    }
-
-    /// More if they have turned out too short: whether they have to be made again.
-    fn make_more_room(&mut self) -> Result<u32> {
-        self.look()?;
-        let needed = self.counters.entries_needed;
-        if needed as usize <= self.lists.entries {
-            return Ok(0);
-        }
-        self.lists.repeated_chunks += 1;
-        // Lists that do not fit are not walked: nothing has happened but the exchanges of arrays.
-        self.runner.execute(&self.plans.swaps, self.steps)?;
-        self.lists.resize_entries(self.runner, with_room(needed))?;
-        Ok(1)
     }
 }

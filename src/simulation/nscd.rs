@@ -7,6 +7,7 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
+    nscd::coloring::Coloring,
     plan::{Driver, Loop, Op},
     plans::Plans,
     scene::Relaxation,
@@ -87,36 +88,13 @@ impl Nscd {
     /// # Errors
     /// [`Error::Run`] if a grain is lost or moves too fast; the state is then the last good one.
     pub fn advance(&mut self, plans: &Plans, runner: &mut Runner, lists: &mut NeighbourLists) -> Result<()> {
-        loop {
-            if lists.are_used_up() {
-                lists.set_margin(&mut runner.state.params);
-                let counters = lists.run(plans, runner, 0)?;
-                if counters.lost_body > 0 {
-                    return Err(runner.lost_grain(counters.lost_body, runner.step)?);
-                }
-            }
-            let mut step = Step::new(self, runner, plans, lists.are_new());
-            plans.step.walk(&mut step)?;
-            let (passes, end) = (step.passes, step.end);
-            runner.submit()?;
-            let counters = runner.engine.counters()?;
-            lists.note_displacements(&counters, &runner.state.params);
-            if counters.lost_body > 0 {
-                let reason = runner.lost_grain(counters.lost_body, runner.step)?;
-                runner.execute(&plans.swaps, 1)?;
-                lists.discard();
-                return Err(reason);
-            }
-            if !lists.margin_is_used_up() {
-                self.statistics.add(passes, &end, runner.state.params.tolerance);
-                lists.serve_step();
-                runner.step += 1;
-                return Ok(());
-            }
-            // Back, and once more with lists that reach to where the step ends.
-            runner.execute(&plans.swaps, 1)?;
-            lists.repeat_step();
-        }
+        let mut step = Step::new(self, runner, lists);
+        plans.chunk.walk(&mut step)?;
+        let (passes, end) = (step.passes, step.end);
+        self.statistics.add(passes, &end, runner.state.params.tolerance);
+        lists.serve_step();
+        runner.step += 1;
+        Ok(())
     }
 }
 
@@ -124,37 +102,44 @@ impl Nscd {
 struct Step<'a> {
     nscd: &'a mut Nscd,
     runner: &'a mut Runner,
-    plans: &'a Plans,
-    lists_are_new: bool,
-    began: Instant,
+    lists: &'a mut NeighbourLists,
     on_host: bool,
+    began: Instant,
     /// Passes so far, and those to do before the next look.
     passes: u32,
     batch: u32,
     /// What the last look has seen.
     end: SolverState,
-    /// Colours, and contacts that have one.
-    colors: u32,
-    colored: u32,
+    coloring: Coloring,
+    /// Why the step is taken back, if it lost a grain.
+    lost: Option<Error>,
 }
 
 impl<'a> Step<'a> {
-    fn new(nscd: &'a mut Nscd, runner: &'a mut Runner, plans: &'a Plans, lists_are_new: bool) -> Step<'a> {
-        nscd.residual_history.clear();
+    fn new(nscd: &'a mut Nscd, runner: &'a mut Runner, lists: &'a mut NeighbourLists) -> Step<'a> {
         Step {
-            lists_are_new,
+            on_host: nscd.relaxation.solver.is_of_host(),
             began: Instant::now(),
-            on_host: !host_solver::on_engine(nscd.relaxation.solver),
             passes: 0,
-            // Most steps take about as many passes as the one before; to learn of fewer, begin with fewer.
-            batch: (nscd.statistics.last_iterations * 3 / 4).clamp(LEAST_AT_ONCE, MOST_AT_ONCE),
-            end: SolverState { residual: f64::INFINITY, ..SolverState::default() },
-            colors: 0,
-            colored: 0,
+            batch: 0,
+            end: SolverState::default(),
+            coloring: Coloring::default(),
+            lost: None,
             nscd,
             runner,
-            plans,
+            lists,
         }
+    }
+
+    /// Begin, or begin anew.
+    fn begin(&mut self) {
+        self.nscd.residual_history.clear();
+        self.began = Instant::now();
+        self.passes = 0;
+        // Most steps take about as many passes as the one before; to learn of fewer, begin with fewer.
+        self.batch = (self.nscd.statistics.last_iterations * 3 / 4).clamp(LEAST_AT_ONCE, MOST_AT_ONCE);
+        self.end = SolverState { residual: f64::INFINITY, ..SolverState::default() };
+        self.coloring = Coloring::default();
     }
 }
 
@@ -164,34 +149,6 @@ impl Driver for Step<'_> {
         Ok(())
     }
 
-    fn rounds(&mut self, of: Loop, done: u32) -> Result<u32> {
-        match (of, done) {
-            (Loop::IfListsAreNew, 0) => Ok(u32::from(self.lists_are_new)),
-            (Loop::Times(n), 0) => Ok(n),
-            (Loop::UntilSolved | Loop::UntilColored, 0) => Ok(1),
-            (Loop::UntilSolved, done) => self.is_solved(done).map(|solved| u32::from(!solved)),
-            // Those that the step begins with, and those that the last look has found.
-            (Loop::IfContactsAreNew, 0) => Ok(u32::from(self.passes == 0 || self.end.late_contacts > 0)),
-            (Loop::UntilColored, _) => self.is_colored().map(|colored| u32::from(!colored)),
-            (Loop::ForEachColor, 0) => Ok(self.colors),
-            (Loop::Passes, 0) if self.on_host => self.solve_on_host().map(|()| 0),
-            (Loop::Passes, 0) => Ok(self.passes_at_once()),
-            _ => Ok(0),
-        }
-    }
-}
-
-impl Step<'_> {
-    /// Passes to do before the next look.
-    fn passes_at_once(&self) -> u32 {
-        let batch = self.batch.min(self.nscd.relaxation.max_iterations - self.passes);
-        match MOST_SWEEPS.checked_div(self.colors) {
-            Some(most) => batch.min(MOST_BY_COLORS).min(most.max(1)),
-            None => batch,
-        }
-    }
-
-    /// All passes with the contacts that there are.
     fn solve_on_host(&mut self) -> Result<()> {
         self.runner.submit()?;
         let passes = self.passes;
@@ -205,6 +162,85 @@ impl Step<'_> {
         }));
         self.passes += solution.passes as u32;
         Ok(())
+    }
+
+    fn rounds(&mut self, of: Loop, done: u32) -> Result<u32> {
+        match (of, done) {
+            (Loop::UntilStepIsWithinLists, done) => self.is_within_lists(done).map(|within| u32::from(!within)),
+            (Loop::IfStepIsTakenBack, 0) => self.has_left_lists().map(u32::from),
+            (Loop::IfListsAreUsedUp, 0) => self.lists_are_used_up().map(u32::from),
+            (Loop::UntilListsFit, 0) => self.lists.make_room(self.runner).map(|()| 1),
+            (Loop::UntilListsFit, done) => match self.lists.are_made(self.runner, done)? {
+                Some(counters) => {
+                    self.began = Instant::now();
+                    self.runner.check_lost(&counters).map(|()| 0)
+                }
+                None => Ok(1),
+            },
+            (Loop::IfListsAreNew, 0) => Ok(u32::from(self.lists.are_new())),
+            (Loop::Times(n), 0) => Ok(n),
+            (Loop::UntilSolved | Loop::UntilColored, 0) => Ok(1),
+            (Loop::UntilSolved, done) => self.is_solved(done).map(|solved| u32::from(!solved)),
+            // Those that the step begins with, and those that the last look has found.
+            (Loop::IfContactsAreNew, 0) => Ok(u32::from(self.passes == 0 || self.end.late_contacts > 0)),
+            (Loop::UntilColored, _) => self.is_colored().map(|colored| u32::from(!colored)),
+            (Loop::IfColorsDoNotFit, 0) => Ok(u32::from(self.coloring.too_short)),
+            (Loop::ForEachColor, 0) => Ok(self.coloring.colors),
+            (Loop::Passes, 0) => Ok(self.passes_at_once()),
+            _ => Ok(0),
+        }
+    }
+}
+
+impl Step<'_> {
+    /// Whether the step, if it has been done already, has stayed within the lists.
+    ///
+    /// # Errors
+    /// [`Error::Run`] if it has lost a grain; it has been taken back then.
+    fn is_within_lists(&mut self, done: u32) -> Result<bool> {
+        self.runner.submit()?;
+        if let Some(reason) = self.lost.take() {
+            self.lists.discard();
+            return Err(reason);
+        }
+        let within = done > 0 && !self.lists.margin_is_used_up();
+        if !within {
+            if done > 0 {
+                self.lists.repeat_step();
+            }
+            self.begin();
+        }
+        Ok(within)
+    }
+
+    /// Look at where the step has ended: whether that is beyond the reach of the lists, or a grain is lost.
+    fn has_left_lists(&mut self) -> Result<bool> {
+        self.runner.submit()?;
+        let counters = self.runner.engine.counters()?;
+        self.lists.note_displacements(&counters, &self.runner.state.params);
+        if counters.lost_body > 0 {
+            self.lost = Some(self.runner.lost_grain(counters.lost_body, self.runner.step)?);
+        }
+        Ok(self.lost.is_some() || self.lists.margin_is_used_up())
+    }
+
+    /// Whether new ones have to be made; then they get room.
+    fn lists_are_used_up(&mut self) -> Result<bool> {
+        let used_up = self.lists.are_used_up();
+        if used_up {
+            self.lists.set_margin(&mut self.runner.state.params);
+            self.lists.make_room_for_history(self.runner)?;
+        }
+        Ok(used_up)
+    }
+
+    /// Passes to do before the next look.
+    fn passes_at_once(&self) -> u32 {
+        let batch = self.batch.min(self.nscd.relaxation.max_iterations - self.passes);
+        match MOST_SWEEPS.checked_div(self.coloring.colors) {
+            Some(most) => batch.min(MOST_BY_COLORS).min(most.max(1)),
+            None => batch,
+        }
     }
 
     /// Look at the residual: whether that is it. `round`: how many looks there have been.
@@ -238,22 +274,13 @@ impl Step<'_> {
     /// Look at the colours: whether all contacts have one.
     fn is_colored(&mut self) -> Result<bool> {
         self.runner.submit()?;
-        let coloring = self.runner.read(&[&array::COLORING_STATE])?.coloring_state[0];
-        if self.runner.state.sizes.make_room(&coloring) {
+        let seen = self.runner.read(&[&array::COLORING_STATE])?.coloring_state[0];
+        let colored = self.coloring.look(&seen, &mut self.runner.state.sizes)?;
+        if self.coloring.too_short {
             for kind in [Length::Contacts, Length::Colors] {
                 resize(self.runner, kind, self.runner.state.sizes.of(kind))?;
             }
-            self.plans.reset_colors.iter().for_each(|op| self.runner.push(*op));
-            self.colored = 0;
-        } else if coloring.uncolored == 0 {
-            (self.colors, self.colored) = (coloring.colors, 0);
-            return Ok(true);
-        } else if coloring.contacts == self.colored {
-            // A defect, which must not turn into a loop without end: a contact that only one of its grains knows of.
-            return Err(Error::Device(format!("{} cannot colour the contacts", self.runner.engine.name())));
-        } else {
-            self.colored = coloring.contacts;
         }
-        Ok(false)
+        Ok(colored)
     }
 }

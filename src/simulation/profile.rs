@@ -73,7 +73,7 @@ impl Simulation {
         let bytes = traffic::bytes(&self.runner.state.model, stage, sizes, |array| self.runner.engine.stride(array))?;
         // A call in the loop over the colours is over one of them.
         let colors = || u64::from(self.runner.state.coloring_state[0].colors.max(1));
-        let bytes = if self.plans.step.within(Loop::ForEachColor).runs(stage) { bytes / colors() } else { bytes };
+        let bytes = if self.plans.chunk.within(Loop::ForEachColor).runs(stage) { bytes / colors() } else { bytes };
         Ok(StageCost { name: stage.name, calls: if of_step { steps } else { calls }, seconds, bytes })
     }
 }

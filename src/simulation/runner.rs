@@ -5,8 +5,13 @@ use crate::{
     error::{Error, Result},
     plan::{Op, Plan},
     space::dimension::outside,
-    state::{Array, Params, State, array::*},
+    state::{Array, Counters, Params, State, array::*},
 };
+
+/// The parameters of a step: at time 0 springs have not been stretched yet.
+pub fn params_of_step(p: &Params, step: u64) -> Params {
+    Params { history_dt: if step == 0 { 0.0 } else { p.dt }, ..*p }
+}
 
 pub struct Runner {
     pub engine: Box<dyn Engine>,
@@ -23,10 +28,9 @@ impl Runner {
         Runner { engine, state, step: 0, queue: Vec::new() }
     }
 
-    /// The parameters of the next step: at time 0 springs have not been stretched yet.
+    /// The parameters of the next step.
     fn params(&self) -> Params {
-        let p = &self.state.params;
-        Params { history_dt: if self.step == 0 { 0.0 } else { p.dt }, ..*p }
+        params_of_step(&self.state.params, self.step)
     }
 
     /// To be done with the next submission.
@@ -57,6 +61,14 @@ impl Runner {
     pub fn read(&mut self, arrays: &[&'static Array]) -> Result<&State> {
         self.engine.read(arrays, &mut self.state)?;
         Ok(&self.state)
+    }
+
+    /// An error if the device says that a grain is lost.
+    pub fn check_lost(&mut self, counters: &Counters) -> Result<()> {
+        match counters.lost_body {
+            0 => Ok(()),
+            mark => Err(self.lost_grain(mark, self.step)?),
+        }
     }
 
     /// Why the run cannot go on after this step, from the device's mark of the grain.

@@ -17,7 +17,7 @@ impl Simulation {
     fn refresh(&mut self) -> Result<()> {
         if self.lists.margin_is_used_up() {
             self.lists.set_margin(&mut self.runner.state.params);
-            self.lists.run(&self.plans, &mut self.runner, 0)?;
+            self.lists.make(&self.plans, &mut self.runner)?;
         }
         Ok(())
     }

@@ -9,8 +9,8 @@
 
 use crate::solve::{
     contact::Contact,
-    jacobi::{POWER, ROUNDING_DOUBLE, initial_state},
-    momentum::{ROUNDING, SolverState},
+    jacobi::initial_state,
+    momentum::{NONE_YET, POWER_ITERATIONS, ROUNDING, ROUNDING_DOUBLE, ROUNDING_SINGLE, SolverState},
     operator::{Operator, velocities},
     options::{Options, Solver},
     problem::Problem,
@@ -33,8 +33,6 @@ const BATCH: usize = 64;
 const NEAR: f64 = 10.0;
 /// The kernels of a pass; the first one also puts by the best iterate of all passes before.
 const PASS: [&str; 3] = ["disc_pass", "apply_delassus", "momentum_restart"];
-/// As [`ROUNDING_DOUBLE`].
-const ROUNDING_SINGLE: f64 = 1e-5;
 /// What single precision bears: the part of the largest scale of W that each of a contact's own must be, and μ.
 const SINGLE: (f64, f64) = (1e-15, 1e9);
 
@@ -102,7 +100,7 @@ impl Jacobi {
         Ok(Solution {
             converged: found.residual <= options.tolerance,
             passes,
-            other_passes: POWER + 1 + judge.evaluations,
+            other_passes: POWER_ITERATIONS as usize + 1 + judge.evaluations,
             history,
             ..found
         })
@@ -219,10 +217,9 @@ impl<'a> Relaxation<'a> {
             rows().for_each(|(_, block)| (0..self.dims).for_each(|axis| put(block.col(axis) / weight, sink)));
         });
         // No pass has been yet.
-        let none = f64::from(f32::MAX);
-        let state = SolverState { scale: 1.0, residual_estimate: none, ..initial_state(problem, contacts) };
+        let state = SolverState { scale: 1.0, residual_estimate: NONE_YET, ..initial_state(problem, contacts) };
         self.write("solver_state", 1, |sink| state.put(self.dims, &mut |lane| sink(lane)));
-        self.write_record("best_pass", &[("residual", none)]);
+        self.write_record("best_pass", &[("residual", NONE_YET)]);
     }
 
     fn write(&self, name: &str, length: usize, values: impl FnOnce(Sink)) {

@@ -7,7 +7,10 @@
 
 use crate::solve::{
     contact::Contact,
-    momentum::{LIPSCHITZ_MARGIN, MomentumLimits, PassSums, ROUNDING, SolverState, next_momentum},
+    momentum::{
+        LIPSCHITZ_MARGIN, MomentumLimits, POWER_ITERATIONS, PassSums, ROUNDING, ROUNDING_DOUBLE, SolverState,
+        next_momentum,
+    },
     natural_map::{disc_update, scaled_product},
     operator::{Operator, velocities},
     options::Options,
@@ -19,11 +22,6 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::time::Instant;
 
-/// Passes of the power iteration.
-pub const POWER: usize = 40;
-/// Relative residual below which the curvature of a pass is the rounding of double precision, whatever the tolerance.
-pub const ROUNDING_DOUBLE: f64 = 1e-10;
-
 /// Jacobi relaxation from `start`.
 pub fn solve<O: Operator>(operator: &O, start: Vec<DVec3>, accelerated: bool, options: &Options) -> Solution {
     let started = Instant::now();
@@ -34,7 +32,7 @@ pub fn solve<O: Operator>(operator: &O, start: Vec<DVec3>, accelerated: bool, op
     let (mut bodies, mut u_x) = (operator.free(), vec![DVec3::ZERO; n]);
     velocities(operator, &mut bodies, &x, &mut u_x);
     let (mut u_y, mut u_next) = (u_x.clone(), u_x.clone());
-    monitor.other_passes = POWER + 1;
+    monitor.other_passes = POWER_ITERATIONS as usize + 1;
     let mut state = initial_state(operator, &contacts);
     let limits = MomentumLimits {
         max_momentum: f64::from(u8::from(accelerated)),
@@ -77,12 +75,12 @@ pub fn solve<O: Operator>(operator: &O, start: Vec<DVec3>, accelerated: bool, op
 /// row, because none of a block on the diagonal exceeds 2: its parts along and across the normal are at most 1.
 pub fn initial_state<O: Operator>(operator: &O, contacts: &[Contact]) -> SolverState {
     let blocks = (0..contacts.len()).map(|k| operator.neighbours(k).count()).max().unwrap_or(0);
-    let lipschitz = LIPSCHITZ_MARGIN * largest_eigenvalue(operator, contacts, POWER);
+    let lipschitz = LIPSCHITZ_MARGIN * largest_eigenvalue(operator, contacts, POWER_ITERATIONS);
     SolverState::new(operator.reference(), 2.0 * blocks as f64, lipschitz)
 }
 
 /// The largest eigenvalue of the scaled operator, from below, by power iteration from a start that hides from no mode.
-pub fn largest_eigenvalue<O: Operator>(operator: &O, contacts: &[Contact], passes: usize) -> f64 {
+pub fn largest_eigenvalue<O: Operator>(operator: &O, contacts: &[Contact], passes: u32) -> f64 {
     let n = contacts.len();
     let scale = |k: usize| {
         let c: &Contact = &contacts[k];

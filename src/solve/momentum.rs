@@ -23,8 +23,13 @@ const RISEN: f64 = 1.5;
 const PATIENCE: u32 = 100;
 /// The part of the tolerance below which velocities may change by rounding alone.
 pub const ROUNDING: f64 = 0.1;
+/// Relative residual below which the curvature of a pass is the rounding of a precision, whatever the tolerance.
+pub const ROUNDING_DOUBLE: f64 = 1e-10;
+pub const ROUNDING_SINGLE: f64 = 1e-5;
 /// Larger than any residual.
 pub const NONE_YET: f64 = 1e30;
+/// Passes of the power iteration for the largest eigenvalue of W.
+pub const POWER_ITERATIONS: u32 = 40;
 
 record!(
     /// The state of a relaxation.

@@ -41,6 +41,11 @@ impl Solver {
         }
     }
 
+    /// Whether contacts of a scene are solved by the host alone, not by passes of an engine.
+    pub fn is_of_host(self) -> bool {
+        matches!(self, Solver::GaussSeidel | Solver::Socp | Solver::Lemke)
+    }
+
     pub fn label(self) -> &'static str {
         match self {
             Solver::GaussSeidel => "gauss-seidel",

@@ -1,0 +1,72 @@
+//! Arrays that are compared by a rule of their own, whatever stage writes them.
+
+use crate::state::{Array, Counters, State, array::*};
+
+/// How an array is compared, if not number by number.
+pub enum Rule {
+    /// A value and what single precision leaves out of it together, over a scale in their unit. In double precision the value
+    /// stands alone, and is compared as any.
+    Parts { value: &'static Array, low: &'static Array, scale: fn(&State) -> f64 },
+    /// Twin and device, in numbers that are relative already.
+    Records(fn(&State, &State) -> f64),
+}
+
+/// The rules, with the arrays that they are for.
+static RULES: &[(&[&Array], Rule)] = &[
+    (
+        &[&POSITION_LOW_NEXT, &POSITION_NEXT],
+        Rule::Parts { value: &POSITION_NEXT, low: &POSITION_LOW_NEXT, scale: displacement_of_a_body },
+    ),
+    (
+        &[&CENTER_LOW_NEXT, &CENTER_NEXT],
+        Rule::Parts { value: &CENTER_NEXT, low: &CENTER_LOW_NEXT, scale: displacement_of_a_clump },
+    ),
+    (
+        &[&ORIENTATION_LOW_NEXT, &ORIENTATION_NEXT],
+        Rule::Parts { value: &ORIENTATION_NEXT, low: &ORIENTATION_LOW_NEXT, scale: rotation_of_a_clump },
+    ),
+    (&[&COUNTERS], Rule::Records(counters)),
+    (&[&ROTATION_ITERATIONS], Rule::Records(rotation_iterations)),
+];
+
+/// The rule of an array, if it has one.
+pub fn rule(array: &Array) -> Option<&'static Rule> {
+    RULES.iter().find(|(arrays, _)| arrays.contains(&array)).map(|(_, rule)| rule)
+}
+
+/// The largest of this step, m, which is what must not be lost.
+fn displacement_of_a_body(s: &State) -> f64 {
+    let displacement = s.velocity_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * s.params.dt;
+    // Members of clumps are put at the ends of arms, anew in every step, with 34 bits of the longest of these.
+    let arm = s.member_offset.iter().map(|arm| arm.0.length()).fold(0.0, f64::max);
+    displacement.max(arm * 2f64.powi(-15)).max(s.params.quantum / 64.0)
+}
+
+/// The same for centres of clumps.
+fn displacement_of_a_clump(s: &State) -> f64 {
+    let fastest = s.clump_velocity_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max);
+    (fastest * s.params.dt).max(s.params.quantum / 64.0)
+}
+
+/// The same for quaternions.
+fn rotation_of_a_clump(s: &State) -> f64 {
+    let fastest = s.clump_spin_next.iter().map(|w| w.0.abs().max_element()).fold(0.0, f64::max);
+    // At rest, some units in the last place of the low parts are what their lengths are corrected by.
+    (0.5 * fastest * s.params.dt).max(2f64.powi(-16))
+}
+
+/// Flags must agree; the displacement is a number behind its bits.
+fn counters(twin: &State, device: &State) -> f64 {
+    let (twin, device) = (twin.counters[0], device.counters[0]);
+    if twin != (Counters { max_displacement: twin.max_displacement, ..device }) {
+        return 1.0;
+    }
+    let [a, b] = [twin, device].map(|c| f64::from(f32::from_bits(c.max_displacement)));
+    if a == b { 0.0 } else { (a - b).abs() / a.max(b) }
+}
+
+/// Rounding may make a round more or less.
+fn rotation_iterations(twin: &State, device: &State) -> f64 {
+    let (a, b) = (twin.rotation_iterations[0], device.rotation_iterations[0]);
+    f64::from(u8::from(a.most.abs_diff(b.most) > 1 || a.capped != b.capped))
+}
