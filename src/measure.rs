@@ -11,7 +11,10 @@ pub mod plan;
 mod synchronise;
 mod synchronise_clumps;
 
-pub use analysis::*;
+pub use analysis::{
+    Sample, angular_momentum, angular_momentum_of_clumps, backbone, mass_of_clump, masses, momentum,
+    momentum_of_clumps, packing_fraction,
+};
 
 use crate::{
     contact::overlap::FORCE_FLOORS,

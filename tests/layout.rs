@@ -209,11 +209,13 @@ impl Source {
         let all = code(text);
         let (mut code, mut exports) = (String::new(), HashMap::new());
         for statement in all.split_inclusive(';') {
-            let Some((before, tree)) = ["pub use ", "pub(crate) use "].iter().find_map(|k| statement.split_once(k)) else {
+            let Some((before, tree)) = ["pub use ", "pub(crate) use "].iter().find_map(|k| statement.split_once(k))
+            else {
                 code.push_str(statement);
                 continue;
             };
             code.push_str(before);
+            assert!(!tree.contains('*'), "{}: list what is handed on", module.join("/"));
             let mut found = Vec::new();
             match tree.strip_prefix("crate::") {
                 Some(tree) => paths(tree, &[], &mut found),
@@ -227,9 +229,9 @@ impl Source {
     /// Whether a word stands in the code.
     fn has(&self, word: &str) -> bool {
         let part = |c: char| c.is_alphanumeric() || c == '_';
-        self.code.match_indices(word).any(|(at, _)| {
-            !self.code[..at].ends_with(part) && !self.code[at + word.len()..].starts_with(part)
-        })
+        self.code
+            .match_indices(word)
+            .any(|(at, _)| !self.code[..at].ends_with(part) && !self.code[at + word.len()..].starts_with(part))
     }
 }
 
@@ -293,7 +295,8 @@ fn imports_do_not_run_in_circles() {
     let reached: HashMap<_, _> = sources.keys().map(|module| (module, reach(module))).collect();
     let mut circles: Vec<String> = Vec::new();
     for (module, reach) in &reached {
-        let others = reach.iter().filter(|other| imports[*module].contains(*other) && reached[*other].contains(*module));
+        let others =
+            reach.iter().filter(|other| imports[*module].contains(*other) && reached[*other].contains(*module));
         circles.extend(others.map(|other| format!("{} -> {}", module.join("/"), other.join("/"))));
     }
     circles.sort();

@@ -137,16 +137,14 @@ fn triangular(count: usize, spacing: f64) -> (Vec<DVec3>, DVec3) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Domain;
 
     #[test]
     fn lattices_repeat() {
         for (lattice, contacts) in [(body_centred as fn(_, _) -> _, 8), (triangular, 6)] {
             let (places, upper) = lattice(250, 1.0);
-            let near = |a: DVec3, b: DVec3| {
-                let mut d = a - b;
-                (0..3).filter(|k| upper[*k] > 0.0).for_each(|k| d[k] -= upper[k] * (d[k] / upper[k]).round());
-                (d.length() - 1.0).abs() < 1e-9
-            };
+            let domain = Domain { lower: DVec3::ZERO, upper, periodic: upper.to_array().map(|length| length > 0.0) };
+            let near = |a: DVec3, b: DVec3| (domain.nearest(a - b).length() - 1.0).abs() < 1e-9;
             assert!(places.iter().all(|a| places.iter().filter(|b| near(*a, **b)).count() == contacts));
         }
     }

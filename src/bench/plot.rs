@@ -1,7 +1,7 @@
 //! One picture per suite, as SVG and PNG: error over wall time per simulated second, speed over size, or residual over wall
 //! time.
 
-use super::{Bench, Point, ResidualRow, Suite};
+use super::results::{Bench, Point, ResidualRow, Suite};
 use crate::{
     error::{Error, Result},
     io::{at, replace},

@@ -1,7 +1,9 @@
 //! Contact dynamics: how fast every solver brings the residual of one step down, on beds of rigid grains that come to rest.
 
 use super::{
-    Log, Measure, RelaxationRow, ResidualRow, lattice,
+    lattice,
+    log::{Log, Measure, again},
+    results::{RelaxationRow, ResidualRow},
     trial::{Backend, Cost, Setting, automatic_step, scene},
 };
 use crate::{
@@ -43,7 +45,7 @@ pub fn run(log: &mut Log) {
             let factor = bed.as_ref().map_or(1.0, |(_, factor)| *factor);
             let mut run = None;
             log.run(&format!("{case}, {}", contender.name()), Setting { backend, factor }, || {
-                let (bed, _) = bed.as_ref().map_err(super::again)?;
+                let (bed, _) = bed.as_ref().map_err(again)?;
                 let (found, cost) = contender.solve(bed, seconds)?;
                 let residual = run.insert(found).end.residual;
                 Ok((cost, vec![Measure::error("residual", "", residual)]))

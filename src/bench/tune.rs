@@ -4,6 +4,7 @@
 //! at a sixteenth of the automatic step. Speeds are those of the first steps of the whole scene.
 
 use super::{
+    log::again,
     machine::Machine,
     speed::{Budget, timed},
     trial::{self, Backend, Cost, Setting, Trial, automatic_step, displacement},
@@ -114,7 +115,7 @@ pub fn tune(scene: &Assembly, asked: f64, watch: &mut dyn FnMut(&str)) -> Result
         for factor in FACTORS {
             let setting = Setting { backend, factor };
             let outcome = error(&start.assembly, setting, &expected)
-                .and_then(|error| Ok((error, *cost.as_ref().map_err(super::again)?)));
+                .and_then(|error| Ok((error, *cost.as_ref().map_err(again)?)));
             candidates.push(Candidate::new(setting, automatic, outcome));
         }
     }

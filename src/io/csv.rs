@@ -1,6 +1,6 @@
 //! `history.csv` and grain tables such as `final.csv`.
 
-use super::{at, part, write};
+use super::files::{at, part, write};
 use crate::{
     error::{Error, Result},
     measure::Sample,

@@ -49,6 +49,17 @@ pub struct Domain {
     pub periodic: [bool; 3],
 }
 
+impl Domain {
+    /// The minimum image of a difference of positions: the shortest that periods make of it.
+    pub fn nearest(&self, mut difference: DVec3) -> DVec3 {
+        for axis in (0..3).filter(|axis| self.periodic[*axis]) {
+            let length = self.upper[axis] - self.lower[axis];
+            difference[axis] -= length * (difference[axis] / length).round();
+        }
+        difference
+    }
+}
+
 /// A material as the scene gives it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {

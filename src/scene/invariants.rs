@@ -3,9 +3,10 @@
 use glam::{DQuat, DVec3};
 
 use super::check::{self, Check, show};
+use super::origin::Origin;
 use super::validate::{check_count, check_output, check_solver, check_start, check_stop, fold_ends};
 use super::walls::not_periodic;
-use super::{Assembly, Clump, Dashpot, Grain, Method, Origin, Shape, Surface};
+use super::{Assembly, Clump, Dashpot, Grain, Method, Shape, Surface};
 use crate::Result;
 
 /// How far a direction may be from unit length, and a member from where its clump has it, in radii of the clump: rounding of single
@@ -178,11 +179,7 @@ impl Assembly {
 
     /// Whether a grain is this member of the clump, but for its period.
     fn agrees(&self, clump: &Clump, grain: &Grain, member: &Grain) -> bool {
-        let mut off = grain.position - member.position;
-        for axis in (0..3).filter(|axis| self.domain.periodic[*axis]) {
-            let length = self.domain.upper[axis] - self.domain.lower[axis];
-            off[axis] -= length * (off[axis] / length).round();
-        }
+        let off = self.domain.nearest(grain.position - member.position);
         let near = |distance: f64| distance <= SLACK * clump.radius;
         let same = grain.material == clump.material && grain.fixed == clump.fixed;
         near(off.length()) && near((grain.radius - member.radius).abs()) && same

@@ -1,6 +1,7 @@
 //! Shapes of clumps: rigid sets of spheres (3D) or disks (2D), with the mass properties of their union.
 
 mod generate;
+mod member;
 mod members;
 mod mesh;
 mod union;
@@ -16,14 +17,9 @@ use super::schema;
 use crate::Result;
 
 pub use generate::Kind;
-
-/// A sphere or disk of a shape.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Member {
-    /// Centre, from the shape's own: along its principal axes once the shape is finished, see [`Shape::members`].
-    pub arm: DVec3,
-    pub radius: f64,
-}
+use member::Mass;
+pub use member::Member;
+pub use mesh::Misfit;
 
 /// A shape: lengths are relative to the radius of the sphere (disk) of the same volume, so that a clump of size R has arms and
 /// radii R times as large, the mass of the sphere of radius R, and moments of inertia J = `gyration` m R².
@@ -45,13 +41,6 @@ pub struct Shape {
     pub error: f64,
     /// How well the members fill the mesh that they were made from.
     pub misfit: Option<Misfit>,
-}
-
-/// Distances from points spread over the surface of a mesh to the nearest member, over the shape's `radius`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Misfit {
-    pub mean: f64,
-    pub max: f64,
 }
 
 /// Moments closer to each other than this part of them are the same: symmetry that rounding has hidden.
@@ -159,14 +148,6 @@ fn exposed(members: &[Member], dimension: usize) -> Vec<f64> {
         points.iter().filter(outside).count() as f64 / POINTS as f64
     };
     members.iter().enumerate().map(of).collect()
-}
-
-/// Mass properties at density 1, in the unit of the shape.
-struct Mass {
-    volume: f64,
-    center: DVec3,
-    /// About the centre.
-    inertia: DMat3,
 }
 
 /// Principal moments and axes (columns, right-handed) of a symmetric tensor by Jacobi's rotations, the axes in the order in

@@ -6,13 +6,13 @@ use rayon::prelude::*;
 use super::bodies::{Bodies, Placed, Pose, orientation};
 use super::check::{self, AXES, Check, show, show_vector};
 use super::neighbours::Neighbours;
+use super::origin::Origin;
 use super::populate::{Site, populate};
 use super::schema::{self, Boundary, Face, File, Format, Spin};
 use super::shape::{Shape, Shapes};
-use super::walls::{distance, walls};
+use super::walls::walls;
 use super::{
-    Assembly, Clump, Domain, Grain, Material, Method, Origin, Output, Relaxation, Solver, Stop, TimeStep, Wall,
-    materials,
+    Assembly, Clump, Domain, Grain, Material, Method, Output, Relaxation, Solver, Stop, TimeStep, Wall, materials,
 };
 use crate::{Error, Result, solve};
 use std::str::FromStr;
@@ -380,7 +380,7 @@ fn check_in_domain(
 }
 
 fn check_at_wall(id: usize, grain: &Grain, wall: &Wall, allow_overlap: bool, check: &Check) -> Result<()> {
-    let distance = distance(&wall.surface, grain.position);
+    let distance = wall.surface.distance(grain.position);
     let place = || show_vector(grain.position, check.dimension);
     if distance < 0.0 {
         let message =

@@ -1,7 +1,8 @@
 //! Contact dynamics and DEM of the same scenes: packings and a collapse.
 
 use super::common::*;
-use super::{Figure, Length, changed_scene, compliant};
+use super::figure::{Figure, Length};
+use super::scenes::{changed_scene, compliant};
 use crate::{
     body::bodies::body,
     contact::contacts::closed_contacts,

@@ -1,7 +1,8 @@
 //! Clumps: a body that turns for very long, and packings of grains that are no spheres.
 
 use super::common::*;
-use super::{Figure, Length, changed_scene, worse};
+use super::figure::{Figure, Length, worse};
+use super::scenes::changed_scene;
 use crate::{
     body::grains,
     measure::packing_fraction,

@@ -1,7 +1,8 @@
 //! Contacts that are stiff, deep, spun or grazed.
 
 use super::common::*;
-use super::{Figure, Length, scene, worse};
+use super::figure::{Figure, Length, worse};
+use super::scenes::scene;
 use crate::scene::{Assembly, Grain, TimeStep, Wall};
 use glam::DVec3;
 use std::f64::consts::PI;

@@ -1,7 +1,8 @@
 //! Grains faster than their radius per step.
 
 use super::common::*;
-use super::{Figure, Length, scene, worse};
+use super::figure::{Figure, Length, worse};
+use super::scenes::scene;
 use crate::{
     Error,
     measure::Sample,

@@ -1,7 +1,8 @@
 //! A gas without gravity, for long.
 
 use super::common::*;
-use super::{Figure, Length, scene};
+use super::figure::{Figure, Length};
+use super::scenes::scene;
 use crate::measure::{masses, momentum};
 
 /// Elastic spheres in a periodic box until they have collided 10^6 times: an elastic collision lasts π √(m*/k_N), so the

@@ -1,7 +1,8 @@
 //! Columns of rigid grains, and of springs beside them: the load on a contact is the weight above it.
 
 use super::common::*;
-use super::{Figure, Length, compliant, loads, relaxation, scene, solved_to, worse};
+use super::figure::{Figure, Length, worse};
+use super::scenes::{compliant, loads, relaxation, scene, solved_to};
 use crate::{
     measure::masses,
     scene::{Assembly, Grain},

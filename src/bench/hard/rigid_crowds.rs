@@ -1,7 +1,8 @@
 //! Many rigid grains, and springs beside them.
 
 use super::common::*;
-use super::{Figure, Length, changed_scene, compliant, relaxation, scene, solved_to, worse};
+use super::figure::{Figure, Length, worse};
+use super::scenes::{changed_scene, compliant, relaxation, scene, solved_to};
 use crate::{
     measure::{Sample, masses},
     scene::{Assembly, Dashpot, Grain},

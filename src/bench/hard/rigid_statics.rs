@@ -1,7 +1,8 @@
 //! Few rigid grains whose equilibrium is known, and springs beside them.
 
 use super::common::*;
-use super::{Figure, Length, compliant, relaxation, scene, solved_to, worse};
+use super::figure::{Figure, Length, worse};
+use super::scenes::{compliant, relaxation, scene, solved_to};
 use crate::{
     measure::masses,
     scene::{Assembly, Grain, Surface},

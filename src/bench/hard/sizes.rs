@@ -1,7 +1,8 @@
 //! Grains of very different sizes and masses, and too many in one place.
 
 use super::common::*;
-use super::{Figure, Length, scene, worse};
+use super::figure::{Figure, Length, worse};
+use super::scenes::scene;
 use crate::{
     measure::{masses, momentum},
     scene::{Grain, Material, TimeStep},

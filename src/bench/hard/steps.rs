@@ -3,8 +3,9 @@
 //! mode may be one of turns alone, which are no part of the state, so amplitudes are summed up from velocities and spins.
 
 use super::common::*;
+use super::figure::{Figure, Length, worse};
+use super::scenes::scene;
 use super::stiffness::{Link, Mode, critical_mode, product};
-use super::{Figure, Length, scene, worse};
 use crate::{
     scene::{Assembly, Pair, TimeStep},
     time_step::bound,
@@ -86,21 +87,13 @@ impl System {
     }
 }
 
-fn nearest(scene: &Assembly, mut d: DVec3) -> DVec3 {
-    for axis in (0..3).filter(|k| scene.domain.periodic[*k]) {
-        let period = scene.domain.upper[axis] - scene.domain.lower[axis];
-        d[axis] -= period * (d[axis] / period).round();
-    }
-    d
-}
-
 /// Contacts as they are, with their overlaps.
 fn links(scene: &Assembly) -> Vec<Link> {
     let grains = &scene.grains;
     let mut links = Vec::new();
     for i in 0..grains.len() {
         for j in i + 1..grains.len() {
-            let d = nearest(scene, grains[j].position - grains[i].position);
+            let d = scene.domain.nearest(grains[j].position - grains[i].position);
             let overlap = grains[i].radius + grains[j].radius - d.length();
             if overlap > 0.0 {
                 links.push(Link { i, j: Some(j), n: d.normalize(), overlap });

@@ -12,8 +12,15 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::{Mass, Member, Misfit};
+use super::member::{Mass, Member};
 use crate::{Error, Result};
+
+/// Distances from points spread over the surface of a mesh to the nearest member, over the shape's `radius`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Misfit {
+    pub mean: f64,
+    pub max: f64,
+}
 
 /// Points on the surface, each with a candidate.
 const POINTS: usize = 3000;

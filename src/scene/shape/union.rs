@@ -10,7 +10,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::Member;
+use super::member::Member;
 
 /// Integrals over a body of density 1: ∫dV, ∫x dV, ∫x xᵀ dV.
 #[derive(Clone, Copy, Debug)]
