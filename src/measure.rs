@@ -8,6 +8,7 @@ pub mod energies;
 mod measure;
 mod measure_clumps;
 pub mod plan;
+pub mod sums;
 mod synchronise;
 mod synchronise_clumps;
 

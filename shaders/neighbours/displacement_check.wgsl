@@ -1,6 +1,6 @@
 // twin: src/neighbours/displacement_check.rs
-// The end of a chunk: how far grains went, which tells the host how long lists may live, and how many springs the
-// history must hold when they are made anew.
+// The end of a chunk: how far grains went, which tells the host how long lists may live, and how many contacts
+// the history must hold when they are made anew.
 @compute @workgroup_size(WG)
 fn displacement_check(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
@@ -11,8 +11,8 @@ fn displacement_check(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(nu
     if (bits > atomicLoad(&counters.max_displacement)) {
         atomicMax(&counters.max_displacement, bits);
     }
-    let springs = active_contacts(i);
-    if (springs != 0u) {
-        atomicAdd(&counters.active_contacts, springs);
+    let active = active_contacts(i);
+    if (active != 0u) {
+        atomicAdd(&counters.active_contacts, active);
     }
 }

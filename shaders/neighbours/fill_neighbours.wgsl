@@ -1,6 +1,6 @@
 // twin: src/neighbours/fill_neighbours.rs
-// Neighbour lists 2: fill the entries in ascending order of the ids (walls come last) and bring the springs along. The
-// order of the sum over contacts is thereby fixed by the scene, whenever the lists were made.
+// Neighbour lists 2: fill the entries in ascending order of the ids (walls come last) and bring the history of
+// contacts along. The order of the sum over contacts is thereby fixed by the scene, whenever the lists were made.
 var<storage, read> cell_start: array<u32>;           // cells + 1
 var<storage, read_write> halt: atomic<u32>;
 

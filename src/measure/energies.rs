@@ -1,6 +1,9 @@
 //! Twin of `shaders/measure/energies/`: what a grain has by itself.
 
-use super::contacts::{clump_velocity_now, contact_of, velocity_now};
+use super::{
+    contacts::{clump_velocity_now, contact_of, velocity_now},
+    sums::Energies,
+};
 use crate::{
     body::{
         Body, ForceTorque,
@@ -14,16 +17,6 @@ use crate::{
     state::State,
 };
 use glam::{DVec3, DVec4};
-
-/// What a grain has by itself at step n: J, J, N and W. Twin of `Energies`.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Energies {
-    pub kinetic: f64,
-    pub potential: f64,
-    pub net_force: f64,
-    /// Of global damping, and what dashpots take less because velocities have changed since the half step.
-    pub dissipation: f64,
-}
 
 /// What a free body has by itself, with the force of its contacts and that of their dashpots; a member of a clump has nothing.
 pub fn energies(s: &State, here: &Body, sum: &ForceTorque, drag: DVec3) -> Energies {

@@ -3,7 +3,7 @@
 use glam::DQuat;
 
 use super::check::Check;
-use super::schema::{self, Orientation, Turn};
+use super::schema::{self, Orientation, Rotation};
 use super::shape::{Shape, Shapes};
 use super::{Clump, Domain, Grain};
 use crate::Result;
@@ -25,10 +25,10 @@ pub fn orientation(given: &schema::Orientation, key: &str, check: &Check) -> Res
             Err(check.origin.bad(key, format!("\"{word}\""), "must be \"random\", an angle or a table of one"))
         }
         (2, Orientation::Plane(angle)) => Ok(Some(DQuat::from_rotation_z(*angle))),
-        (3, Orientation::Space(Turn::Euler([phi, theta, psi]))) => {
+        (3, Orientation::Space(Rotation::Euler([phi, theta, psi]))) => {
             Ok(Some(DQuat::from_rotation_z(*phi) * DQuat::from_rotation_x(*theta) * DQuat::from_rotation_z(*psi)))
         }
-        (3, Orientation::Space(Turn::Quaternion([w, x, y, z]))) => {
+        (3, Orientation::Space(Rotation::Quaternion([w, x, y, z]))) => {
             let q = DQuat::from_xyzw(*x, *y, *z, *w);
             if q.length() > 1e-150 && q.length() < 1e150 {
                 return Ok(Some(q.normalize()));

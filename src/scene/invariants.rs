@@ -152,7 +152,7 @@ impl Assembly {
             check.finite(&at("position"), clump.position)?;
             check.finite(&at("velocity"), clump.velocity)?;
             check_spin(&at("spin"), clump.spin, check)?;
-            check_turn(&at("orientation"), clump.orientation, check)?;
+            check_rotation(&at("orientation"), clump.orientation, check)?;
             check.positive(&at("radius"), clump.radius, " of m")?;
             check.index(&at("material"), clump.material, self.materials.len(), "material")?;
             check.body(&at("radius"), clump.radius, clump.material)?;
@@ -197,10 +197,10 @@ fn check_spin(key: &str, spin: DVec3, check: &Check) -> Result<()> {
     }
 }
 
-fn check_turn(key: &str, turn: DQuat, check: &Check) -> Result<()> {
-    match (turn.length() - 1.0).abs() <= SLACK {
+fn check_rotation(key: &str, rotation: DQuat, check: &Check) -> Result<()> {
+    match (rotation.length() - 1.0).abs() <= SLACK {
         true => Ok(()),
-        false => Err(check.origin.bad(key, turn, "must be a quaternion of length 1")),
+        false => Err(check.origin.bad(key, rotation, "must be a quaternion of length 1")),
     }
 }
 
@@ -223,5 +223,5 @@ fn check_shape(k: usize, shape: &Shape, check: &Check) -> Result<()> {
         let value = format!("[{}, {}, {}]", show(g.x), show(g.y), show(g.z));
         return Err(check.origin.bad(&at("gyration"), value, "must be positive numbers"));
     }
-    check_turn(&at("frame"), shape.frame, check)
+    check_rotation(&at("frame"), shape.frame, check)
 }

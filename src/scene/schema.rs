@@ -128,12 +128,12 @@ pub struct Member {
 pub enum Orientation {
     Plane(f64),
     Word(String),
-    Space(Turn),
+    Space(Rotation),
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Turn {
+pub enum Rotation {
     /// w, x, y, z; of any length but 0.
     Quaternion([f64; 4]),
     /// φ, θ, ψ about z, x' and z', rad.

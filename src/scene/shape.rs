@@ -167,11 +167,11 @@ fn principal(tensor: DMat3) -> (DVec3, DMat3) {
             let ratio = (a.col(q)[q] - a.col(p)[p]) / (2.0 * mixed);
             let t = ratio.signum() / (ratio.abs() + (1.0 + ratio * ratio).sqrt());
             let c = 1.0 / (1.0 + t * t).sqrt();
-            let mut turn = DMat3::IDENTITY;
-            (turn.col_mut(p)[p], turn.col_mut(q)[q]) = (c, c);
-            (turn.col_mut(p)[q], turn.col_mut(q)[p]) = (-t * c, t * c);
-            a = turn.transpose() * a * turn;
-            axes *= turn;
+            let mut rotation = DMat3::IDENTITY;
+            (rotation.col_mut(p)[p], rotation.col_mut(q)[q]) = (c, c);
+            (rotation.col_mut(p)[q], rotation.col_mut(q)[p]) = (-t * c, t * c);
+            a = rotation.transpose() * a * rotation;
+            axes *= rotation;
         }
     }
     let mut moments = [a.x_axis.x, a.y_axis.y, a.z_axis.z];

@@ -258,14 +258,16 @@ fn single(grain: &schema::Grain, key: &str, shapes: &mut Shapes, check: &Check) 
     let material = check.material(&at("material"), &grain.material)?;
     check.body(&at("radius"), radius, material)?;
     let shape = grain.shape.as_ref().map(|name| shapes.named(|| at("shape"), name)).transpose()?;
-    let turn = grain.orientation.as_ref().map(|turn| orientation(turn, &at("orientation"), check)).transpose()?;
-    let pose = match (shape, turn) {
+    let attitude = grain.orientation.as_ref().map(|given| orientation(given, &at("orientation"), check)).transpose()?;
+    let pose = match (shape, attitude) {
         (None, Some(_)) => return Err(check.origin.wrong(&at("orientation"), "goes with `shape` only")),
         (_, Some(None)) => {
             let rule = "is for populations; a single grain has one orientation";
             return Err(check.origin.bad(&at("orientation"), "\"random\"", rule));
         }
-        (shape, turn) => shape.map(|shape| Pose { shape, orientation: turn.flatten().unwrap_or(DQuat::IDENTITY) }),
+        (shape, attitude) => {
+            shape.map(|shape| Pose { shape, orientation: attitude.flatten().unwrap_or(DQuat::IDENTITY) })
+        }
     };
     let grain = Grain {
         position: check.vector(&at("position"), &grain.position)?,

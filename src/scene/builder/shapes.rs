@@ -92,10 +92,10 @@ impl Orientation {
         match self {
             Orientation::Angle(angle) => schema::Orientation::Plane(angle),
             Orientation::Quaternion(DQuat { x, y, z, w }) => {
-                schema::Orientation::Space(schema::Turn::Quaternion([w, x, y, z]))
+                schema::Orientation::Space(schema::Rotation::Quaternion([w, x, y, z]))
             }
             Orientation::Euler { phi, theta, psi } => {
-                schema::Orientation::Space(schema::Turn::Euler([phi, theta, psi]))
+                schema::Orientation::Space(schema::Rotation::Euler([phi, theta, psi]))
             }
             Orientation::Random => schema::Orientation::Word("random".to_owned()),
         }
