@@ -45,7 +45,7 @@ impl Results {
     /// Make the folder. What an earlier run left there is removed, everything else stays.
     ///
     /// # Errors
-    /// [`Error::Io`], here and in all functions below.
+    /// [`Error::Io`](crate::Error::Io), here and in all functions below.
     pub fn create(folder: &Path, assembly: &Assembly) -> Result<Results> {
         fs::create_dir_all(folder).map_err(at(folder))?;
         for entry in fs::read_dir(folder).map_err(at(folder))? {

@@ -2,13 +2,13 @@
 
 mod analysis;
 mod contact_forces;
-pub mod contacts;
-pub mod energies;
+pub(crate) mod contacts;
+pub(crate) mod energies;
 #[expect(clippy::module_inception, reason = "the kernel is called so")]
 mod measure;
 mod measure_clumps;
-pub mod plan;
-pub mod sums;
+pub(crate) mod plan;
+pub(crate) mod sums;
 mod synchronise;
 mod synchronise_clumps;
 
