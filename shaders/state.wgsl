@@ -50,10 +50,10 @@ struct Params {
     history_dt: Real,              // s, since the history of contacts was last written: dt, but 0 in the first step
     damping: Real,                 // xi, 1/s
     margin: Real,                  // m, neighbour lists reach this much beyond contact
-    quantum: Real,                 // m, a power of two: single precision keeps positions as multiples of it and a low part
+    quantum: Real,                 // m, a power of two: in single precision positions are multiples of it and a low part
     inverse_quantum: Real,         // 1/m
     position_slack: Real,          // m, what a distance may be off if low parts are left out
-    length_unit: Real,             // m, a power of two: lengths up to the largest contact distance are 15 bits of it and a rest
+    length_unit: Real,             // m, a power of two: lengths up to a contact distance are 15 bits of it and a rest
     inverse_length_unit: Real,     // 1/m
     arm_unit: Real,                // m, a power of two: arms of clumps are 22 bits of it and a rest
     inverse_arm_unit: Real,        // 1/m
@@ -82,10 +82,10 @@ var<uniform> params: Params;
 
 /// What the device has to tell the host, once per chunk.
 struct Counters {
-    entries_needed: atomic<u32>,    // neighbour slots that the lists ask for
+    entries_needed: atomic<u32>,    // entries that the lists ask for
     steps_done: atomic<u32>,        // steps done since the lists were made
-    max_displacement: atomic<u32>,  // bits of an f32: longest way of a grain since the lists were made, over displacement_limit
-    lost_body: atomic<u32>,         // bodies - id of a grain that is no number, left the domain, crossed a wall or is too fast; 0: none
+    max_displacement: atomic<u32>,  // bits of an f32: largest displacement since the lists were made, over the limit
+    lost_body: atomic<u32>,         // bodies - id of a grain that is lost (NaN, outside, beyond a wall, too fast); 0: none
     active_contacts: atomic<u32>,   // contacts with a history at the end of the chunk, each counted once
     restored_contacts: atomic<u32>, // contacts whose history the new lists took over
     unlisted: atomic<u32>,          // neighbours that found no entry: 0, or a defect
@@ -93,8 +93,9 @@ struct Counters {
 
 var<storage, read_write> counters: Counters;
 
-// Neighbour lists: grain i has the entries list_start[i] to list_start[i + 1], in ascending order of the neighbours' ids,
-// then walls. An entry is the neighbour's index, or bodies + w for wall w; its top bit says that the contact has a history.
+// Neighbour lists: grain i has the entries list_start[i] to list_start[i + 1], in ascending order of the neighbours'
+// ids, then walls. An entry is the neighbour's index, or bodies + w for wall w; its top bit says that the contact has a
+// history.
 var<storage, read_write> list_start: array<u32>; // N + 1
 var<storage, read_write> neighbour: array<u32>;  // entries
 

@@ -1,8 +1,8 @@
 //! Speed beside error: fixed cases over engine × precision × time step (`packstone bench`), and the same machinery on a
 //! user's scene (`packstone tune`). What every suite measures, and all columns: `docs/bench.md`.
 //!
-//! A suite is a file here and an entry of [`Suite`]; its scenes are the TOML files in `scenes/`. It hands every setting of
-//! every case to a `Log`, which turns what came out, or what went wrong, into rows.
+//! A suite is a file here and an entry of [`Suite`]; its scenes are the TOML files in `scenes/`. It hands every setting
+//! of every case to a `Log`, which turns what came out, or what went wrong, into rows.
 
 mod copy;
 mod ensembles;

@@ -1,4 +1,5 @@
-//! Measurements: sums over grains, contact forces, velocities at the time of the positions; and quantities of the field from them.
+//! Measurements: sums over grains, contact forces, velocities at the time of the positions; and quantities of the field
+//! from them.
 
 mod analysis;
 mod contact_forces;

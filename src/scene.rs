@@ -34,7 +34,8 @@ use std::path::Path;
 use crate::Result;
 use origin::{Origin, read_text};
 
-/// A scene, from a file or from a [`SceneBuilder`], that is well-formed: known keys, right types, finite numbers. The values are checked by [`Scene::assemble`].
+/// A scene, from a file or from a [`SceneBuilder`], that is well-formed: known keys, right types, finite numbers. The
+/// values are checked by [`Scene::assemble`].
 #[derive(Clone, Debug)]
 pub struct Scene {
     file: schema::File,

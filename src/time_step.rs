@@ -57,10 +57,10 @@ pub fn mass(dimension: Dimension, density: f64, radius: f64) -> f64 {
 /// For each grain ω² is bounded by twice the stiffness that its contacts can put into one direction, over its mass,
 /// plus twice the tangential stiffness over its inertia (k_T R²/J); the factor two is the part of the other grain, and
 /// falls away for walls. A grain can have no more contacts than the scene has other grains and walls, nor than fit
-/// around it without overlap. A clump adds up its members, each with the part of its surface that is outside of the others; a
-/// force through a member's centre moves and turns the clump. A dashpot acts on velocities half a step old, which turns `ω²Δt² < 4` into
-/// `ω²Δt² + 2γΔt < 4`. Grains that overlap each other by much, fixed ones above all, can exceed the contacts counted
-/// here.
+/// around it without overlap. A clump adds up its members, each with the part of its surface that is outside of the
+/// others; a force through a member's centre moves and turns the clump. A dashpot acts on velocities half a step old,
+/// which turns `ω²Δt² < 4` into `ω²Δt² + 2γΔt < 4`. Grains that overlap each other by much, fixed ones above all, can
+/// exceed the contacts counted here.
 pub fn bound(assembly: &Assembly) -> f64 {
     let walls = assembly.walls.len() as f64;
     let smallest = assembly.grains.iter().map(|g| g.radius).fold(f64::INFINITY, f64::min);
@@ -71,7 +71,8 @@ pub fn bound(assembly: &Assembly) -> f64 {
     })
 }
 
-/// The shortest duration of a collision, s, between equal grains or of a grain with a wall; infinite if nothing can touch.
+/// The shortest duration of a collision, s, between equal grains or of a grain with a wall; infinite if nothing can
+/// touch.
 pub fn shortest_contact(assembly: &Assembly) -> f64 {
     let share = if assembly.grains.len() > 1 { 0.5 } else { 1.0 };
     let nothing = assembly.grains.len() < 2 && assembly.walls.is_empty();
@@ -135,7 +136,8 @@ impl Deref for Members {
 /// A member of it.
 #[derive(Clone, Copy)]
 struct BodyMember {
-    /// Inverse effective mass of the rotation by a force through its centre, 1/kg: the largest (a × n) J⁻¹ (a × n) of its arm a.
+    /// Inverse effective mass of the rotation by a force through its centre, 1/kg: the largest (a × n) J⁻¹ (a × n) of
+    /// its arm a.
     rotational_inverse_mass: f64,
     radius: f64,
     /// The part of its surface that others may touch.
@@ -214,11 +216,12 @@ fn of_contacts(body: &Body, pair: &Pair, worst: &Worst, smallest: f64, others: f
         let loading = worst.loading(body, member.radius, 1.0);
         let normal = normal::largest_stiffness(pair, &loading);
         let tangential = tangential::largest_stiffness(pair, &loading);
-        // Of a member that shows any surface, a grain touches at least that, and a flat side lies on a wall with all its members.
+        // Of a member that shows any surface, a grain touches at least that, and a flat side lies on a wall with all
+        // its members.
         let shown = |cap: f64| (member.exposed * others.min(cap)).max(others.min(cap).min(1.0));
         let share = |cap: f64| (2.0 * shown(cap) + walls.min(cap)).min(2.0 * cap);
-        // Both parts of the stiffness matrix, of translation and of rotation, by the largest eigenvalue; a tangential force turns
-        // by the arm of its member and by the member's own radius.
+        // Both parts of the stiffness matrix, of translation and of rotation, by the largest eigenvalue; a tangential
+        // force turns by the arm of its member and by the member's own radius.
         let own = share(c.rotational) * member.radius * member.radius / body.inertia;
         let turning = ((share(c.tangential) * member.rotational_inverse_mass).sqrt() + own.sqrt()).powi(2);
         omega_squared += share(c.normal) * normal * (1.0 / body.mass + member.rotational_inverse_mass)
@@ -273,8 +276,9 @@ fn fastest(assembly: &Assembly) -> f64 {
     moving.fold(0.0, f64::max) + (2.0 * assembly.gravity.length() * height(assembly)).sqrt()
 }
 
-/// The step of rigid grains, which nothing bounds but what is seen of them: the smallest grain takes 20 steps to fall by its
-/// diameter, and none goes further than a quarter of what it may, even after falling from the top of the scene to its bottom.
+/// The step of rigid grains, which nothing bounds but what is seen of them: the smallest grain takes 20 steps to fall
+/// by its diameter, and none goes further than a quarter of what it may, even after falling from the top of the scene
+/// to its bottom.
 ///
 /// # Errors
 /// [`Error::Scene`] if nothing moves.

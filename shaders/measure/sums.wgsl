@@ -20,5 +20,5 @@ struct Energies {
     kinetic: Real,     // J
     potential: Real,   // J
     net_force: Real,   // N
-    dissipation: Real, // W, of global damping, and what dashpots take less because velocities have changed since the half step
+    dissipation: Real, // W, of global damping, and what dashpots take less as velocities changed since the half step
 }

@@ -7,7 +7,8 @@ fn displacement_check(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(nu
     if (i >= params.bodies || list_start[params.bodies] > params.entries) {
         return;
     }
-    let bits = bitcast<u32>(f32(displacement[i] / params.displacement_limit)); // non-negative floats are ordered like their bits
+    // Floats that are not negative are ordered like their bits.
+    let bits = bitcast<u32>(f32(displacement[i] / params.displacement_limit));
     if (bits > atomicLoad(&counters.max_displacement)) {
         atomicMax(&counters.max_displacement, bits);
     }

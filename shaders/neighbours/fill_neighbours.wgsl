@@ -4,8 +4,8 @@
 var<storage, read> cell_start: array<u32>;           // cells + 1
 var<storage, read_write> halt: atomic<u32>;
 
-/// Sort these entries, and leave out pairs of fixed grains; one past the last. Done after the search, because most of what
-/// is searched is no neighbour.
+/// Sort these entries, and leave out pairs of fixed grains; one past the last. Done after the search, because most of
+/// what is searched is no neighbour.
 fn sorted_by_id(begin: u32, end: u32, fixed: bool) -> u32 {
     var filled = begin;
     for (var entry = begin; entry < end; entry++) {

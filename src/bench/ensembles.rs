@@ -92,8 +92,9 @@ fn settle(bed: Assembly, setting: Setting) -> Result<(Cost, [f64; 3])> {
     Ok((trial.cost()?, [filled, coordination, pressure(&bed, &grains, filled)]))
 }
 
-/// A third of the trace of the stress, Σ l · f / 3 V, Pa, over all contacts: l is the branch vector, V the volume of the
-/// grains over the packing fraction. Tangential forces are normal to l and have no part in it, so positions suffice.
+/// A third of the trace of the stress, Σ l · f / 3 V, Pa, over all contacts: l is the branch vector, V the volume of
+/// the grains over the packing fraction. Tangential forces are normal to l and have no part in it, so positions
+/// suffice.
 fn pressure(bed: &Assembly, grains: &[Grain], filled: f64) -> f64 {
     let stiffness = bed.pairs[0].normal_stiffness;
     let work = |overlap: f64, branch: f64| if overlap > 0.0 { stiffness * overlap * branch } else { 0.0 };

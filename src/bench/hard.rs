@@ -1,6 +1,6 @@
-//! Hard cases for DEM (`packstone bench hard`). Each is a function that measures figures on one engine, with what theory expects
-//! and how far rounding or the scheme's order lets it be off. `tests/hard` makes each a test on all engines; [`print()`] makes of the
-//! same figures the table of `docs/hard-cases.md`.
+//! Hard cases for DEM (`packstone bench hard`). Each is a function that measures figures on one engine, with what
+//! theory expects and how far rounding or the scheme's order lets it be off. `tests/hard` makes each a test on all
+//! engines; [`print()`] makes of the same figures the table of `docs/hard-cases.md`.
 
 mod agreement;
 mod clumps;
@@ -119,7 +119,8 @@ pub fn named(name: &str) -> Result<&'static Case> {
     found.ok_or_else(|| Error::Scene(format!("there is no hard case `{name}`; there are {}", all())))
 }
 
-/// Writes the table of these cases, row by row, on every engine there is. The last column says what is out of its limits.
+/// Writes the table of these cases, row by row, on every engine there is. The last column says what is out of its
+/// limits.
 ///
 /// # Errors
 /// Those of the writer.

@@ -1,4 +1,5 @@
-//! A benchmark on disk: `bench.csv`, `stages.csv`, `relaxation.csv`, `residuals.csv`, `bench.json`, `report.md` and the plots.
+//! A benchmark on disk: `bench.csv`, `stages.csv`, `relaxation.csv`, `residuals.csv`, `bench.json`, `report.md` and the
+//! plots.
 
 mod format;
 mod relaxation;

@@ -36,8 +36,9 @@ fn closed_form(
     }
 }
 
-/// Verification T1 to T3: k_T / k_N as the index of the material in `oblique.toml`, ψ = v_s / (μ v_n) before the impact,
-/// and after it. Below 1 in ψ the contact sticks at once, far above it slips throughout, in between it does both.
+/// Verification T1 to T3: k_T / k_N as the index of the material in `oblique.toml`, ψ = v_s / (μ v_n) before the
+/// impact, and after it. Below 1 in ψ the contact sticks at once, far above it slips throughout, in between it does
+/// both.
 const OBLIQUE: &[(u32, f64, f64)] = &[
     // 2/7: the super-ball
     (0, 0.5, -0.5),

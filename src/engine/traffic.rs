@@ -44,8 +44,8 @@ mod tests {
         Model::of(&Scene::parse(&text, "two", Path::new("."), &[]).unwrap().assemble().unwrap(), precision)
     }
 
-    /// Ten grains with 60 list entries and the numbers that all share: list_start has one more, `halt` is read and `halt_next`
-    /// written, the seven counters are read and written.
+    /// Ten grains with 60 list entries and the numbers that all share: list_start has one more, `halt` is read and
+    /// `halt_next` written, the seven counters are read and written.
     fn advance(per_grain: u64, per_entry: u64) -> u64 {
         10 * per_grain + 60 * per_entry + 4 + (4 + 4) + 2 * 7 * 4
     }

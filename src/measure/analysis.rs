@@ -30,16 +30,16 @@ pub struct Sample {
     pub contacts: u64,
     /// Mean number of contacts of a free grain.
     pub coordination_number: f64,
-    /// Contact dynamics, of the last step: passes, relative residual of the natural map, and largest friction beyond the
-    /// Coulomb limit over the largest normal impulse.
+    /// Contact dynamics, of the last step: passes, relative residual of the natural map, and largest friction beyond
+    /// the Coulomb limit over the largest normal impulse.
     pub iterations: Option<u32>,
     pub residual: Option<f64>,
     pub coulomb_excess: Option<f64>,
     /// Mean |contact force|, N; 0 without contacts.
     #[serde(skip)]
     pub contact_force: f64,
-    /// Contact dynamics: kinetic energy of all grains that gravity, or the mean contact force if that is more, has pulled for one
-    /// step, J.
+    /// Contact dynamics: kinetic energy of all grains that gravity, or the mean contact force if that is more, has
+    /// pulled for one step, J.
     #[serde(skip)]
     pub step_energy: f64,
 }
@@ -133,9 +133,9 @@ pub fn angular_momentum(assembly: &Assembly, grains: &[Grain], masses: &[f64]) -
     Some(free.map(|(g, m)| *m * g.position.cross(g.velocity) + beta * m * g.radius * g.radius * g.spin).sum())
 }
 
-/// Which grains are no rattlers: those inside with fewer than `least` contacts are taken away, with their contacts, until there
-/// are none. Grains outside stay, and so do indices without a grain, walls: a free surface, where weight holds grains on fewer
-/// contacts, would otherwise take the bed along with it.
+/// Which grains are no rattlers: those inside with fewer than `least` contacts are taken away, with their contacts,
+/// until there are none. Grains outside stay, and so do indices without a grain, walls: a free surface, where weight
+/// holds grains on fewer contacts, would otherwise take the bed along with it.
 pub fn backbone(inside: &[bool], contacts: &[(u32, u32)], least: usize) -> Vec<bool> {
     let mut left = vec![true; inside.len()];
     loop {
@@ -213,8 +213,8 @@ fn extent(assembly: &Assembly, free: &[Grain], margin: f64) -> (DVec3, DVec3) {
     (lower, upper)
 }
 
-/// Height of the packing in each upright column: the highest free grain that the ones below it reach up to. A stray grain
-/// high above does not count.
+/// Height of the packing in each upright column: the highest free grain that the ones below it reach up to. A stray
+/// grain high above does not count.
 struct Skyline {
     vertical: Option<(usize, bool)>,
     width: f64,

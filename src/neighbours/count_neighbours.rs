@@ -1,4 +1,5 @@
-//! Twin of `shaders/neighbours/count_neighbours.wgsl`: how many entries each grain needs, and whether it is on the right side of every wall.
+//! Twin of `shaders/neighbours/count_neighbours.wgsl`: how many entries each grain needs, and whether it is on the
+//! right side of every wall.
 
 use crate::{
     body::grains::same_grain,

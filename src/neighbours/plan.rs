@@ -1,5 +1,5 @@
-//! Steps under neighbour lists. Nothing in them can go wrong without trace or return: lists that do not fit are not walked and
-//! are made again; a step that uses up their margin halts those that follow.
+//! Steps under neighbour lists. Nothing in them can go wrong without trace or return: lists that do not fit are not
+//! walked and are made again; a step that uses up their margin halts those that follow.
 
 use super::*;
 use crate::{

@@ -15,8 +15,8 @@ pub struct Pose {
     pub orientation: DQuat,
 }
 
-/// The orientation; None: random. Euler angles are those of (2.34)-(2.37), Rz(φ) Rx(θ) Rz(ψ); a quaternion is (w, x, y, z), which
-/// are q4, q2, -q1, q3 of the chapter.
+/// The orientation; None: random. Euler angles are those of (2.34)-(2.37), Rz(φ) Rx(θ) Rz(ψ); a quaternion is (w, x, y,
+/// z), which are q4, q2, -q1, q3 of the chapter.
 pub fn orientation(given: &schema::Orientation, key: &str, check: &Check) -> Result<Option<DQuat>> {
     let wrong = |message: &str| Err(check.origin.wrong(key, message));
     match (check.dimension, given) {
@@ -42,8 +42,8 @@ pub fn orientation(given: &schema::Orientation, key: &str, check: &Check) -> Res
     }
 }
 
-/// Grains of a population: spheres (disks), or clumps whose centres of mass, velocities, spins and sizes (that of the sphere of the
-/// same volume) the grains have.
+/// Grains of a population: spheres (disks), or clumps whose centres of mass, velocities, spins and sizes (that of the
+/// sphere of the same volume) the grains have.
 pub struct Placed {
     pub grains: Vec<Grain>,
     pub poses: Option<Vec<Pose>>,

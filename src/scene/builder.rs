@@ -1,5 +1,5 @@
-//! Scenes in code. Every builder fills the structure that a table of a scene file is read into, and the scene then passes the same
-//! checks: keys, defaults and messages are those of `docs/scene.md`.
+//! Scenes in code. Every builder fills the structure that a table of a scene file is read into, and the scene then
+//! passes the same checks: keys, defaults and messages are those of `docs/scene.md`.
 
 mod grains;
 mod keys;

@@ -9,14 +9,15 @@ use super::walls::not_periodic;
 use super::{Assembly, Clump, Dashpot, Grain, Method, Shape, Surface};
 use crate::Result;
 
-/// How far a direction may be from unit length, and a member from where its clump has it, in radii of the clump: rounding of single
-/// precision, and no more.
+/// How far a direction may be from unit length, and a member from where its clump has it, in radii of the clump:
+/// rounding of single precision, and no more.
 const SLACK: f64 = 1e-4;
 
 impl Assembly {
-    /// Checks what scene files and builders guarantee: finite numbers, positive radii and densities, indices that exist, members
-    /// where their clumps have them, grains inside domain and walls that do not overlap by more than the scene allows. The messages
-    /// are those of scene files. [`Simulation::new`](crate::simulation::Simulation::new) calls this.
+    /// Checks what scene files and builders guarantee: finite numbers, positive radii and densities, indices that
+    /// exist, members where their clumps have them, grains inside domain and walls that do not overlap by more than the
+    /// scene allows. The messages are those of scene files. [`Simulation::new`](crate::simulation::Simulation::new)
+    /// calls this.
     ///
     /// # Errors
     /// [`Error::Scene`](crate::Error::Scene) with the first value that is wrong.

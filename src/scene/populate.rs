@@ -341,8 +341,8 @@ impl Job<'_> {
         (count.max(0.0) as usize, jitter)
     }
 
-    /// Random sequential insertion, the largest grains first because they need the most room. What a clump needs is what its
-    /// members do, as it is turned.
+    /// Random sequential insertion, the largest grains first because they need the most room. What a clump needs is
+    /// what its members do, as it is turned.
     fn random(&mut self, placed: &Placed, reaches: &[f64], rng: &mut ChaCha8Rng) -> Result<Vec<DVec3>> {
         for axis in 0..self.check.dimension {
             self.need_bounds(axis, true, true)?;

@@ -1,5 +1,5 @@
-//! The TOML schema, key by key as `docs/scene.md` lists it. Nothing here is checked beyond names and types. The builder fills the
-//! same structures.
+//! The TOML schema, key by key as `docs/scene.md` lists it. Nothing here is checked beyond names and types. The builder
+//! fills the same structures.
 
 use std::collections::BTreeMap;
 
@@ -68,7 +68,8 @@ pub enum Face {
     Periodic,
 }
 
-/// One struct for all kinds, so that an unknown key is reported at its own line; `walls.rs` checks which keys go with which kind.
+/// One struct for all kinds, so that an unknown key is reported at its own line; `walls.rs` checks which keys go with
+/// which kind.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wall {

@@ -21,8 +21,8 @@ use member::Mass;
 pub use member::Member;
 pub use mesh::Misfit;
 
-/// A shape: lengths are relative to the radius of the sphere (disk) of the same volume, so that a clump of size R has arms and
-/// radii R times as large, the mass of the sphere of radius R, and moments of inertia J = `gyration` m R².
+/// A shape: lengths are relative to the radius of the sphere (disk) of the same volume, so that a clump of size R has
+/// arms and radii R times as large, the mass of the sphere of radius R, and moments of inertia J = `gyration` m R².
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
     pub name: String,
@@ -98,11 +98,12 @@ impl Shape {
         }
     }
 
-    /// The shape of a closed triangle mesh (STL) in three dimensions, filled by at most `count` spheres, with the mass properties of
-    /// what the mesh encloses.
+    /// The shape of a closed triangle mesh (STL) in three dimensions, filled by at most `count` spheres, with the mass
+    /// properties of what the mesh encloses.
     ///
     /// # Errors
-    /// [`crate::Error::Io`] if it cannot be read, [`crate::Error::Scene`] if it is no STL file or its surface is not closed.
+    /// [`crate::Error::Io`] if it cannot be read, [`crate::Error::Scene`] if it is no STL file or its surface is not
+    /// closed.
     pub fn of_mesh(name: &str, path: &Path, count: usize) -> Result<Shape> {
         let mesh::Filled { members, mass, misfit } = mesh::fill(path, count)?;
         let shape = Shape::new(name, &members, 3, &mass, mesh::ROUNDING);
@@ -115,8 +116,8 @@ impl Shape {
         self.members.iter().map(|m| m.arm.length() + m.radius).fold(0.0, f64::max)
     }
 
-    /// Whether all moments are equal, so that angular velocity and momentum are parallel and no product of angular velocities
-    /// turns up in (2.21)-(2.23).
+    /// Whether all moments are equal, so that angular velocity and momentum are parallel and no product of angular
+    /// velocities turns up in (2.21)-(2.23).
     pub fn is_round(&self) -> bool {
         self.gyration.x == self.gyration.y && self.gyration.y == self.gyration.z
     }
@@ -150,8 +151,8 @@ fn exposed(members: &[Member], dimension: usize) -> Vec<f64> {
     members.iter().enumerate().map(of).collect()
 }
 
-/// Principal moments and axes (columns, right-handed) of a symmetric tensor by Jacobi's rotations, the axes in the order in
-/// which they resemble x, y and z; moments that are equal but for rounding are made equal.
+/// Principal moments and axes (columns, right-handed) of a symmetric tensor by Jacobi's rotations, the axes in the
+/// order in which they resemble x, y and z; moments that are equal but for rounding are made equal.
 fn principal(tensor: DMat3) -> (DVec3, DMat3) {
     let (mut a, mut axes) = (tensor, DMat3::IDENTITY);
     for _ in 0..50 {

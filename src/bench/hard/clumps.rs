@@ -11,8 +11,8 @@ use crate::{
 };
 use glam::DVec3;
 
-/// A free body with J = (1, 2, 3), ω Δt = 1e-3, 10^7 steps: the quaternion stays one, energy and angular momentum stay where they
-/// are but for what the scheme lets them oscillate by.
+/// A free body with J = (1, 2, 3), ω Δt = 1e-3, 10^7 steps: the quaternion stays one, energy and angular momentum stay
+/// where they are but for what the scheme lets them oscillate by.
 pub fn free_body(bench: Bench, length: Length) -> Vec<Figure> {
     let moments = DVec3::new(1.0, 2.0, 3.0);
     let mut scene = blank_dt(3, 1e-3);

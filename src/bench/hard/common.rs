@@ -265,8 +265,8 @@ impl Random {
 /// Spacing of `cloud`, m.
 pub const SPACING: f64 = 2.12 * R;
 
-/// A jittered lattice of `side`^dimension grains with corner at the origin, radii 0.8 to 1 R, random velocities of up to
-/// `speed` per component and spins of the same surface speed. Nothing overlaps.
+/// A jittered lattice of `side`^dimension grains with corner at the origin, radii 0.8 to 1 R, random velocities of up
+/// to `speed` per component and spins of the same surface speed. Nothing overlaps.
 pub fn cloud(dimension: usize, side: usize, speed: f64, seed: u64) -> Vec<Grain> {
     let mut random = Random(seed);
     let count = side.pow(dimension as u32);

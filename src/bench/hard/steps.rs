@@ -1,6 +1,7 @@
 //! The time step around its critical value. Everything starts at rest in place, with the velocities of the mode that
 //! swings fastest: then its amplitude after n steps is v Δt U(n), U(n+1) = (2 − z²) U(n) − U(n−1), z = 2 Δt/Δt_c. The
-//! mode may be one of turns alone, which are no part of the state, so amplitudes are summed up from velocities and spins.
+//! mode may be one of turns alone, which are no part of the state, so amplitudes are summed up from velocities and
+//! spins.
 
 use super::common::*;
 use super::figure::{Figure, Length, worse};
@@ -108,8 +109,8 @@ fn links(scene: &Assembly) -> Vec<Link> {
     links
 }
 
-/// A sphere that two walls squeeze by 2 % of R: |λ| = 1, 1, 1.3266, 2.4282. Exactly linear, so only rounding is allowed:
-/// in f32 an overlap of 2e-2 R known to 1e-6 of itself gives 2e-8 R a step to an amplitude of 5e-4 R.
+/// A sphere that two walls squeeze by 2 % of R: |λ| = 1, 1, 1.3266, 2.4282. Exactly linear, so only rounding is
+/// allowed: in f32 an overlap of 2e-2 R known to 1e-6 of itself gives 2e-8 R a step to an amplitude of 5e-4 R.
 pub fn confined_sphere(bench: Bench, _: Length) -> Vec<Figure> {
     let scene = scene("confined_sphere");
     System::new(scene.clone(), &links(&scene), bench, 0.01 * R).figures(bench, bench.pick(1e-6, 5e-4))

@@ -49,8 +49,8 @@ impl ShapeBuilder {
         ShapeBuilder(schema::Shape { mesh: Some(path.to_owned()), ..ShapeBuilder::empty(name) })
     }
 
-    /// Mass properties at density 1: volume, centre of mass, and the inertia about it as `[Jxx, Jyy, Jzz, Jxy, Jxz, Jyz]`, in two
-    /// dimensions `[Jzz]`. Default: computed.
+    /// Mass properties at density 1: volume, centre of mass, and the inertia about it as `[Jxx, Jyy, Jzz, Jxy, Jxz,
+    /// Jyz]`, in two dimensions `[Jzz]`. Default: computed.
     #[must_use]
     pub fn mass_properties<const N: usize>(
         mut self,

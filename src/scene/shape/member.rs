@@ -5,7 +5,8 @@ use glam::{DMat3, DVec3};
 /// A sphere or disk of a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Member {
-    /// Centre, from the shape's own: along its principal axes once the shape is finished, see [`Shape::members`](super::Shape::members).
+    /// Centre, from the shape's own: along its principal axes once the shape is finished, see
+    /// [`Shape::members`](super::Shape::members).
     pub arm: DVec3,
     pub radius: f64,
 }
