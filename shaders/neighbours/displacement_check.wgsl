@@ -12,8 +12,8 @@ fn displacement_check(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(nu
     if (bits > atomicLoad(&counters.max_displacement)) {
         atomicMax(&counters.max_displacement, bits);
     }
-    let active = active_contacts(i);
-    if (active != 0u) {
-        atomicAdd(&counters.active_contacts, active);
+    let count = active_contacts(i);
+    if (count != 0u) {
+        atomicAdd(&counters.active_contacts, count);
     }
 }

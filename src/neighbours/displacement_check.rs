@@ -12,7 +12,7 @@ pub fn displacement_check(s: &mut State) {
         (((s.displacement[i] / s.params.displacement_limit) as f32).to_bits(), active_contacts(s, i).count() as u32)
     };
     let bodies = (0..s.sizes.bodies).into_par_iter();
-    let (displacement, active) = bodies.map(of_body).reduce(|| (0, 0), |a, b| (a.0.max(b.0), a.1 + b.1));
+    let (displacement, count) = bodies.map(of_body).reduce(|| (0, 0), |a, b| (a.0.max(b.0), a.1 + b.1));
     s.counters[0].max_displacement = s.counters[0].max_displacement.max(displacement);
-    s.counters[0].active_contacts += active;
+    s.counters[0].active_contacts += count;
 }
