@@ -33,7 +33,7 @@ pub enum Arrays {
     Auto,
     /// Storage buffers.
     Buffers,
-    /// Storage images where the kernels allow it: see [`super::images`].
+    /// Storage images where the kernels allow it: see `gpu::images`.
     Images,
 }
 
@@ -186,7 +186,7 @@ impl Device {
         }
     }
 
-    /// Create an image of zeros, in rows of [`ROW`] texels.
+    /// Create an image of zeros, in rows of `ROW` texels.
     ///
     /// # Errors
     /// As for [`Device::buffer`].
