@@ -1,6 +1,6 @@
-//! Oblique bounce of a sphere with k_T = 2/7 k_N, in steps: below a ratio of 3.5 between tangential and (friction times)
-//! normal speed the contact point's velocity is reversed without any loss; above, the contact slides all the time and
-//! keeps 7 of it less. Prints both, then checks itself against that closed form.
+//! Oblique bounce of a sphere with k_T = 2/7 k_N, in steps: below a ratio of 3.5 between tangential and (friction
+//! times) normal speed the contact point's velocity is reversed without any loss; above, the contact slides all the
+//! time and keeps 7 of it less. Prints both, then checks itself against that closed form.
 //!
 //! `cargo run --release --example superball`
 

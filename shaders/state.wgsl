@@ -6,7 +6,7 @@ struct Position {
     radius: Real, // m
 }
 
-/// What single precision leaves out of a Place.
+/// What single precision leaves out of a Position.
 struct PositionLow {
     x: Vec,       // m
     radius: Real, // m
@@ -14,7 +14,7 @@ struct PositionLow {
 
 /// A position: in single precision a multiple of params.quantum and a low part.
 struct Point {
-    x: Vec,       // m
+    x: Vec,   // m
     low: Vec, // m
 }
 
@@ -38,58 +38,69 @@ struct Pair {
 }
 
 struct Params {
-    gravity: Vec,           // m/s²
-    lower: Vec,             // m, a grain beyond has escaped through an open face
-    upper: Vec,             // m
-    period: Vec,            // m, 0 along an open axis
-    period_low: Vec,       // m, what the period has beyond a multiple of the quantum, in single precision
-    inverse_period: Vec,    // 1/m, 0 along an open axis
-    cell_origin: Vec,       // m; the lower face of the domain along a periodic axis
-    inverse_cell: Vec,      // 1/m, per axis
-    dt: Real,               // s
-    history_dt: Real,            // s, since springs were last stretched: dt, but 0 in the first step
-    damping: Real,          // xi, 1/s
-    reach: Real,            // m, contacts may act this far beyond touching
-    margin: Real,           // m, neighbour lists reach this much beyond touching
-    quantum: Real,          // m, a power of two: single precision keeps positions as multiples of it and a low part
-    inverse_quantum: Real,  // 1/m
-    position_slack: Real,             // m, what a distance may be off if low parts are left out
-    length_unit: Real,            // m, a power of two: lengths up to the largest contact distance are 15 bits of it and a rest
-    inverse_length_unit: Real,    // 1/m
-    arm_unit: Real,         // m, a power of two: arms of clumps are 22 bits of it and a rest
-    inverse_arm_unit: Real, // 1/m
-    step_limit: Real,       // m, no grain may go further in a step
+    gravity: Vec,                  // m/s²
+    lower: Vec,                    // m, a grain beyond has escaped through an open face
+    upper: Vec,                    // m
+    period: Vec,                   // m, 0 along an open axis
+    period_low: Vec,               // m, what the period has beyond a multiple of the quantum, in single precision
+    inverse_period: Vec,           // 1/m, 0 along an open axis
+    cell_origin: Vec,              // m; the lower face of the domain along a periodic axis
+    inverse_cell: Vec,             // 1/m, per axis
+    dt: Real,                      // s
+    history_dt: Real,              // s, since the history of contacts was last written: dt, but 0 in the first step
+    damping: Real,                 // xi, 1/s
+    reach: Real,                   // m, contacts may act this far beyond touching
+    margin: Real,                  // m, neighbour lists reach this much beyond touching
+    quantum: Real,                 // m, a power of two: in single precision positions are multiples of it and a low part
+    inverse_quantum: Real,         // 1/m
+    position_slack: Real,          // m, what a distance may be off if low parts are left out
+    length_unit: Real,             // m, a power of two: lengths up to a contact distance are 15 bits of it and a rest
+    inverse_length_unit: Real,     // 1/m
+    arm_unit: Real,                // m, a power of two: arms of clumps are 22 bits of it and a rest
+    inverse_arm_unit: Real,        // 1/m
+    step_limit: Real,              // m, no grain may go further in a step
     displacement_limit: Real,      // m, lists are good while no grain has moved further than this
-    tolerance: Real,        // contact dynamics: relative residual at which a step is solved
-    max_momentum: Real,         // most momentum of a pass, 0 to 1
-    max_correction_velocity: Real,       // m/s, at most this fast overlaps open
-    gap_band: Real,         // m, gaps and overlaps up to this are taken for contacts
-    @align(16) pair: Pair,  // the pair parameters of a scene with one material
-    axes: vec3<u32>,        // of the grid: along which of x, y, z its 1st, 2nd and 3rd coordinate count
-    cells: vec3<u32>,       // per axis of the grid, which wraps around on all of them
-    bodies: u32,            // grains; members of clumps
+    tolerance: Real,               // contact dynamics: relative residual at which a step is solved
+    max_momentum: Real,            // most momentum of a pass, 0 to 1
+    max_correction_velocity: Real, // m/s, at most this fast overlaps open
+    gap_band: Real,                // m, gaps and overlaps up to this are taken for contacts
+    @align(16) pair: Pair,         // the pair parameters of a scene with one material
+    axes: vec3<u32>,               // of the grid: along which of x, y, z its 1st, 2nd and 3rd coordinate count
+    cells: vec3<u32>,              // per axis of the grid, which wraps around on all of them
+    bodies: u32,                   // grains; members of clumps
     clumps: u32,
-    arm_shift: u32,         // the quantum is 2^this units of arms (at most 2^26; 0 if it is less than one)
-    arm_shift_fine: u32,    // and 2^this of their fine units, which are 2^-11 units
+    arm_shift: u32,                // the quantum is 2^this units of arms (at most 2^26; 0 if it is less than one)
+    arm_shift_fine: u32,           // and 2^this of their fine units, which are 2^-11 units
     walls: u32,
     materials: u32,
-    partial_sums_len: u32,             // rows of the measurement
-    entries: u32,             // length of the lists; the engine fills these three in
-    history: u32,           // length of the history
-    colors: u32,           // of contacts, that there are schedules for
+    partial_sums_len: u32,         // rows of the measurement
+    entries: u32,                  // length of the lists; the engine fills these three in
+    history: u32,                  // length of the history
+    colors: u32,                   // of contacts, that there are schedules for
 }
 
 var<uniform> params: Params;
 
 /// What the device has to tell the host, once per chunk.
 struct Counters {
-    entries_needed: atomic<u32>, // neighbour slots that the lists ask for
-    steps_done: atomic<u32>,         // steps done since the lists were made
-    max_displacement: atomic<u32>,        // bits of an f32: longest way of a grain since the lists were made, over drift_limit
-    lost_body: atomic<u32>,     // bodies - id of a grain that is no number, left the domain, crossed a wall or is too fast; 0: none
-    active_contacts: atomic<u32>,      // contacts with a spring at the end of the chunk, each counted once
-    restored_contacts: atomic<u32>,    // springs of the history that the new lists took over
-    unlisted: atomic<u32>,       // neighbours that found no entry: 0, or a defect
+    entries_needed: atomic<u32>,    // entries that the lists ask for
+    steps_done: atomic<u32>,        // steps done since the lists were made
+    max_displacement: atomic<u32>,  // bits of an f32: largest displacement since the lists were made, over the limit
+    lost_body: atomic<u32>,         // bodies - id of a grain that is lost (NaN, outside, beyond a wall, too fast); 0: none
+    active_contacts: atomic<u32>,   // contacts with a history at the end of the chunk, each counted once
+    restored_contacts: atomic<u32>, // contacts whose history the new lists took over
+    unlisted: atomic<u32>,          // neighbours that found no entry: 0, or a defect
 }
 
 var<storage, read_write> counters: Counters;
+
+// Neighbour lists: grain i has the entries list_start[i] to list_start[i + 1], in ascending order of the neighbours'
+// ids, then walls. An entry is the neighbour's index, or bodies + w for wall w; its top bit says that the contact has a
+// history.
+var<storage, read_write> list_start: array<u32>; // N + 1
+var<storage, read_write> neighbour: array<u32>;  // entries
+
+/// Fills entries that were reserved and not needed.
+const NONE = 0xffffffffu;
+const INDEX = 0x7fffffffu;
+const ACTIVE = 0x80000000u;

@@ -109,14 +109,7 @@ fn trajectory(mut on_gpu: Simulation, options: Options, steps: u64) -> Result<f6
     let (gpu, cpu) = (on_gpu.grains()?, on_cpu.grains()?);
     let domain = &on_gpu.assembly().domain;
     let mean_radius = cpu.iter().map(|g| g.radius).sum::<f64>() / cpu.len() as f64;
-    let nearest = |mut d: glam::DVec3| {
-        for axis in (0..3).filter(|a| domain.periodic[*a]) {
-            let length = domain.upper[axis] - domain.lower[axis];
-            d[axis] -= length * (d[axis] / length).round();
-        }
-        d.length()
-    };
-    let distance = gpu.iter().zip(&cpu).map(|(a, b)| nearest(a.position - b.position));
+    let distance = gpu.iter().zip(&cpu).map(|(a, b)| domain.nearest(a.position - b.position).length());
     Ok(distance.fold(0.0, f64::max) / mean_radius)
 }
 

@@ -14,9 +14,10 @@ use crate::{
     plan::Op,
     state::{Array, Counters, Params, State},
 };
+use std::any::Any;
 
 /// What a simulation needs from the machine it runs on. It can go to another thread.
-pub trait Engine: Send {
+pub trait Engine: Any + Send {
     /// `cpu` or `gpu`.
     fn name(&self) -> &'static str;
     /// The adapter, or the number of threads.
@@ -37,8 +38,4 @@ pub trait Engine: Send {
     fn clock(&self) -> &'static str;
     /// Bytes from one element of an array to the next.
     fn stride(&self, array: &'static Array) -> usize;
-    /// The device engine, if it is that.
-    fn gpu(&self) -> Option<&Gpu> {
-        None
-    }
 }

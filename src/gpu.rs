@@ -1,11 +1,11 @@
 //! The GPU as a machine: adapters, composed kernels, arrays as images, clocks. Knows no physics.
 
-pub mod compose;
-pub mod device;
-pub mod images;
-pub mod layout;
-pub mod pipeline;
-pub mod stopwatch;
+pub(crate) mod compose;
+pub(crate) mod device;
+pub(crate) mod images;
+pub(crate) mod layout;
+pub(crate) mod pipeline;
+pub(crate) mod stopwatch;
 
 pub use compose::{Program, compose};
 pub use device::{AdapterSummary, Arrays, Device, adapters};

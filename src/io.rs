@@ -2,18 +2,22 @@
 //! complete, so that nothing half-written ever carries the name of a result.
 
 pub mod csv;
+mod files;
 pub mod problem;
 pub mod summary;
 pub mod vtp;
 
 use crate::{
-    error::{Error, Result},
+    error::Result,
     measure::Sample,
     scene::{Assembly, Clump, Grain, Material, Output, Shape},
 };
+pub(crate) use files::at;
+pub use files::replace;
+use files::write;
 use std::{
-    fs::{self, File},
-    io::{self, BufWriter, Write},
+    fs,
+    io::Write,
     path::{Path, PathBuf},
 };
 use summary::Summary;
@@ -41,7 +45,7 @@ impl Results {
     /// Make the folder. What an earlier run left there is removed, everything else stays.
     ///
     /// # Errors
-    /// [`Error::Io`], here and in all functions below.
+    /// [`Error::Io`](crate::Error::Io), here and in all functions below.
     pub fn create(folder: &Path, assembly: &Assembly) -> Result<Results> {
         fs::create_dir_all(folder).map_err(at(folder))?;
         for entry in fs::read_dir(folder).map_err(at(folder))? {
@@ -104,40 +108,6 @@ fn is_ours(name: &str) -> bool {
     [HISTORY, FINAL, MEMBERS, SUMMARY, SERIES].contains(&name) || number.is_some_and(|n| n.parse::<u64>().is_ok())
 }
 
-/// What a file is called until it is complete.
-fn part(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".part");
-    name.into()
-}
-
-/// Let `make` write a file under another name, and give it its own when it is complete.
-pub fn replace(path: &Path, make: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
-    let part = part(path);
-    let made = make(&part).and_then(|()| fs::rename(&part, path).map_err(at(path)));
-    if made.is_err() {
-        // The first error is the one to report; the file may not even exist.
-        let _ = fs::remove_file(&part);
-    }
-    made
-}
-
-fn write(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<()> {
-    replace(path, |part| {
-        let fill = || {
-            let mut file = BufWriter::new(File::create(part)?);
-            content(&mut file)?;
-            file.flush()
-        };
-        fill().map_err(at(path))
-    })
-}
-
-/// Adds the path to an error of the system.
-pub(crate) fn at(path: &Path) -> impl Fn(io::Error) -> Error {
-    move |source| Error::Io { path: path.to_owned(), source }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -146,17 +116,5 @@ mod tests {
     fn only_files_of_a_run_are_ours() {
         assert!(["summary.json", "snapshot_000012.vtp", "history.csv.part"].into_iter().all(is_ours));
         assert!(!["picture.png", "snapshot_mine.vtp", "notes.csv", "summary.json.bak"].into_iter().any(is_ours));
-    }
-
-    #[test]
-    fn a_failed_write_leaves_nothing() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("summary.json");
-        let failed = write(&path, |file| {
-            file.write_all(b"half")?;
-            Err(io::Error::other("disk full"))
-        });
-        assert!(failed.unwrap_err().to_string().contains("disk full"));
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }

@@ -3,9 +3,9 @@
 //!
 //! # A first packing
 //!
-//! A scene is built in code, or read from a TOML text ([`Scene::load`](scene::Scene::load)); keys, defaults and checks are the same
-//! (`docs/scene.md`). All quantities are in SI units. It is validated into an [`Assembly`](scene::Assembly), which a
-//! [`Simulation`](simulation::Simulation) advances:
+//! A scene is built in code, or read from a TOML text ([`Scene::load`](scene::Scene::load)); keys, defaults and checks
+//! are the same (`docs/scene.md`). All quantities are in SI units. It is validated into an
+//! [`Assembly`](scene::Assembly), which a [`Simulation`](simulation::Simulation) advances:
 //!
 //! ```
 //! use packstone::prelude::*;
@@ -33,9 +33,9 @@
 //!
 //! # Cargo features
 //!
-//! All are on by default. `cli` is the program `packstone`; `bench` measures errors beside speed, `render` draws pictures, `fclib`
-//! reads contact problems from HDF5 files, `socp` solves contact problems, of scenes too, by cone programs. Without any of them all the
-//! rest of the simulator is there.
+//! All are on by default. `cli` is the program `packstone`; `bench` measures errors beside speed, `render` draws
+//! pictures, `fclib` reads contact problems from HDF5 files, `socp` solves contact problems, of scenes too, by cone
+//! programs. Without any of them all the rest of the simulator is there.
 //!
 //! # How it is built
 //!
@@ -43,35 +43,41 @@
 //! gives a [`Plan`](plan::Plan), the [stages](stage::Stage) of a step in order; every stage is a WGSL kernel beside an
 //! f64 twin. An [`Engine`](engine::Engine) runs the plan on a [`State`](state::State), arrays by name. Equation numbers
 //! like (2.19) and errata like E7 in the documentation of laws and kernels are those of the theory the project
-//! implements: the classic discrete element method of Cundall and Strack, in the sign conventions given there
-//! ([`contact`]). `ARCHITECTURE.md` says what to touch to add a law, a kernel or a scene key.
+//! implements: the classic discrete element method of Cundall and Strack, in their sign conventions.
+//! Kernels and their twins are for those who read the source, and not listed here. `ARCHITECTURE.md` says what to touch
+//! to add a law, a kernel or a scene key.
 
 #[cfg(feature = "bench")]
 pub mod bench;
+#[doc(hidden)] // kernels and their twins: for the tests
 pub mod body;
 pub mod check;
+#[doc(hidden)] // kernels and their twins: for the tests
 pub mod contact;
+#[doc(hidden)] // kernels and their twins: for the tests
 pub mod dem;
 pub mod engine;
 pub mod error;
 pub mod gpu;
 pub mod io;
 pub mod measure;
-pub mod memory;
+pub(crate) mod memory;
 pub mod model;
-pub mod neighbours;
-pub mod nscd;
+pub(crate) mod neighbours;
+pub(crate) mod nscd;
 pub mod plan;
+#[doc(hidden)] // kernels and their twins: for the tests
 pub mod plans;
 pub mod prelude;
-pub mod record;
+pub(crate) mod record;
 #[cfg(feature = "render")]
 pub mod render;
 pub mod scene;
+#[doc(hidden)] // kernels and their twins: for the tests
 pub mod shaders;
 pub mod simulation;
 pub mod solve;
-pub mod space;
+pub(crate) mod space;
 pub mod stage;
 pub mod state;
 pub mod time_step;

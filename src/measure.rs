@@ -1,17 +1,22 @@
-//! Measurements: sums over grains, contact forces, velocities at the time of the positions; and quantities of the field from them.
+//! Measurements: sums over grains, contact forces, velocities at the time of the positions; and quantities of the field
+//! from them.
 
 mod analysis;
 mod contact_forces;
-pub mod contacts;
-pub mod energies;
+pub(crate) mod contacts;
+pub(crate) mod energies;
 #[expect(clippy::module_inception, reason = "the kernel is called so")]
 mod measure;
 mod measure_clumps;
-pub mod plan;
+pub(crate) mod plan;
+pub(crate) mod sums;
 mod synchronise;
 mod synchronise_clumps;
 
-pub use analysis::*;
+pub use analysis::{
+    Sample, angular_momentum, angular_momentum_of_clumps, backbone, mass_of_clump, masses, momentum,
+    momentum_of_clumps, packing_fraction,
+};
 
 use crate::{
     contact::overlap::FORCE_FLOORS,
@@ -31,8 +36,8 @@ fn gravity_in_a_step(s: &State) -> f64 {
 /// Grains at rest balance.
 const SUM_FLOORS: &[MemberFloors] = &[(&array::PARTIAL_SUMS, sums_at_rest)];
 
-/// The energy, J, that gravity gives the heaviest grain in a step, what global damping takes of it, W, and in contact dynamics
-/// the contact forces that balance, N.
+/// The energy, J, that gravity gives the heaviest grain in a step, what global damping takes of it, W, and in contact
+/// dynamics the contact forces that balance, N.
 fn sums_at_rest(s: &State) -> Vec<f64> {
     let lightest = s.velocity.iter().map(|m| m.inverse_mass).filter(|m| *m > 0.0).fold(f64::INFINITY, f64::min);
     let kinetic = 0.5 * gravity_in_a_step(s).powi(2) / lightest;

@@ -15,44 +15,51 @@ mod sort;
 
 use crate::{stage::*, state::*};
 
+/// The stages of an exclusive prefix sum in place: of which array, and how many items it has one more than.
+macro_rules! prefix_sum {
+    ($handle:ident, $array:ident, $items:ident) => {
+        [
+            Stage {
+                kernel: "scan_reduce",
+                bind: &[("values", &array::$handle)],
+                ..Stage::new(
+                    "neighbours",
+                    concat!("scan_reduce ", stringify!($array)),
+                    |s| scan::scan_reduce(&s.$array, &mut s.tile_sum),
+                    |sizes| sizes.$items / TILE + 1,
+                )
+            },
+            Stage {
+                kernel: "scan_top",
+                bind: &[("values", &array::$handle)],
+                dispatch: Dispatch::OneGroup,
+                ..Stage::new(
+                    "neighbours",
+                    concat!("scan_top ", stringify!($array)),
+                    |s| scan::scan_top(&s.$array, &mut s.tile_sum),
+                    |_| 1,
+                )
+            },
+            Stage {
+                kernel: "scan_down",
+                bind: &[("values", &array::$handle)],
+                ..Stage::new(
+                    "neighbours",
+                    concat!("scan_down ", stringify!($array)),
+                    |s| scan::scan_down(&mut s.$array, &s.tile_sum),
+                    |sizes| sizes.$items / TILE + 1,
+                )
+            },
+        ]
+    };
+}
+
 /// History 1: contacts per grain.
 pub static HISTORY_COUNT: Stage =
     Stage::new("neighbours", "history_count", history_count::history_count, bodies_plus_one);
 
 /// Prefix sum of `history_start`.
-pub static SCAN_HISTORY: [Stage; 3] = [
-    Stage {
-        kernel: "scan_reduce",
-        bind: &[("values", &array::HISTORY_START)],
-        ..Stage::new(
-            "neighbours",
-            "scan_reduce history_start",
-            |s| scan::scan_reduce(&s.history_start, &mut s.tile_sum),
-            |s| s.bodies / TILE + 1,
-        )
-    },
-    Stage {
-        kernel: "scan_top",
-        bind: &[("values", &array::HISTORY_START)],
-        dispatch: Dispatch::OneGroup,
-        ..Stage::new(
-            "neighbours",
-            "scan_top history_start",
-            |s| scan::scan_top(&s.history_start, &mut s.tile_sum),
-            |_| 1,
-        )
-    },
-    Stage {
-        kernel: "scan_down",
-        bind: &[("values", &array::HISTORY_START)],
-        ..Stage::new(
-            "neighbours",
-            "scan_down history_start",
-            |s| scan::scan_down(&mut s.history_start, &s.tile_sum),
-            |s| s.bodies / TILE + 1,
-        )
-    },
-];
+pub static SCAN_HISTORY: [Stage; 3] = prefix_sum!(HISTORY_START, history_start, bodies);
 
 /// History 2: the contacts.
 pub static HISTORY_STORE: Stage = Stage::new("neighbours", "history_store", history_store::history_store, bodies);
@@ -64,34 +71,7 @@ pub static BIN: Stage = Stage {
 };
 
 /// Prefix sum of `cell_start`.
-pub static SCAN_CELLS: [Stage; 3] = [
-    Stage {
-        kernel: "scan_reduce",
-        bind: &[("values", &array::CELL_START)],
-        ..Stage::new(
-            "neighbours",
-            "scan_reduce cell_start",
-            |s| scan::scan_reduce(&s.cell_start, &mut s.tile_sum),
-            |s| s.cells / TILE + 1,
-        )
-    },
-    Stage {
-        kernel: "scan_top",
-        bind: &[("values", &array::CELL_START)],
-        dispatch: Dispatch::OneGroup,
-        ..Stage::new("neighbours", "scan_top cell_start", |s| scan::scan_top(&s.cell_start, &mut s.tile_sum), |_| 1)
-    },
-    Stage {
-        kernel: "scan_down",
-        bind: &[("values", &array::CELL_START)],
-        ..Stage::new(
-            "neighbours",
-            "scan_down cell_start",
-            |s| scan::scan_down(&mut s.cell_start, &s.tile_sum),
-            |s| s.cells / TILE + 1,
-        )
-    },
-];
+pub static SCAN_CELLS: [Stage; 3] = prefix_sum!(CELL_START, cell_start, cells);
 
 /// Broad phase 2: scatter to cells.
 pub static SORT: Stage = Stage {
@@ -112,34 +92,7 @@ pub static COUNT_NEIGHBOURS: Stage = Stage {
 };
 
 /// Prefix sum of `list_start`.
-pub static SCAN_LISTS: [Stage; 3] = [
-    Stage {
-        kernel: "scan_reduce",
-        bind: &[("values", &array::LIST_START)],
-        ..Stage::new(
-            "neighbours",
-            "scan_reduce list_start",
-            |s| scan::scan_reduce(&s.list_start, &mut s.tile_sum),
-            |s| s.bodies / TILE + 1,
-        )
-    },
-    Stage {
-        kernel: "scan_top",
-        bind: &[("values", &array::LIST_START)],
-        dispatch: Dispatch::OneGroup,
-        ..Stage::new("neighbours", "scan_top list_start", |s| scan::scan_top(&s.list_start, &mut s.tile_sum), |_| 1)
-    },
-    Stage {
-        kernel: "scan_down",
-        bind: &[("values", &array::LIST_START)],
-        ..Stage::new(
-            "neighbours",
-            "scan_down list_start",
-            |s| scan::scan_down(&mut s.list_start, &s.tile_sum),
-            |s| s.bodies / TILE + 1,
-        )
-    },
-];
+pub static SCAN_LISTS: [Stage; 3] = prefix_sum!(LIST_START, list_start, bodies);
 
 /// Neighbour lists 2: entries and their history.
 pub static FILL_NEIGHBOURS: Stage = Stage {

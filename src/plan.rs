@@ -1,5 +1,6 @@
-//! The language of plans: operations in order, and loops around them. A plan is a value that can be printed; whoever walks it, a
-//! simulation or `check`, decides how often its loops go round. The plans themselves stand in their chapters, `src/CHAPTER/plan.rs`.
+//! The language of plans: operations in order, and loops around them. A plan is a value that can be printed; whoever
+//! walks it, a simulation or `check`, decides how often its loops go round. The plans themselves stand in their
+//! chapters, `src/CHAPTER/plan.rs`.
 
 use crate::{error::Result, model::Model, stage::Stage, state::Array};
 use std::fmt::{self, Write};

@@ -16,8 +16,8 @@ pub struct Plans {
     pub lists: Plan,
     /// Once, at time 0.
     pub start: Plan,
-    /// What a run consists of, with the lists that it needs: in the discrete element method as many steps as lists serve, in
-    /// contact dynamics one.
+    /// What a run consists of, with the lists that it needs: in the discrete element method as many steps as lists
+    /// serve, in contact dynamics one.
     pub chunk: Plan,
     /// Of a step what brings the state from n to n + 1.
     pub motion: Plan,

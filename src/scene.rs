@@ -8,6 +8,7 @@ mod invariants;
 mod law;
 mod materials;
 mod neighbours;
+mod origin;
 mod overrides;
 mod populate;
 mod radius;
@@ -19,18 +20,22 @@ mod table;
 mod validate;
 mod walls;
 
-pub use assembly::*;
+pub use assembly::{
+    Assembly, Clump, Domain, Grain, Material, Method, Output, Relaxation, Solver, Stop, Surface, TimeStep, Wall,
+};
 pub use builder::SceneBuilder;
-pub use law::*;
+pub use law::{Dashpot, Hertz, MaterialBuilder, Pair, PairBuilder, Rolling};
+pub(crate) use neighbours::Neighbours;
 pub use schema::{Face, Format, Placement};
 pub use shape::{Kind, Member, Shape};
 
-use std::fmt::Display;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use crate::{Error, Result};
+use crate::Result;
+use origin::{Origin, read_text};
 
-/// A scene, from a file or from a [`SceneBuilder`], that is well-formed: known keys, right types, finite numbers. The values are checked by [`Scene::assemble`].
+/// A scene, from a file or from a [`SceneBuilder`], that is well-formed: known keys, right types, finite numbers. The
+/// values are checked by [`Scene::assemble`].
 #[derive(Clone, Debug)]
 pub struct Scene {
     file: schema::File,
@@ -38,24 +43,6 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// A scene in code, of disks (2) or spheres (3): the same keys, defaults, checks and messages as in a file.
-    ///
-    /// ```
-    /// use packstone::prelude::*;
-    ///
-    /// let assembly = Scene::builder(3)
-    ///     .material("glass", MaterialBuilder::new(2500.0).normal_stiffness(2e3).friction(0.5))
-    ///     .wall(WallBuilder::plane("glass", [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]))
-    ///     .grain(GrainBuilder::new("glass", [0.0, 0.0, 1.2e-3], 1e-3))
-    ///     .stop_time(0.1)
-    ///     .assemble()?;
-    /// assert_eq!(assembly.grains.len(), 1);
-    /// # Ok::<(), packstone::Error>(())
-    /// ```
-    pub fn builder(dimension: usize) -> SceneBuilder {
-        SceneBuilder::new(dimension)
-    }
-
     /// Reads a scene file and applies overrides such as `solver.dt=1e-6`.
     /// Relative paths inside the scene are looked up next to the file.
     pub fn load(path: &Path, set: &[String]) -> Result<Scene> {
@@ -86,48 +73,5 @@ impl Scene {
             Some(title) => title,
             None => stem().unwrap_or(&self.origin.name),
         }
-    }
-}
-
-/// The text of a file that ought to be `what`.
-fn read_text(path: &Path, what: &str) -> Result<String> {
-    let name = path.display();
-    if path.is_dir() {
-        return Err(Error::Scene(format!("{name}: is a folder, not {what}")));
-    }
-    let bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
-    String::from_utf8(bytes).map_err(|error| {
-        let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        let line = good.iter().filter(|byte| **byte == b'\n').count() + 1;
-        Error::Scene(format!("{name}:{line}: is not UTF-8 text"))
-    })
-}
-
-/// Where a scene came from; every message starts with it.
-#[derive(Clone, Debug)]
-struct Origin {
-    name: String,
-    directory: PathBuf,
-    set: Vec<String>,
-}
-
-impl Origin {
-    /// An error at `key`, a path in the notation of `--set`. If an override wrote there, the message says so.
-    fn error(&self, key: &str, message: impl Display) -> Error {
-        let culprit = self.set.iter().rev().find(|set| overrides::touches(set, key));
-        Error::Scene(match culprit {
-            Some(set) => format!("{} (--set {set}): {key}{message}", self.name),
-            None => format!("{}: {key}{message}", self.name),
-        })
-    }
-
-    /// An error about the value at `key`; `rule` says what is allowed.
-    fn bad(&self, key: &str, value: impl Display, rule: impl Display) -> Error {
-        self.error(key, format!(" = {value}: {rule}"))
-    }
-
-    /// An error about `key` as a whole.
-    fn wrong(&self, key: &str, message: impl Display) -> Error {
-        self.error(key, format!(": {message}"))
     }
 }

@@ -231,8 +231,8 @@ impl Simulation {
     pub fn dt_bound(&self) -> f64 {
         self.dt_bound
     }
-    /// The overlap over the radius up to which the time step is below the bound. Infinite for springs; that of elastic spheres follows
-    /// from the overlaps they have come to.
+    /// The overlap over the radius up to which the time step is below the bound. Infinite for springs; that of elastic
+    /// spheres follows from the overlaps they have come to.
     pub fn stable_overlap(&self) -> f64 {
         crate::time_step::stable_overlap(&self.assembly, self.dt())
     }
@@ -243,7 +243,8 @@ impl Simulation {
     pub fn time(&self) -> f64 {
         self.step() as f64 * self.dt()
     }
-    /// Chunks that were done again with longer lists, or ended early because a grain came to the end of the lists' reach.
+    /// Chunks that were done again with longer lists, or ended early because a grain came to the end of the lists'
+    /// reach.
     pub fn replayed_chunks(&self) -> u64 {
         self.lists.repeated_chunks()
     }

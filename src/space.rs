@@ -23,12 +23,12 @@ pub struct Separation {
 
 /// Moving walls.
 pub static MOVE_WALLS: Stage = Stage {
-    check: Check { floors: &[(&[&array::WALL], way_of_walls)], ..Check::ROUNDING },
+    check: Check { floors: &[(&[&array::WALL], largest_wall_displacement)], ..Check::ROUNDING },
     ..Stage::new("space", "move_walls", move_walls::move_walls, |sizes| sizes.walls)
 };
 
 /// A low part is what is left of a step, m, when whole quanta are taken off.
-fn way_of_walls(s: &State) -> f64 {
+fn largest_wall_displacement(s: &State) -> f64 {
     let step = |wall: &Wall| s.params.dt * wall.velocity.length();
     s.wall.iter().map(step).fold(s.params.quantum, f64::max)
 }

@@ -1,5 +1,5 @@
-//! What a stage is: a kernel in `shaders/CHAPTER/KERNEL.wgsl` beside its CPU twin in f64, `src/CHAPTER/KERNEL.rs`. The stages
-//! themselves stand in their chapters.
+//! What a stage is: a kernel in `shaders/CHAPTER/KERNEL.wgsl` beside its CPU twin in f64, `src/CHAPTER/KERNEL.rs`. The
+//! stages themselves stand in their chapters.
 //!
 //! A twin is a function of one body mapped over all of them; nothing in it is clever enough to need reading twice. In
 //! `advance`, where the time goes, the contacts of many bodies are computed at a time.
@@ -70,8 +70,8 @@ pub enum Undecided {
 pub enum Tolerance {
     /// A few roundings of the largest term.
     Rounding,
-    /// The same for forces: in double precision a gap is the difference of a distance and two radii, so what depends on forces
-    /// loses as many digits as the overlap is smaller than a grain.
+    /// The same for forces: in double precision a gap is the difference of a distance and two radii, so what depends on
+    /// forces loses as many digits as the overlap is smaller than a grain.
     Overlap,
     /// In this array sums of small differences, some of either sign.
     Cancellation(&'static Array),

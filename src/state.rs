@@ -1,4 +1,4 @@
-//! State: every array by name, the same name in Rust and in WGSL, with its length and unit.
+//! Twin of `shaders/state.wgsl`: every array by name, the same name in Rust and in WGSL, with its length and unit.
 //!
 //! The CPU engine works on this struct; the GPU engine keeps buffers of the same names, whose layout it reads from the
 //! WGSL text, so that no struct is described twice. On the CPU a plane is space with z = 0.
@@ -15,7 +15,7 @@ use std::{
     hash::{Hash, Hasher},
 };
 
-/// Content of a list entry: `NONE`, `INDEX` and `ACTIVE` of `lists.wgsl`.
+/// Content of a list entry: `NONE`, `INDEX` and `ACTIVE` of `state.wgsl`.
 pub const NONE: u32 = u32::MAX;
 pub const INDEX: u32 = u32::MAX >> 1;
 pub const ACTIVE: u32 = !INDEX;
@@ -504,7 +504,7 @@ fn rigid_rotating(m: &Model) -> bool {
 fn clumped(m: &Model) -> bool {
     m.grains == Grains::Clumps
 }
-fn sprung_clumped(m: &Model) -> bool {
+fn soft_clumped(m: &Model) -> bool {
     clumped(m) && !rigid(m)
 }
 fn rigid_clumped(m: &Model) -> bool {
@@ -548,7 +548,7 @@ state! {
     CLUMP_VELOCITY_NEXT clump_velocity_next: Velocity, Clumps, "m/s, 1/kg", clumped;
     CLUMP_SPIN clump_spin: Spin, Clumps, "rad/s", clumped;
     CLUMP_SPIN_NEXT clump_spin_next: Spin, Clumps, "rad/s", clumped;
-    SPIN_INCREMENT spin_increment: Spin, Clumps, "rad/s, of the last step", sprung_clumped;
+    SPIN_INCREMENT spin_increment: Spin, Clumps, "rad/s, of the last step", soft_clumped;
     MEMBER_FORCE member_force: DVec3, Bodies, "N, contact dynamics N s", clumped;
     MEMBER_TORQUE member_torque: Spin, Bodies, "N m, contact dynamics N m s", clumped;
     ROTATION_ITERATIONS rotation_iterations: RotationIterations, One, "of iterations for the rotation", clumped;

@@ -57,18 +57,18 @@ pub fn mass(dimension: Dimension, density: f64, radius: f64) -> f64 {
 /// The bound, s: the smallest over all free grains. Infinite if nothing can touch.
 ///
 /// For each grain ω² is bounded by twice the stiffness that its contacts can put into one direction, over its mass,
-/// plus twice the tangential stiffness over its inertia (k_T R²/J) and twice the rolling stiffness over it; the factor two is the part of the other grain, and
-/// falls away for walls. A grain can have no more contacts than the scene has other grains and walls, nor than fit
-/// around it without overlap. A clump adds up its members, each with the part of its surface that is outside of the others; a
-/// force through a member's centre moves and turns the clump. A dashpot acts on velocities half a step old, which turns `ω²Δt² < 4` into
-/// `ω²Δt² + 2γΔt < 4`. Grains that overlap each other by much, fixed ones above all, can exceed the contacts counted
-/// here.
+/// plus twice the tangential stiffness over its inertia (k_T R²/J) and twice the rolling stiffness over
+/// it; the factor two is the part of the other grain, and falls away for walls. A grain can have no more contacts than
+/// the scene has other grains and walls, nor than fit around it without overlap. A clump adds up its members, each with
+/// the part of its surface that is outside of the others; a force through a member's centre moves and turns the clump.
+/// A dashpot acts on velocities half a step old, which turns `ω²Δt² < 4` into `ω²Δt² + 2γΔt < 4`. Grains that overlap
+/// each other by much, fixed ones above all, can exceed the contacts counted here.
 pub fn bound(assembly: &Assembly) -> f64 {
     bound_under(assembly, &Worst::of(assembly))
 }
 
-/// The overlap over the radius up to which a time step is below the bound; infinite where stiffnesses do not grow with overlaps. As
-/// stiffnesses grow with its root, the bound falls with its fourth root.
+/// The overlap over the radius up to which a time step is below the bound; infinite where stiffnesses do not grow with
+/// overlaps. As stiffnesses grow with its root, the bound falls with its fourth root.
 pub fn stable_overlap(assembly: &Assembly, dt: f64) -> f64 {
     if assembly.pairs[0].hertz.is_none() || assembly.solver.method != Method::DiscreteElements {
         return f64::INFINITY;
@@ -81,19 +81,19 @@ fn bound_under(assembly: &Assembly, worst: &Worst) -> f64 {
     let walls = assembly.walls.len() as f64;
     let smallest = assembly.grains.iter().map(|g| g.radius).fold(f64::INFINITY, f64::min);
     let others = |own: usize| (assembly.grains.len() - own) as f64;
-    smallest_over_contacts(assembly, |rigid, pair| {
-        of_contacts(rigid, pair, worst, smallest, others(rigid.members.len()), walls)
+    smallest_over_contacts(assembly, |body, pair| {
+        of_contacts(body, pair, worst, smallest, others(body.members.len()), walls)
     })
 }
 
-/// The shortest duration of a collision, s, between equal grains or of a grain with a wall; infinite if nothing can touch.
+/// The shortest duration of a collision, s, between equal grains or of a grain with a wall; infinite if nothing can
+/// touch.
 pub fn shortest_contact(assembly: &Assembly) -> f64 {
     let share = if assembly.grains.len() > 1 { 0.5 } else { 1.0 };
     let nothing = assembly.grains.len() < 2 && assembly.walls.is_empty();
     let worst = Worst::of(assembly);
-    let of_grain = |rigid: &Rigid, pair: &Pair| {
-        let loading =
-            Loading { mass: share * rigid.lightest(), ..worst.loading(rigid, rigid.members[0].radius, share) };
+    let of_grain = |body: &Body, pair: &Pair| {
+        let loading = Loading { mass: share * body.lightest(), ..worst.loading(body, body.members[0].radius, share) };
         normal::contact_duration(pair, &loading)
     };
     if nothing { f64::INFINITY } else { smallest_over_contacts(assembly, of_grain) }
@@ -122,63 +122,63 @@ impl Worst {
     }
 
     /// Of a contact of this grain at a member of this radius; `share` is 1/2 with an equal grain, 1 with a wall.
-    fn loading(&self, rigid: &Rigid, radius: f64, share: f64) -> Loading {
+    fn loading(&self, body: &Body, radius: f64, share: f64) -> Loading {
         Loading {
             radius: share * radius,
-            mass: share * rigid.mass,
+            mass: share * body.mass,
             speed: self.speed,
-            force: self.load * rigid.mass,
+            force: self.load * body.mass,
             overlap: self.overlap * radius,
         }
     }
 }
 
 /// What moves as one: a grain, or a clump.
-struct Rigid {
+struct Body {
     dimension: Dimension,
     mass: f64,
     /// The smallest moment of inertia.
     inertia: f64,
     material: u32,
-    members: Limbs,
+    members: Members,
 }
 
 /// All of them; a sphere is not worth a list.
-enum Limbs {
-    One(Limb),
-    Many(Vec<Limb>),
+enum Members {
+    One(BodyMember),
+    Many(Vec<BodyMember>),
 }
 
-impl Deref for Limbs {
-    type Target = [Limb];
+impl Deref for Members {
+    type Target = [BodyMember];
 
-    fn deref(&self) -> &[Limb] {
+    fn deref(&self) -> &[BodyMember] {
         match self {
-            Limbs::One(limb) => slice::from_ref(limb),
-            Limbs::Many(limbs) => limbs,
+            Members::One(member) => slice::from_ref(member),
+            Members::Many(members) => members,
         }
     }
 }
 
 /// A member of it.
 #[derive(Clone, Copy)]
-struct Limb {
-    /// How readily a force through its centre turns the whole, 1/kg: the largest (a × n) J⁻¹ (a × n) of its arm a.
-    yielding: f64,
+struct BodyMember {
+    /// Inverse effective mass of the rotation by a force through its centre, 1/kg: the largest (a × n) J⁻¹ (a × n) of its arm a.
+    rotational_inverse_mass: f64,
     radius: f64,
     /// The part of its surface that others may touch.
     exposed: f64,
 }
 
-impl Rigid {
+impl Body {
     /// The smallest mass that a normal force may feel, where it acts beside the centre.
     fn lightest(&self) -> f64 {
-        1.0 / (1.0 / self.mass + self.members.iter().map(|limb| limb.yielding).fold(0.0, f64::max))
+        1.0 / (1.0 / self.mass + self.members.iter().map(|member| member.rotational_inverse_mass).fold(0.0, f64::max))
     }
 }
 
 /// The largest eigenvalue of [a]×ᵀ D [a]×, D diagonal; that of a itself is 0, so the other two follow from traces.
-fn yielding(arm: DVec3, inverse_moments: DVec3) -> f64 {
+fn rotational_inverse_mass(arm: DVec3, inverse_moments: DVec3) -> f64 {
     let cross = DMat3::from_cols(arm.cross(DVec3::X), arm.cross(DVec3::Y), arm.cross(DVec3::Z));
     let b = cross.transpose() * DMat3::from_diagonal(inverse_moments) * cross;
     let trace = |m: DMat3| m.x_axis.x + m.y_axis.y + m.z_axis.z;
@@ -187,33 +187,33 @@ fn yielding(arm: DVec3, inverse_moments: DVec3) -> f64 {
 }
 
 /// Free grains, or free clumps where there are clumps.
-fn rigids(assembly: &Assembly) -> Box<dyn Iterator<Item = Rigid> + '_> {
+fn bodies(assembly: &Assembly) -> Box<dyn Iterator<Item = Body> + '_> {
     let dimension = dimension(assembly);
     let mass_of = move |material: u32, radius| mass(dimension, assembly.materials[material as usize].density, radius);
     if assembly.clumps.is_empty() {
         let free = assembly.grains.iter().filter(|g| !g.fixed);
-        let rigid = move |g: &Grain| {
+        let body = move |g: &Grain| {
             let mass = mass_of(g.material, g.radius);
             let inertia = mass * g.radius * g.radius / inverse_gyration(dimension);
-            let members = Limbs::One(Limb { yielding: 0.0, radius: g.radius, exposed: 1.0 });
-            Rigid { dimension, mass, inertia, material: g.material, members }
+            let members = Members::One(BodyMember { rotational_inverse_mass: 0.0, radius: g.radius, exposed: 1.0 });
+            Body { dimension, mass, inertia, material: g.material, members }
         };
-        return Box::new(free.map(rigid));
+        return Box::new(free.map(body));
     }
     let free = assembly.clumps.iter().filter(|c| !c.fixed);
-    let rigid = move |c: &Clump| {
+    let body = move |c: &Clump| {
         let shape = &assembly.shapes[c.shape as usize];
         let mass = mass_of(c.material, c.radius);
-        let limb = |(member, exposed): (&Member, &f64)| Limb {
-            yielding: yielding(member.arm, 1.0 / shape.gyration) / mass,
+        let member = |(member, exposed): (&Member, &f64)| BodyMember {
+            rotational_inverse_mass: rotational_inverse_mass(member.arm, 1.0 / shape.gyration) / mass,
             radius: c.radius * member.radius,
             exposed: *exposed,
         };
-        let members = Limbs::Many(shape.members.iter().zip(&shape.exposed).map(limb).collect());
+        let members = Members::Many(shape.members.iter().zip(&shape.exposed).map(member).collect());
         let inertia = mass * c.radius * c.radius / (1.0 / shape.gyration.min_element());
-        Rigid { dimension, mass, inertia, material: c.material, members }
+        Body { dimension, mass, inertia, material: c.material, members }
     };
-    Box::new(free.map(rigid))
+    Box::new(free.map(body))
 }
 
 fn dimension(assembly: &Assembly) -> Dimension {
@@ -221,46 +221,47 @@ fn dimension(assembly: &Assembly) -> Dimension {
 }
 
 /// The smallest value over free grains and the pairs of materials they can be part of.
-fn smallest_over_contacts(assembly: &Assembly, value: impl Fn(&Rigid, &Pair) -> f64) -> f64 {
+fn smallest_over_contacts(assembly: &Assembly, value: impl Fn(&Body, &Pair) -> f64) -> f64 {
     let materials = assembly.materials.len();
     let mut present = vec![false; materials];
     assembly.grains.iter().map(|g| g.material).chain(assembly.walls.iter().map(|w| w.material)).for_each(|m| {
         present[m as usize] = true;
     });
-    let of = |rigid: Rigid| {
-        let pairs = &assembly.pairs[rigid.material as usize * materials..][..materials];
+    let of = |body: Body| {
+        let pairs = &assembly.pairs[body.material as usize * materials..][..materials];
         let possible = pairs.iter().zip(&present).filter(|(_, present)| **present);
-        possible.map(|(pair, _)| value(&rigid, pair)).fold(f64::INFINITY, f64::min)
+        possible.map(|(pair, _)| value(&body, pair)).fold(f64::INFINITY, f64::min)
     };
-    rigids(assembly).map(of).fold(f64::INFINITY, f64::min)
+    bodies(assembly).map(of).fold(f64::INFINITY, f64::min)
 }
 
-fn of_contacts(rigid: &Rigid, pair: &Pair, worst: &Worst, smallest: f64, others: f64, walls: f64) -> f64 {
+fn of_contacts(body: &Body, pair: &Pair, worst: &Worst, smallest: f64, others: f64, walls: f64) -> f64 {
     let (mut omega_squared, mut contacts, mut stiffest, mut rolling_rate) = (0.0, 0.0, 0.0_f64, 0.0);
-    for limb in rigid.members.iter().filter(|limb| limb.exposed > 0.0) {
-        let c = Coordination::new(rigid.dimension, limb.radius, smallest);
-        let k = LargestStiffness::of(pair, &worst.loading(rigid, limb.radius, 1.0));
-        // Of a member that shows any surface, a grain touches at least that, and a flat side lies on a wall with all its members.
-        let shown = |cap: f64| (limb.exposed * others.min(cap)).max(others.min(cap).min(1.0));
+    for member in body.members.iter().filter(|member| member.exposed > 0.0) {
+        let c = Coordination::new(body.dimension, member.radius, smallest);
+        let k = LargestStiffness::of(pair, &worst.loading(body, member.radius, 1.0));
+        // Of a member that shows any surface, a grain touches at least that, and a flat side lies on a wall with all
+        // its members.
+        let shown = |cap: f64| (member.exposed * others.min(cap)).max(others.min(cap).min(1.0));
         let share = |cap: f64| (2.0 * shown(cap) + walls.min(cap)).min(2.0 * cap);
-        // Both parts of the stiffness matrix, of translation and of rotation, by the largest eigenvalue; a tangential force turns
-        // by the arm of its member and by the member's own radius.
-        let own = share(c.rotational) * limb.radius * limb.radius / rigid.inertia;
-        let turning = ((share(c.tangential) * limb.yielding).sqrt() + own.sqrt()).powi(2);
-        omega_squared += share(c.normal) * k.normal * (1.0 / rigid.mass + limb.yielding)
-            + k.tangential * (share(c.tangential) / rigid.mass + turning)
-            + k.rolling * share(c.rotational) / rigid.inertia;
+        // Both parts of the stiffness matrix, of translation and of rotation, by the largest eigenvalue; a tangential
+        // force turns by the arm of its member and by the member's own radius.
+        let own = share(c.rotational) * member.radius * member.radius / body.inertia;
+        let turning = ((share(c.tangential) * member.rotational_inverse_mass).sqrt() + own.sqrt()).powi(2);
+        omega_squared += share(c.normal) * k.normal * (1.0 / body.mass + member.rotational_inverse_mass)
+            + k.tangential * (share(c.tangential) / body.mass + turning)
+            + k.rolling * share(c.rotational) / body.inertia;
         let about_contact =
-            1.0 / inverse_rolling_inertia(Rotation::Sphere, rigid.dimension, limb.radius, 1.0 / rigid.mass);
-        rolling_rate += share(c.rotational) * rolling::largest_damping(pair, k.rolling, about_contact) / rigid.inertia;
+            1.0 / inverse_rolling_inertia(Rotation::Sphere, body.dimension, member.radius, 1.0 / body.mass);
+        rolling_rate += share(c.rotational) * rolling::largest_damping(pair, k.rolling, about_contact) / body.inertia;
         stiffest = stiffest.max(k.normal);
         contacts += (shown(c.contacts) + walls).min(c.contacts).min(c.normal);
     }
     if omega_squared == 0.0 {
         return f64::INFINITY;
     }
-    let normal_rate = contacts * damping::largest_rate(pair, stiffest, rigid.mass);
-    let gamma = normal_rate * rigid.mass / rigid.lightest() + rolling_rate;
+    let normal_rate = contacts * damping::largest_rate(pair, stiffest, body.mass);
+    let gamma = normal_rate * body.mass / body.lightest() + rolling_rate;
     let bound = (-gamma + (gamma * gamma + 4.0 * omega_squared).sqrt()) / omega_squared;
     // The same without squares, where these are beyond all numbers.
     if bound.is_finite() { bound } else { 4.0 / (gamma + gamma.hypot(2.0 * omega_squared.sqrt())) }
@@ -300,8 +301,9 @@ fn fastest(assembly: &Assembly) -> f64 {
     moving.fold(0.0, f64::max) + (2.0 * assembly.gravity.length() * height(assembly)).sqrt()
 }
 
-/// The step of rigid grains, which nothing bounds but what is seen of them: the smallest grain takes 20 steps to fall by its
-/// diameter, and none goes further than a quarter of what it may, even after falling from the top of the scene to its bottom.
+/// The step of body grains, which nothing bounds but what is seen of them: the smallest grain takes 20 steps to fall by
+/// its diameter, and none goes further than a quarter of what it may, even after falling from the top of the scene to
+/// its bottom.
 ///
 /// # Errors
 /// [`Error::Scene`] if nothing moves.

@@ -13,8 +13,8 @@ fn gpu_expected() -> bool {
     std::env::var_os("PACKSTONE_ALLOW_NO_GPU").is_none()
 }
 
-/// Largest error allowed at the automatic step (ensembles: at four times that): three times what was measured, because a
-/// device may fuse or reorder operations, but a lost digit or a wrong sign costs far more. `single` is for f32; the
+/// Largest error allowed at the automatic step (ensembles: at four times that): three times what was measured, because
+/// a device may fuse or reorder operations, but a lost digit or a wrong sign costs far more. `single` is for f32; the
 /// first number holds for f64 on either engine, where discretisation is all there is. Local errors in f64 are round-off
 /// over the overlap, and allowed a hundred units of it.
 const BOUNDS: [(&str, &str, f64, f64); 11] = [
@@ -98,8 +98,8 @@ fn every_speed_has_its_bytes_and_stages(bench: &Bench) {
     assert!(bench.points.iter().all(|p| p.suite == Suite::Speed || p.bytes_per_step.is_none()));
 }
 
-/// Counts and residuals. How long anything takes is not judged; but runs end when their time does, so only what was reached is
-/// compared.
+/// Counts and residuals. How long anything takes is not judged; but runs end when their time does, so only what was
+/// reached is compared.
 fn every_solver_relaxes_the_bed(bench: &Bench) {
     let engines: &[&str] = if bench.machine.adapter.is_some() { &["cpu", "gpu"] } else { &["cpu"] };
     for case in ["rigid bed 100", "rigid bed 1000"] {

@@ -130,9 +130,9 @@ fn scenes() -> Vec<(&'static str, Assembly, u64)> {
     vec![("2D gas", gas(2, 6, 0.5, Dashpot::Restitution(0.8)), 300), ("3D box", box3, 200)]
 }
 
-/// How far two runs of the same physics may differ. Each rounds its coordinates at every step by up to half an ulp, which
-/// in free flight goes the same way every time, and collisions make it grow: 2 steps times what the worst of four shakes
-/// of the start by up to one rounding error, at a coordinate `member_offset`, does to the end.
+/// How far two runs of the same physics may differ. Each rounds its coordinates at every step by up to half an ulp,
+/// which in free flight goes the same way every time, and collisions make it grow: 2 steps times what the worst of four
+/// shakes of the start by up to one rounding error, at a coordinate `member_offset`, does to the end.
 fn rounding(bench: Bench, scene: &Assembly, steps: u64, offset: f64) -> f64 {
     let eps = bench.pick(f64::EPSILON, f64::from(f32::EPSILON));
     let expected = CPU.after(scene, steps); // in f64, so that only the shaking differs
@@ -300,7 +300,8 @@ fn violent(dimension: usize) -> (Assembly, u64) {
     (scene, 400)
 }
 
-/// Lists are bookkeeping: the same bits from run to run, whether lists overflow or not, and however often they are made.
+/// Lists are bookkeeping: the same bits from run to run, whether lists overflow or not, and however often they are
+/// made.
 #[test]
 fn bookkeeping_leaves_no_trace() {
     for dimension in [2, 3] {

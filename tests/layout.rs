@@ -63,12 +63,15 @@ const LAYERS: &[(&str, u32)] = &[
 
 /// Where the WGSL of several files is one in Rust, or has its place in another file.
 const ELSEWHERE: &[(&str, &str)] = &[
-    ("gpu/dispatch.wgsl", "src/gpu/pipeline.rs"),
-    ("measure/sums.wgsl", "src/measure/measure.rs"),
     ("nscd/impulse.wgsl", "src/nscd/contact.rs"),
-    ("neighbours/lists.wgsl", "src/state.rs"),
-    ("neighbours/scan_", "src/neighbours/scan.rs"),
-    ("solve/", "src/solve/"),
+    ("neighbours/scan_reduce.wgsl", "src/neighbours/scan.rs"),
+    ("neighbours/scan_top.wgsl", "src/neighbours/scan.rs"),
+    ("neighbours/scan_down.wgsl", "src/neighbours/scan.rs"),
+    ("solve/relaxation.wgsl", "src/solve/jacobi.rs"),
+    ("solve/disc_pass.wgsl", "src/solve/jacobi.rs"),
+    ("solve/apply_delassus.wgsl", "src/solve/jacobi.rs"),
+    ("solve/sums.wgsl", "src/solve/jacobi.rs"),
+    ("solve/momentum_restart.wgsl", "src/solve/jacobi.rs"),
 ];
 
 #[test]
@@ -129,13 +132,16 @@ fn every_shader_is_embedded_and_names_its_twin() {
         let twin = first.strip_prefix("// twin: ").unwrap_or_else(|| panic!("{name} does not name its twin"));
         let twin = twin.split_whitespace().next().unwrap();
         assert!(root().join(twin).is_file(), "{name} names {twin}, which does not exist");
-        let elsewhere = ELSEWHERE.iter().any(|(shader, rust)| short.starts_with(shader) && twin.starts_with(rust));
+        let elsewhere = ELSEWHERE.contains(&(short, twin));
         let place = short.rsplit_once('/').map_or("", |(place, _)| place);
         let slot = place.contains('/') && twin == format!("src/{place}.rs");
         let mirrored = twin == format!("src/{}.rs", short.strip_suffix(".wgsl").unwrap()) || slot;
         assert!(mirrored || elsewhere, "{name} has its twin in {twin}");
-        let head: String = fs::read_to_string(root().join(twin)).unwrap().lines().take(6).collect();
-        let known = [short.to_owned(), format!("shaders/{place}"), "WGSL".to_owned()];
+        let text = fs::read_to_string(root().join(twin)).unwrap();
+        let head: String = text.lines().take_while(|line| line.starts_with("//!")).collect();
+        let file = short.rsplit('/').next().unwrap();
+        let known = [format!("`{name}`"), format!("`{file}`"), format!("`shaders/{place}/`")];
+        let known = &known[..if slot { 3 } else { 2 }];
         assert!(known.iter().any(|k| head.contains(k.as_str())), "{twin} does not name {name}");
     }
 }
@@ -197,9 +203,50 @@ fn paths(tree: &str, before: &[String], found: &mut Vec<Vec<String>>) {
     }
 }
 
-/// The modules that a file imports from by `crate::` and `super::`. What it has of its own children it owns.
-fn imported_modules(module: &[String], code: &str, modules: &HashSet<Vec<String>>) -> HashSet<Vec<String>> {
-    let mut found = Vec::new();
+/// The text of a file, less what it only hands on, and the names that it hands on with the paths they have.
+struct Source {
+    code: String,
+    exports: HashMap<String, Vec<String>>,
+}
+
+impl Source {
+    /// `pub use` of a file of its own makes a path shorter; it is no import, unless the file uses the name itself.
+    fn new(module: &[String], text: &str) -> Source {
+        let all = code(text);
+        let (mut code, mut exports) = (String::new(), HashMap::new());
+        for statement in all.split_inclusive(';') {
+            let Some((before, tree)) = ["pub use ", "pub(crate) use "].iter().find_map(|k| statement.split_once(k))
+            else {
+                code.push_str(statement);
+                continue;
+            };
+            code.push_str(before);
+            assert!(!tree.contains('*'), "{}: list what is handed on", module.join("/"));
+            let mut found = Vec::new();
+            match tree.strip_prefix("crate::") {
+                Some(tree) => paths(tree, &[], &mut found),
+                None => paths(tree, module, &mut found),
+            }
+            exports.extend(found.into_iter().map(|path| (path.last().unwrap().clone(), path)));
+        }
+        Source { code, exports }
+    }
+
+    /// Whether a word stands in the code.
+    fn has(&self, word: &str) -> bool {
+        let part = |c: char| c.is_alphanumeric() || c == '_';
+        self.code
+            .match_indices(word)
+            .any(|(at, _)| !self.code[..at].ends_with(part) && !self.code[at + word.len()..].starts_with(part))
+    }
+}
+
+/// The modules that a file imports from: by `crate::`, by `super::` and, if it does more than hand on, from its own.
+fn imported_modules(module: &[String], sources: &HashMap<Vec<String>, Source>) -> HashSet<Vec<String>> {
+    let source = &sources[module];
+    let code = &source.code;
+    let mut found: Vec<Vec<String>> =
+        source.exports.iter().filter(|(name, _)| source.has(name)).map(|(_, path)| path.clone()).collect();
     for (at, _) in code.match_indices("crate::") {
         paths(&code[at + 7..], &[], &mut found);
     }
@@ -208,13 +255,26 @@ fn imported_modules(module: &[String], code: &str, modules: &HashSet<Vec<String>
         let levels = (code.len() - at - rest.len()) / "super::".len();
         paths(rest, &module[..module.len().saturating_sub(levels)], &mut found);
     }
-    let module_of = |mut path: Vec<String>| {
-        while !path.is_empty() && !modules.contains(&path) {
-            path.pop();
+    let children = sources.keys().filter(|path| path.len() == module.len() + 1 && path.starts_with(module));
+    for child in children {
+        let path = format!("{}::", child.last().unwrap());
+        let starts = |at: usize| !code[..at].ends_with(|c: char| c.is_alphanumeric() || "_:".contains(c));
+        for (at, _) in code.match_indices(&path).filter(|(at, _)| starts(*at)) {
+            paths(&code[at..], module, &mut found);
         }
-        path
-    };
-    found.into_iter().map(module_of).filter(|m| !m.is_empty() && m != module).collect()
+    }
+    found.into_iter().map(|path| module_of(path, sources)).filter(|m| !m.is_empty() && m != module).collect()
+}
+
+/// The module where the end of a path stands.
+fn module_of(path: Vec<String>, sources: &HashMap<Vec<String>, Source>) -> Vec<String> {
+    let known = (0..=path.len()).rev().find(|k| sources.contains_key(&path[..*k])).unwrap_or(0);
+    let (module, rest) = path.split_at(known);
+    let exported = rest.first().and_then(|name| sources.get(module)?.exports.get(name));
+    match exported {
+        Some(longer) if longer != &path => module_of([longer, &rest[1..]].concat(), sources),
+        _ => module.to_vec(),
+    }
 }
 
 #[test]
@@ -223,15 +283,14 @@ fn imports_do_not_run_in_circles() {
         let name = relative(path);
         name.strip_prefix("src/").unwrap().strip_suffix(".rs").unwrap().split('/').map(str::to_owned).collect()
     };
-    let files: Vec<_> = files("src", "rs").into_iter().map(|path| (module(&path), path)).collect();
-    let modules: HashSet<_> = files.iter().map(|(module, _)| module.clone()).collect();
-    let imports: HashMap<_, _> = files
-        .iter()
-        .map(|(module, path)| {
-            (module.clone(), imported_modules(module, &code(&fs::read_to_string(path).unwrap()), &modules))
-        })
-        .collect();
-    assert!(imports.values().map(HashSet::len).sum::<usize>() > 400, "the search is broken");
+    let source = |path: PathBuf| {
+        let module = module(&path);
+        let source = Source::new(&module, &fs::read_to_string(path).unwrap());
+        (module, source)
+    };
+    let sources: HashMap<_, _> = files("src", "rs").into_iter().map(source).collect();
+    let imports: HashMap<_, _> = sources.keys().map(|module| (module, imported_modules(module, &sources))).collect();
+    assert!(imports.values().map(HashSet::len).sum::<usize>() > 600, "the search is broken");
     let reach = |from: &Vec<String>| {
         let (mut seen, mut open) = (HashSet::new(), vec![from]);
         while let Some(here) = open.pop() {
@@ -239,11 +298,11 @@ fn imports_do_not_run_in_circles() {
         }
         seen
     };
-    let reached: HashMap<_, _> = modules.iter().map(|module| (module, reach(module))).collect();
+    let reached: HashMap<_, _> = sources.keys().map(|module| (module, reach(module))).collect();
     let mut circles: Vec<String> = Vec::new();
-    for module in modules.iter().filter(|m| reached[m].contains(*m)) {
+    for (module, reach) in &reached {
         let others =
-            reached[module].iter().filter(|other| imports[module].contains(*other) && reached[other].contains(module));
+            reach.iter().filter(|other| imports[*module].contains(*other) && reached[*other].contains(*module));
         circles.extend(others.map(|other| format!("{} -> {}", module.join("/"), other.join("/"))));
     }
     circles.sort();

@@ -188,8 +188,8 @@ fn now(scene: &Assembly) -> Sample {
     CPU.start(scene).sample().unwrap()
 }
 
-/// Two free grains on a floor and against each other, a fixed one at the second, another fixed one in the floor and in the
-/// first fixed one, a free one alone.
+/// Two free grains on a floor and against each other, a fixed one at the second, another fixed one in the floor and in
+/// the first fixed one, a free one alone.
 #[test]
 fn contacts_counted_by_hand() {
     let (floor_overlap, between, at_fixed) = (0.01 * R, 0.02 * R, 0.03 * R);

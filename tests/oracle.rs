@@ -145,8 +145,8 @@ fn trajectories() {
         let oracle = run_oracle(&scene, steps);
         let expected = oracle.grains();
         // The yardstick is the sensitivity of the scene itself. Every step rounds, with random signs, so every input is
-        // shaken by √steps rounding errors; the worst of ten shakes, because only some of them move the end of a contact
-        // across a step, where a dashpot's force jumps. Twice that is allowed, for the roundings within a step.
+        // shaken by √steps rounding errors; the worst of ten shakes, because only some of them move the end of a
+        // contact across a step, where a dashpot's force jumps. Twice that is allowed, for the roundings within a step.
         let spread = |eps: f64| {
             let shaken = |seed: u64| {
                 let mut random = Random(seed);

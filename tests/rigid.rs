@@ -26,8 +26,8 @@ fn at(scene: &Assembly, height: f64) -> Grain {
     Grain { position: height * up(scene), ..grain(0.0, 0.0, 0.0) }
 }
 
-/// N1 and N12: free fall of implicit Euler, x0 - 1/2 g t² - 1/2 g t Δt; a grain lands with gap 0 and rests from the next
-/// step on.
+/// N1 and N12: free fall of implicit Euler, x0 - 1/2 g t² - 1/2 g t Δt; a grain lands with gap 0 and rests from the
+/// next step on.
 #[test]
 fn landing() {
     for bench in engines() {
@@ -175,8 +175,9 @@ fn collisions_conserve_momentum() {
     }
 }
 
-/// Every solver, on grains of two materials and several sizes that fall together onto a floor that moves, some of them fixed,
-/// sideways without end: the same velocities, whatever the forces, in steps that begin with the impulses of the last one.
+/// Every solver, on grains of two materials and several sizes that fall together onto a floor that moves, some of them
+/// fixed, sideways without end: the same velocities, whatever the forces, in steps that begin with the impulses of the
+/// last one.
 #[test]
 fn solvers_agree() {
     use packstone::solve::{Order, Solver};
@@ -226,8 +227,8 @@ fn solvers_agree() {
     }
 }
 
-/// 200 small grains meet one that is ten times as large, all at once: as many colours as that grain has contacts, and the same
-/// velocities as without.
+/// 200 small grains meet one that is ten times as large, all at once: as many colours as that grain has contacts, and
+/// the same velocities as without.
 #[test]
 fn many_contacts_of_one_grain() {
     use packstone::solve::Solver;
@@ -289,8 +290,8 @@ fn rewound() {
     }
 }
 
-/// After steps on kept lists every contact has one place in the order of the colours, in which both of its grains find it, and no
-/// grain stands twice in a colour; the same scene run again gives the same bits.
+/// After steps on kept lists every contact has one place in the order of the colours, in which both of its grains find
+/// it, and no grain stands twice in a colour; the same scene run again gives the same bits.
 #[test]
 fn contacts_of_a_colour_share_no_grain() {
     use packstone::{
@@ -349,8 +350,8 @@ fn contacts_of_a_colour_share_no_grain() {
     }
 }
 
-/// A wall that pushes a grain is where it should be after every step, those too that had to be done again because grains came to
-/// the end of the lists' reach; and the pushed grain goes with it.
+/// A wall that pushes a grain is where it should be after every step, those too that had to be done again because
+/// grains came to the end of the lists' reach; and the pushed grain goes with it.
 #[test]
 fn pushed_by_a_wall() {
     for bench in engines() {

@@ -61,8 +61,8 @@ fn quarter(m: f64) -> f64 {
     0.5 * PI / a
 }
 
-/// ω(t) of a free body with J = (1, 2, 3) and ω(0) = (1, 0, 1): energy 2, |L|² = 10, so it turns about the axis of J3, where
-/// cn(0) = dn(0) = 1 and sn(0) = 0 (Landau & Lifshitz, Mechanics, 37).
+/// ω(t) of a free body with J = (1, 2, 3) and ω(0) = (1, 0, 1): energy 2, |L|² = 10, so it turns about the axis of J3,
+/// where cn(0) = dn(0) = 1 and sn(0) = 0 (Landau & Lifshitz, Mechanics, 37).
 fn euler_top(t: f64) -> DVec3 {
     let (j1, j2, j3) = (1.0f64, 2.0, 3.0);
     let (energy2, l2) = (j1 + j3, j1 * j1 + j3 * j3);
@@ -79,8 +79,8 @@ fn euler_top(t: f64) -> DVec3 {
 
 #[test]
 fn a_symmetric_top_precesses() {
-    // About the axis of symmetry at (J3 - J1) / J1 ω3 in the body, at |L| / J1 in space; the angle stays. The step is that of stiff
-    // contacts: a thousandth of what the spin alone would need.
+    // About the axis of symmetry at (J3 - J1) / J1 ω3 in the body, at |L| / J1 in space; the angle stays. The step is
+    // that of stiff contacts: a thousandth of what the spin alone would need.
     let moments = DVec3::new(1.0, 1.0, 2.0);
     let (spin, dt, steps) = (DVec3::new(0.5, 0.0, 3.0), 1e-3, 2000);
     for bench in engines() {
@@ -106,7 +106,8 @@ fn a_symmetric_top_precesses() {
 
 #[test]
 fn an_asymmetric_top_follows_elliptic_functions() {
-    // The other solution of the same equations, from the reference in shared verification data: independent of the formulas above.
+    // The other solution of the same equations, from the reference in shared verification data: independent of the
+    // formulas above.
     let reference = DVec3::new(0.78537467, -0.62704596, 0.93395456);
     let turned = [0.60756996, -0.36459619, 0.14783240, -0.68998112];
     let start = DVec3::new(1.0, 0.1, 1.0);
@@ -349,7 +350,8 @@ fn members_move_at_their_velocities() {
     }
 }
 
-/// Verification R3: a block of four disks on a slope slides at g (sin θ - μ cos θ) and does not turn; on less of a slope it stays.
+/// Verification R3: a block of four disks on a slope slides at g (sin θ - μ cos θ) and does not turn; on less of a
+/// slope it stays.
 #[test]
 fn a_block_slides_or_stays() {
     let square = Shape::of_union(

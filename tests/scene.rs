@@ -488,8 +488,8 @@ fn large_scenes_are_placed() {
     assert_eq!(count, 1_000_000);
 }
 
-/// Moduli of two materials mix by their compliances, rolling resistance by the weaker one and springs in series; a pair replaces what it
-/// names and no more.
+/// Moduli of two materials mix by their compliances, rolling resistance by the weaker one and springs in series; a pair
+/// replaces what it names and no more.
 #[test]
 fn elastic_and_rolling_parameters_mix() {
     let scene = |pair: &str| {

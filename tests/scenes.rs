@@ -109,7 +109,8 @@ fn every_shipped_scene_is_tested() {
     }
 }
 
-/// The bed that other codes are timed on, with a table of two grains instead of its own: one rests on the floor, one on it.
+/// The bed that other codes are timed on, with a table of two grains instead of its own: one rests on the floor, one on
+/// it.
 #[test]
 fn peer_bed_takes_a_table() {
     let folder = tempfile::tempdir().unwrap();

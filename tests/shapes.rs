@@ -1,5 +1,5 @@
-//! Shapes of clumps: mass properties of unions against closed forms and brute force, meshes, what scenes say of them, and what is
-//! refused.
+//! Shapes of clumps: mass properties of unions against closed forms and brute force, meshes, what scenes say of them,
+//! and what is refused.
 
 mod common;
 

@@ -178,8 +178,8 @@ fn bound_holds_around_a_big_grain() {
     }
 }
 
-/// A frictionless sphere that two walls squeeze by 2 % of R each, at this share of the critical step; moved by `x`, with
-/// a velocity that would move it by `v / ω`.
+/// A frictionless sphere that two walls squeeze by 2 % of R each, at this share of the critical step; moved by `x`,
+/// with a velocity that would move it by `v / ω`.
 fn confined(share: f64, x: f64, v: f64) -> Simulation {
     let critical = 2.0_f64.sqrt() * unit(3);
     let mut scene = blank_dt(3, share * critical);
@@ -340,8 +340,8 @@ fn rolling_is_within_the_bound() {
     }
 }
 
-/// Elastic spheres that overlap at the start are as stiff as that makes them: at 0.95 of the bound they fly apart with the energy they had,
-/// and the automatic step keeps it.
+/// Elastic spheres that overlap at the start are as stiff as that makes them: at 0.95 of the bound they fly apart with
+/// the energy they had, and the automatic step keeps it.
 #[test]
 fn overlaps_of_the_start_count() {
     for (share, tolerance) in [(0.95, 0.5), (0.15, 0.02)] {

@@ -112,7 +112,8 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
             } else {
                 Method::DiscreteElements
             },
-            // Overlaps of this depth are many times stiffer by Hertz than those that the bound of the time step thinks of.
+            // Overlaps of this depth are many times stiffer by Hertz than those that the bound of the time step thinks
+            // of.
             dt: TimeStep::Auto { fraction: if hertz { 0.08 } else { 0.1 } },
             allow_unstable: false,
             allow_overlap: true,
@@ -128,7 +129,8 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
     scene
 }
 
-/// Every other grain becomes a clump: round ones and long ones, some of them with three different moments, turned any way.
+/// Every other grain becomes a clump: round ones and long ones, some of them with three different moments, turned any
+/// way.
 fn stick_together(scene: &mut Assembly) {
     let flat = scene.dimension == 2;
     let corner = |x: f64, y: f64, z: f64| DVec3::new(x, y, if flat { 0.0 } else { z });

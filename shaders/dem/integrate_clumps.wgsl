@@ -1,6 +1,6 @@
 // twin: src/dem/integrate_clumps.rs
-// A step of clumps 2: what acts on the members of a clump, gathered in the order of their numbers, moves and turns it, from
-// n - 1/2 to n + 1/2 and from n to n + 1.
+// A step of clumps 2: what acts on the members of a clump, gathered in the order of their numbers, moves and turns it,
+// from n - 1/2 to n + 1/2 and from n to n + 1.
 var<storage, read> halt: u32;
 
 @compute @workgroup_size(WG)

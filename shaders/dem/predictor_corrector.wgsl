@@ -13,8 +13,9 @@ struct SpinIncrement {
     settled: bool,
 }
 
-/// Rounds of predictor and corrector (2.24)-(2.31), until none changes Δω by more than this part of ω. The torque is along the
-/// principal axes. Damping is solved for, as in (2.19), so that the iteration has to find the products of ω alone.
+/// Rounds of predictor and corrector (2.24)-(2.31), until none changes Δω by more than this part of ω. The torque is
+/// along the principal axes. Damping is solved for, as in (2.19), so that the iteration has to find the products of ω
+/// alone.
 fn predictor_corrector(here: Clump, torque: Spin, before: Spin) -> SpinIncrement {
     var gain = before;
     var count = 0u;

@@ -1,4 +1,4 @@
-// twin: src/measure/measure.rs
+// twin: src/measure/sums.rs
 // Sums over grains.
 
 var<storage, read_write> partial_sums: array<PartialSums>;      // parts: rows of the measurement
@@ -6,9 +6,9 @@ var<storage, read_write> partial_sums: array<PartialSums>;      // parts: rows o
 struct PartialSums {
     kinetic: Real,       // J, velocities brought to step n
     potential: Real,     // J
-    elastic: Real,       // J, normal and tangential springs
+    elastic: Real,       // J, stored in contacts
     net_force: Real,     // N, sum of |total force| over free grains
-    contact_force: Real, // N, sum of |spring force| over contacts
+    contact_force: Real, // N, sum of |force without dashpots| over contacts
     dissipation: Real,   // W, of dashpots, sliding, contacts that open and global damping
     overlap: Real,       // largest overlap over the smaller radius
     sides: u32,          // contacts of free grains; one between two free grains is seen twice
@@ -20,5 +20,5 @@ struct Energies {
     kinetic: Real,     // J
     potential: Real,   // J
     net_force: Real,   // N
-    dissipation: Real, // W, of global damping, and what dashpots take less because velocities have changed since the half step
+    dissipation: Real, // W, of global damping, and what dashpots take less as velocities changed since the half step
 }

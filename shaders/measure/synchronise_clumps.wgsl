@@ -1,6 +1,6 @@
 // twin: src/measure/synchronise_clumps.rs
-// Velocities and spins of clumps and their members at the time of the positions, for people; the simulation goes on with those of
-// the half step.
+// Velocities and spins of clumps and their members at the time of the positions, for people; the simulation goes on
+// with those of the half step.
 
 @compute @workgroup_size(WG)
 fn synchronise_clumps(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {

@@ -1,5 +1,6 @@
 // twin: src/neighbours/count_neighbours.rs
-// Neighbour lists 1: how many entries each grain needs at most (pairs of fixed grains are left out when the list is sorted), and whether it is still on the right side of every wall.
+// Neighbour lists 1: how many entries each grain needs at most (pairs of fixed grains are left out when the list is
+// sorted), and whether it is still on the right side of every wall.
 var<storage, read> cell_start: array<u32>;           // cells + 1
 var<storage, read_write> halt: atomic<u32>;
 

@@ -1,18 +1,19 @@
 // twin: src/neighbours/displacement_check.rs
-// The end of a chunk: how far grains went, which tells the host how long lists may live, and how many springs the
-// history must hold when they are made anew.
+// The end of a chunk: how far grains went, which tells the host how long lists may live, and how many contacts
+// the history must hold when they are made anew.
 @compute @workgroup_size(WG)
 fn displacement_check(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
     if (i >= params.bodies || list_start[params.bodies] > params.entries) {
         return;
     }
-    let bits = bitcast<u32>(f32(displacement[i] / params.displacement_limit)); // non-negative floats are ordered like their bits
+    // Floats that are not negative are ordered like their bits.
+    let bits = bitcast<u32>(f32(displacement[i] / params.displacement_limit));
     if (bits > atomicLoad(&counters.max_displacement)) {
         atomicMax(&counters.max_displacement, bits);
     }
-    let springs = active_contacts(i);
-    if (springs != 0u) {
-        atomicAdd(&counters.active_contacts, springs);
+    let count = active_contacts(i);
+    if (count != 0u) {
+        atomicAdd(&counters.active_contacts, count);
     }
 }

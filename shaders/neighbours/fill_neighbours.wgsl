@@ -1,11 +1,11 @@
 // twin: src/neighbours/fill_neighbours.rs
-// Neighbour lists 2: fill the entries in ascending order of the ids (walls come last) and bring the springs along. The
-// order of the sum over contacts is thereby fixed by the scene, whenever the lists were made.
+// Neighbour lists 2: fill the entries in ascending order of the ids (walls come last) and bring the history of
+// contacts along. The order of the sum over contacts is thereby fixed by the scene, whenever the lists were made.
 var<storage, read> cell_start: array<u32>;           // cells + 1
 var<storage, read_write> halt: atomic<u32>;
 
-/// Sort these entries, and leave out pairs of fixed grains; one past the last. Done after the search, because most of what
-/// is searched is no neighbour.
+/// Sort these entries, and leave out pairs of fixed grains; one past the last. Done after the search, because most of
+/// what is searched is no neighbour.
 fn sorted_by_id(begin: u32, end: u32, fixed: bool) -> u32 {
     var filled = begin;
     for (var entry = begin; entry < end; entry++) {

@@ -1,5 +1,5 @@
 // twin: src/neighbours/history_count.rs
-// History 1: how many springs each grain hands over.
+// History 1: how many contacts with a history each grain has.
 
 @compute @workgroup_size(WG)
 fn history_count(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {

@@ -1,8 +1,8 @@
 //! Settled beds. Their trajectories are chaotic, so means over seeds are compared, with how far seeds scatter.
 
 use super::{
-    Log, Measure,
-    trial::{Backend, Cost, Setting, Trial, automatic_step, nearest, scene},
+    log::{Log, Measure, no_reference},
+    trial::{Backend, Cost, Setting, Trial, automatic_step, scene},
 };
 use crate::{
     Result,
@@ -43,7 +43,7 @@ pub fn run(log: &mut Log) {
             if setting == finest {
                 reference = Some(found);
             }
-            let expected = reference.ok_or_else(super::no_reference)?;
+            let expected = reference.ok_or_else(no_reference)?;
             let row = |k: usize| compared(QUANTITIES[k], found[k], (setting != finest).then_some(expected[k]));
             Ok((cost, (0..QUANTITIES.len()).map(row).collect()))
         });
@@ -92,15 +92,16 @@ fn settle(bed: Assembly, setting: Setting) -> Result<(Cost, [f64; 3])> {
     Ok((trial.cost()?, [filled, coordination, pressure(&bed, &grains, filled)]))
 }
 
-/// A third of the trace of the stress, Σ l · f / 3 V, Pa, over all contacts: l is the branch vector, V the volume of the
-/// grains over the packing fraction. Tangential forces are normal to l and have no part in it, so positions suffice.
+/// A third of the trace of the stress, Σ l · f / 3 V, Pa, over all contacts: l is the branch vector, V the volume of
+/// the grains over the packing fraction. Tangential forces are normal to l and have no part in it, so positions
+/// suffice.
 fn pressure(bed: &Assembly, grains: &[Grain], filled: f64) -> f64 {
     let stiffness = bed.pairs[0].normal_stiffness;
     let work = |overlap: f64, branch: f64| if overlap > 0.0 { stiffness * overlap * branch } else { 0.0 };
     let mut trace = 0.0;
     for (i, a) in grains.iter().enumerate() {
         for b in &grains[..i] {
-            let distance = nearest(bed, a.position - b.position).length();
+            let distance = bed.domain.nearest(a.position - b.position).length();
             trace += work(a.radius + b.radius - distance, distance);
         }
         for surface in bed.walls.iter().map(|w| &w.surface).filter(|s| matches!(s, Surface::Plane { .. })) {

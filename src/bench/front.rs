@@ -1,6 +1,6 @@
 //! Pareto fronts: the settings to which no other one is at least as good in both speed and error.
 
-use super::Point;
+use super::results::Point;
 
 /// Mark the front of every group: suite, case and quantity.
 pub fn mark(points: &mut [Point]) {

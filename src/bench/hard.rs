@@ -1,6 +1,6 @@
-//! Hard cases for DEM (`packstone bench hard`). Each is a function that measures figures on one engine, with what theory expects
-//! and how far rounding or the scheme's order lets it be off. `tests/hard` makes each a test on all engines; [`print()`] makes of the
-//! same figures the table of `docs/hard-cases.md`.
+//! Hard cases for DEM (`packstone bench hard`). Each is a function that measures figures on one engine, with what
+//! theory expects and how far rounding or the scheme's order lets it be off. `tests/hard` makes each a test on all
+//! engines; [`print()`] makes of the same figures the table of `docs/hard-cases.md`.
 
 mod agreement;
 mod clumps;
@@ -8,65 +8,25 @@ mod clumps;
 pub mod common;
 mod contact;
 mod fast;
+mod figure;
 mod gas;
 mod places;
 mod rest;
 mod rigid_columns;
 mod rigid_crowds;
 mod rigid_statics;
+mod scenes;
 mod sizes;
 mod steps;
 #[doc(hidden)] // for the tests
 pub mod stiffness;
 
-use crate::{
-    error::{Error, Result},
-    scene::{Assembly, Dashpot, Method, Relaxation, Scene, TimeStep},
-    simulation::Simulation,
-};
+pub use figure::{Figure, Length};
+pub use scenes::folder;
+
+use crate::error::{Error, Result};
 use common::Bench;
-use std::{
-    io::Write,
-    path::{Path, PathBuf},
-};
-
-/// One measured number.
-pub struct Figure {
-    pub what: String,
-    pub expected: f64,
-    /// How far `found` may be from `expected`.
-    pub allowed: f64,
-    pub found: f64,
-}
-
-impl Figure {
-    pub fn new(what: impl Into<String>, expected: f64, allowed: f64, found: f64) -> Figure {
-        Figure { what: what.into(), expected, allowed, found }
-    }
-
-    /// An error, or anything else that ought to be 0.
-    pub fn zero(what: impl Into<String>, allowed: f64, found: f64) -> Figure {
-        Figure::new(what, 0.0, allowed, found)
-    }
-
-    /// NaN does not hold.
-    pub fn holds(&self) -> bool {
-        (self.found - self.expected).abs() <= self.allowed
-    }
-}
-
-/// How long the long runs are: what the table states, or a twentieth of it, which a test can afford.
-#[derive(Clone, Copy, PartialEq)]
-pub enum Length {
-    Full,
-    Short,
-}
-
-impl Length {
-    pub fn of(self, full: u64) -> u64 {
-        if self == Length::Full { full } else { full / 20 }
-    }
-}
+use std::io::Write;
 
 /// A case: measures its figures on an engine.
 pub struct Case {
@@ -159,70 +119,8 @@ pub fn named(name: &str) -> Result<&'static Case> {
     found.ok_or_else(|| Error::Scene(format!("there is no hard case `{name}`; there are {}", all())))
 }
 
-/// The scenes of the cases. They are read from the source tree.
-pub fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/scenes/hard")
-}
-
-/// A scene of the folder.
-fn scene(name: &str) -> Assembly {
-    changed_scene(name, &[])
-}
-
-/// The same with `--set`.
-fn changed_scene(name: &str, set: &[&str]) -> Assembly {
-    let path = folder().join(format!("{name}.toml"));
-    let set: Vec<String> = set.iter().map(|s| (*s).to_owned()).collect();
-    Scene::load(&path, &set).and_then(|scene| scene.assemble()).unwrap_or_else(|e| panic!("{e}"))
-}
-
-/// How a scene of rigid grains is solved.
-fn relaxation(scene: &mut Assembly) -> &mut Relaxation {
-    match &mut scene.solver.method {
-        Method::ContactDynamics(relaxation) => relaxation,
-        Method::DiscreteElements => panic!("a scene of rigid grains"),
-    }
-}
-
-/// Rigid grains, solved to this tolerance.
-fn solved_to(mut scene: Assembly, tolerance: f64) -> Assembly {
-    relaxation(&mut scene).tolerance = tolerance;
-    scene
-}
-
-/// The grains of a rigid scene with springs, k_T = 2/7 k_N, and global damping.
-fn compliant(rigid: &Assembly, stiffness: f64, dt: f64, damping: f64) -> Assembly {
-    let mut scene = rigid.clone();
-    for pair in &mut scene.pairs {
-        (pair.normal_stiffness, pair.tangential_stiffness) = (stiffness, 2.0 / 7.0 * stiffness);
-        pair.dashpot = Dashpot::None;
-    }
-    scene.solver.method = Method::DiscreteElements;
-    (scene.solver.dt, scene.solver.damping, scene.solver.margin) = (TimeStep::Fixed(dt), damping, 0.2);
-    scene
-}
-
-/// Loads on the contacts of a column, from the lowest up, N: what the contacts of all grains above add up to.
-fn loads(simulation: &mut Simulation) -> Vec<f64> {
-    let held = simulation.forces().unwrap();
-    let mut loads: Vec<f64> = held
-        .iter()
-        .rev()
-        .scan(0.0, |sum, (force, _)| {
-            *sum += force.z;
-            Some(*sum)
-        })
-        .collect();
-    loads.reverse();
-    loads
-}
-
-/// The larger one; NaN stays.
-fn worse(a: f64, b: f64) -> f64 {
-    if b <= a { a } else { b }
-}
-
-/// Writes the table of these cases, row by row, on every engine there is. The last column says what is out of its limits.
+/// Writes the table of these cases, row by row, on every engine there is. The last column says what is out of its
+/// limits.
 ///
 /// # Errors
 /// Those of the writer.

@@ -2,7 +2,7 @@
 //! that friction and damping have taken together.
 
 use super::{
-    Log, Measure,
+    log::{Log, Measure},
     trial::{Cost, Setting, Trial, largest, scene},
 };
 use crate::{

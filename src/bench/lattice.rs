@@ -1,5 +1,5 @@
-//! Packings of any size: lattices of grains that touch, jittered, with random velocities; and one of grains that are about to
-//! touch, above a floor.
+//! Packings of any size: lattices of grains that touch, jittered, with random velocities; and one of grains that are
+//! about to touch, above a floor.
 
 use crate::scene::{Assembly, Clump, Grain, Member, Shape};
 use glam::{DQuat, DVec3};
@@ -9,7 +9,8 @@ use rand_chacha::ChaCha8Rng;
 /// Overlap of neighbours, and largest displacement along an axis, over the diameter.
 const OVERLAP: f64 = 0.005;
 const JITTER: f64 = 0.01;
-/// Largest velocity along an axis in units of radius × natural frequency of a contact: overlaps stay near half a percent.
+/// Largest velocity along an axis in units of radius × natural frequency of a contact: overlaps stay near half a
+/// percent.
 const SPEED: f64 = 0.005;
 
 /// Gap between the largest neighbours above a floor, over the diameter, and by how much radii differ.
@@ -17,7 +18,8 @@ const GAP: f64 = 0.02;
 const SPREAD: f64 = 0.05;
 
 /// Fill the periodic domain with about `count` copies of the scene's grain: body-centred in space (8 contacts, solid
-/// fraction 0.69), triangular in the plane (6 contacts). The domain is made to fit; the same seed gives the same grains.
+/// fraction 0.69), triangular in the plane (6 contacts). The domain is made to fit; the same seed gives the same
+/// grains.
 pub fn fill(scene: &Assembly, count: usize) -> Assembly {
     let mut filled = scene.clone();
     let first = scene.grains[0];
@@ -45,8 +47,8 @@ pub fn fill(scene: &Assembly, count: usize) -> Assembly {
     filled
 }
 
-/// Fill the periodic domain with clumps of three of the scene's grain in a row, about `count` members in all: the body-centred
-/// lattice of [`fill`], cut up along its diagonals, so that a member has 6 2/3 contacts with other clumps.
+/// Fill the periodic domain with clumps of three of the scene's grain in a row, about `count` members in all: the
+/// body-centred lattice of [`fill`], cut up along its diagonals, so that a member has 6 2/3 contacts with other clumps.
 pub fn rods(scene: &Assembly, count: usize) -> Assembly {
     let mut filled = scene.clone();
     let first = scene.grains[0];
@@ -68,7 +70,8 @@ pub fn rods(scene: &Assembly, count: usize) -> Assembly {
     let along = DQuat::from_rotation_arc(DVec3::X, DVec3::ONE.normalize());
     let step = DVec3::splat(upper.x / (2 * cells) as f64);
     filled.grains.clear();
-    // Places come in pairs, corner and centre of a cell; along its diagonal a member's number follows from any one coordinate.
+    // Places come in pairs, corner and centre of a cell; along its diagonal a member's number follows from any one
+    // coordinate.
     for place in places {
         let number = (place.x / step.x).round() as usize;
         if number % 3 != 1 {
@@ -92,8 +95,8 @@ pub fn rods(scene: &Assembly, count: usize) -> Assembly {
     filled
 }
 
-/// Put about `count` copies of the scene's grain above a floor at height 0, as high as wide: body-centred, jittered, radii up to
-/// `SPREAD` smaller, none in touch. The sides of the domain are made to fit.
+/// Put about `count` copies of the scene's grain above a floor at height 0, as high as wide: body-centred, jittered,
+/// radii up to `SPREAD` smaller, none in touch. The sides of the domain are made to fit.
 pub fn pile(scene: &Assembly, count: usize) -> Assembly {
     let mut piled = scene.clone();
     let first = scene.grains[0];
@@ -137,16 +140,14 @@ fn triangular(count: usize, spacing: f64) -> (Vec<DVec3>, DVec3) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Domain;
 
     #[test]
     fn lattices_repeat() {
         for (lattice, contacts) in [(body_centred as fn(_, _) -> _, 8), (triangular, 6)] {
             let (places, upper) = lattice(250, 1.0);
-            let near = |a: DVec3, b: DVec3| {
-                let mut d = a - b;
-                (0..3).filter(|k| upper[*k] > 0.0).for_each(|k| d[k] -= upper[k] * (d[k] / upper[k]).round());
-                (d.length() - 1.0).abs() < 1e-9
-            };
+            let domain = Domain { lower: DVec3::ZERO, upper, periodic: upper.to_array().map(|length| length > 0.0) };
+            let near = |a: DVec3, b: DVec3| (domain.nearest(a - b).length() - 1.0).abs() < 1e-9;
             assert!(places.iter().all(|a| places.iter().filter(|b| near(*a, **b)).count() == contacts));
         }
     }

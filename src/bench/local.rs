@@ -1,7 +1,7 @@
 //! Force and moment on the same state: the rounding of one evaluation, without the drift of a trajectory.
 
 use super::{
-    Log, Measure,
+    log::{Log, Measure, again},
     trial::{Backend, Cost, Setting, Trial, largest, rms, scene},
 };
 use crate::{Result, scene::Assembly};
@@ -22,8 +22,8 @@ pub fn run(log: &mut Log) {
     let reference = start.as_ref().ok().map(|start| forces(start, Backend::Cpu));
     for setting in log.settings(&[1.0]) {
         log.run("settling bed", setting, || {
-            let start = start.as_ref().map_err(super::again)?;
-            let (expected, cost) = reference.as_ref().expect("there is a start").as_ref().map_err(super::again)?;
+            let start = start.as_ref().map_err(again)?;
+            let (expected, cost) = reference.as_ref().expect("there is a start").as_ref().map_err(again)?;
             if setting.backend == Backend::Cpu {
                 return Ok((*cost, QUANTITIES.map(|quantity| Measure::reference(quantity, "")).to_vec()));
             }

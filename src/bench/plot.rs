@@ -1,7 +1,7 @@
-//! One picture per suite, as SVG and PNG: error over wall time per simulated second, speed over size, or residual over wall
-//! time.
+//! One picture per suite, as SVG and PNG: error over wall time per simulated second, speed over size, or residual over
+//! wall time.
 
-use super::{Bench, Point, ResidualRow, Suite};
+use super::results::{Bench, Point, ResidualRow, Suite};
 use crate::{
     error::{Error, Result},
     io::{at, replace},
@@ -18,7 +18,8 @@ const WIDTH: u32 = 480;
 const HEIGHT: u32 = 360;
 /// Panels side by side.
 const COLUMNS: usize = 3;
-/// Pixels of the strip above them that tells which series looks how: left margin, height of a row, and what is above and below.
+/// Pixels of the strip above them that tells which series looks how: left margin, height of a row, and what is above
+/// and below.
 const LEGEND_LEFT: u32 = 76;
 const LEGEND_ROW: u32 = 20;
 const LEGEND_MARGIN: u32 = 12;

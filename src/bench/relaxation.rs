@@ -1,7 +1,10 @@
-//! Contact dynamics: how fast every solver brings the residual of one step down, on beds of rigid grains that come to rest.
+//! Contact dynamics: how fast every solver brings the residual of one step down, on beds of rigid grains that come to
+//! rest.
 
 use super::{
-    Log, Measure, RelaxationRow, ResidualRow, lattice,
+    lattice,
+    log::{Log, Measure, again},
+    results::{RelaxationRow, ResidualRow},
     trial::{Backend, Cost, Setting, automatic_step, scene},
 };
 use crate::{
@@ -16,8 +19,8 @@ use glam::DVec3;
 const TOLERANCE: f64 = 1e-4;
 /// Residuals that are timed on the way there.
 const MARKS: [f64; 3] = [1e-2, 1e-3, TOLERANCE];
-/// A bed rests when its kinetic energy is this part of that of grains that have fallen for one step. This is asked every so many
-/// steps, so often at most.
+/// A bed rests when its kinetic energy is this part of that of grains that have fallen for one step. This is asked
+/// every so many steps, so often at most.
 const REST: f64 = 1e-3;
 const STEPS: u64 = 10;
 const TIMES: u64 = 20;
@@ -43,7 +46,7 @@ pub fn run(log: &mut Log) {
             let factor = bed.as_ref().map_or(1.0, |(_, factor)| *factor);
             let mut run = None;
             log.run(&format!("{case}, {}", contender.name()), Setting { backend, factor }, || {
-                let (bed, _) = bed.as_ref().map_err(super::again)?;
+                let (bed, _) = bed.as_ref().map_err(again)?;
                 let (found, cost) = contender.solve(bed, seconds)?;
                 let residual = run.insert(found).end.residual;
                 Ok((cost, vec![Measure::error("residual", "", residual)]))
@@ -56,8 +59,8 @@ pub fn run(log: &mut Log) {
     }
 }
 
-/// A bed of about so many grains that has come to rest, to be released without velocities and impulses; and its step over the
-/// automatic one.
+/// A bed of about so many grains that has come to rest, to be released without velocities and impulses; and its step
+/// over the automatic one.
 fn settled(size: usize) -> Result<(Assembly, f64)> {
     let mut bed = lattice::pile(&scene("rigid bed", include_str!("scenes/rigid.toml"), &[])?, size);
     let mut simulation = Simulation::new(bed.clone(), Backend::Cpu.options())?;

@@ -2,7 +2,8 @@
 //! where the time goes, stage by stage.
 
 use super::{
-    Log, Measure, lattice,
+    lattice,
+    log::{Log, Measure, again},
     trial::{Backend, Cost, Setting, Trial, displacement, scene},
 };
 use crate::{
@@ -32,7 +33,7 @@ pub fn run(log: &mut Log) {
                 let case = format!("{name} {size}");
                 let mut profile = None;
                 log.run(&case, setting, || {
-                    let filled = filled.as_ref().map_err(|e| super::again(e))?;
+                    let filled = filled.as_ref().map_err(|e| again(e))?;
                     let (mut simulation, grains, mut cost) = timed(filled, setting, budget)?;
                     let found = profile.insert(simulation.profile(cost.steps)?);
                     cost.bytes_per_step = Some(found.bytes_per_particle_step());

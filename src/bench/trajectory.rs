@@ -1,7 +1,7 @@
 //! Where grains go: two closed forms, and a collapse against a reference at a sixteenth of the step.
 
 use super::{
-    Log, Measure,
+    log::{Log, Measure, again, no_reference},
     trial::{self, Cost, Setting, displacement, largest, rms, scene},
 };
 use crate::{
@@ -29,15 +29,16 @@ fn closed_form(
 ) {
     for setting in settings {
         log.run(case, *setting, || {
-            let start = start.as_ref().map_err(super::again)?;
+            let start = start.as_ref().map_err(again)?;
             let (grains, cost) = trial::run(start, *setting, steps)?;
             Ok((cost, errors(&grains)))
         });
     }
 }
 
-/// Verification T1 to T3: k_T / k_N as the index of the material in `oblique.toml`, ψ = v_s / (μ v_n) before the impact,
-/// and after it. Below 1 in ψ the contact sticks at once, far above it slips throughout, in between it does both.
+/// Verification T1 to T3: k_T / k_N as the index of the material in `oblique.toml`, ψ = v_s / (μ v_n) before the
+/// impact, and after it. Below 1 in ψ the contact sticks at once, far above it slips throughout, in between it does
+/// both.
 const OBLIQUE: &[(u32, f64, f64)] = &[
     // 2/7: the super-ball
     (0, 0.5, -0.5),
@@ -115,9 +116,8 @@ const COLLAPSE_STEPS: u64 = 400;
 fn collapse(log: &mut Log, settings: &[Setting]) {
     const CASE: &str = "collapse";
     let start = scene("collapse", include_str!("scenes/collapse.toml"), &[]);
-    let run = |setting| -> Result<(Vec<Grain>, Cost)> {
-        trial::run(start.as_ref().map_err(super::again)?, setting, COLLAPSE_STEPS)
-    };
+    let run =
+        |setting| -> Result<(Vec<Grain>, Cost)> { trial::run(start.as_ref().map_err(again)?, setting, COLLAPSE_STEPS) };
     let mut reference = None;
     log.run(CASE, Setting::REFERENCE, || {
         let (grains, cost) = run(Setting::REFERENCE)?;
@@ -127,8 +127,8 @@ fn collapse(log: &mut Log, settings: &[Setting]) {
     for setting in settings {
         log.run(CASE, *setting, || {
             let (grains, cost) = run(*setting)?;
-            let reference = reference.as_ref().ok_or_else(super::no_reference)?;
-            let error = displacement(start.as_ref().map_err(super::again)?, &grains, reference);
+            let reference = reference.as_ref().ok_or_else(no_reference)?;
+            let error = displacement(start.as_ref().map_err(again)?, &grains, reference);
             Ok((cost, vec![Measure::error("displacement", "mean radii", error)]))
         });
     }

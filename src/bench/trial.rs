@@ -7,7 +7,6 @@ use crate::{
     simulation::{EngineChoice, Options, Simulation},
     time_step,
 };
-use glam::DVec3;
 use std::{path::Path, time::Instant};
 
 /// An engine in a precision.
@@ -156,18 +155,9 @@ pub fn scene(name: &str, text: &str, set: &[String]) -> Result<Assembly> {
 /// Root mean square distance between the same grains in two states, over the mean radius; the shorter way around along
 /// periodic axes.
 pub fn displacement(assembly: &Assembly, a: &[Grain], b: &[Grain]) -> f64 {
-    let squares = a.iter().zip(b).map(|(a, b)| nearest(assembly, a.position - b.position).length_squared());
+    let squares = a.iter().zip(b).map(|(a, b)| assembly.domain.nearest(a.position - b.position).length_squared());
     let mean_radius = a.iter().map(|g| g.radius).sum::<f64>() / a.len() as f64;
     rms(squares) / mean_radius
-}
-
-/// The shortest image of a distance, m.
-pub fn nearest(assembly: &Assembly, mut d: DVec3) -> DVec3 {
-    for axis in (0..assembly.dimension).filter(|a| assembly.domain.periodic[*a]) {
-        let length = assembly.domain.upper[axis] - assembly.domain.lower[axis];
-        d[axis] -= length * (d[axis] / length).round();
-    }
-    d
 }
 
 /// Root of the mean of squares; not a number if any of them is.

@@ -1,9 +1,10 @@
 //! The fastest setting that keeps an error, for a user's scene (`packstone tune`).
 //!
-//! Errors are those of a small part of the scene over a short time, from a moment at which its grains touch, against f64
-//! at a sixteenth of the automatic step. Speeds are those of the first steps of the whole scene.
+//! Errors are those of a small part of the scene over a short time, from a moment at which its grains touch, against
+//! f64 at a sixteenth of the automatic step. Speeds are those of the first steps of the whole scene.
 
 use super::{
+    log::again,
     machine::Machine,
     speed::{Budget, timed},
     trial::{self, Backend, Cost, Setting, Trial, automatic_step, displacement},
@@ -114,7 +115,7 @@ pub fn tune(scene: &Assembly, asked: f64, watch: &mut dyn FnMut(&str)) -> Result
         for factor in FACTORS {
             let setting = Setting { backend, factor };
             let outcome = error(&start.assembly, setting, &expected)
-                .and_then(|error| Ok((error, *cost.as_ref().map_err(super::again)?)));
+                .and_then(|error| Ok((error, *cost.as_ref().map_err(again)?)));
             candidates.push(Candidate::new(setting, automatic, outcome));
         }
     }
@@ -148,8 +149,9 @@ fn of_whole(scene: &Assembly, backend: Backend) -> Result<Cost> {
     Ok(timed(scene, Setting { backend, factor: 1.0 }, Budget { work: 1e6, least: 10, repeats: 1 })?.2)
 }
 
-/// A scene of at most [`MOST`] free grains, and in words how it was made: the grains whose centres lie in a window about
-/// the middle of the free ones, as high as the scene if there is gravity, so that depths and loads stay what they are.
+/// A scene of at most [`MOST`] free grains, and in words how it was made: the grains whose centres lie in a window
+/// about the middle of the free ones, as high as the scene if there is gravity, so that depths and loads stay what they
+/// are.
 fn reduce(scene: &Assembly) -> (Assembly, String) {
     let free: Vec<&Grain> = scene.grains.iter().filter(|g| !g.fixed).collect();
     if free.len() <= MOST {

@@ -145,7 +145,8 @@ fn sorted(lanes: &[f64], width: usize) -> Vec<f64> {
     rows.concat()
 }
 
-/// The difference of values with their low parts over a scale: either part alone may differ by a whole unit in the last place.
+/// The difference of values with their low parts over a scale: either part alone may differ by a whole unit in the last
+/// place.
 fn parts(twin: &State, device: &State, arrays: [&Array; 2], scale: f64, masked: impl Fn(usize) -> bool) -> (f64, f64) {
     let [value, low] = arrays.map(|array| {
         let (twin, device) = (lanes(twin, array), lanes(device, array));

@@ -4,8 +4,8 @@ use crate::state::{Array, Counters, State, array::*};
 
 /// How an array is compared, if not number by number.
 pub enum Rule {
-    /// A value and what single precision leaves out of it together, over a scale in their unit. In double precision the value
-    /// stands alone, and is compared as any.
+    /// A value and what single precision leaves out of it together, over a scale in their unit. In double precision the
+    /// value stands alone, and is compared as any.
     Parts { value: &'static Array, low: &'static Array, scale: fn(&State) -> f64 },
     /// Twin and device, in numbers that are relative already.
     Records(fn(&State, &State) -> f64),

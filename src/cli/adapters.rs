@@ -1,6 +1,7 @@
 //! `packstone adapters`
 
-use super::{say, table::table};
+use super::common::say;
+use super::table::table;
 use packstone::gpu::{self, AdapterSummary, Arrays, Device};
 use std::process::ExitCode;
 

@@ -1,10 +1,7 @@
 //! `packstone bench`
 
-use super::{
-    INTERRUPTED, STOPPED, complain,
-    run::{interrupted, listen},
-    say,
-};
+use super::common::{INTERRUPTED, STOPPED, complain, say};
+use super::run::{interrupted, listen};
 use packstone::bench::{self, Effort, Point, Suite, hard, report};
 use std::{ops::ControlFlow, path::PathBuf, process::ExitCode};
 

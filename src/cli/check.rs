@@ -1,6 +1,7 @@
 //! `packstone check`
 
-use super::{STOPPED, SceneArgs, say, table::table};
+use super::common::{STOPPED, SceneArgs, say};
+use super::table::table;
 use packstone::check::{self, Report, Row};
 use std::process::ExitCode;
 

@@ -1,6 +1,7 @@
 //! `packstone describe`
 
-use super::{SceneArgs, say, table::table};
+use super::common::{SceneArgs, say};
+use super::table::table;
 use packstone::{
     engine::gpu::{bytes, layouts},
     scene::{Assembly, Scene},

@@ -1,6 +1,6 @@
 //! How far a run is: a bar on a terminal, lines everywhere else.
 
-use super::say;
+use super::common::say;
 use indicatif::{ProgressBar, ProgressStyle};
 use packstone::simulation::Simulation;
 use std::{

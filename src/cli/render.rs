@@ -1,6 +1,6 @@
 //! `packstone render`
 
-use super::say;
+use super::common::say;
 use anyhow::bail;
 use packstone::{
     gpu::{Arrays, Device},

@@ -1,6 +1,7 @@
 //! `packstone run`
 
-use super::{INTERRUPTED, STOPPED, SceneArgs, complain, engines, progress::Progress, say, stem};
+use super::common::{INTERRUPTED, STOPPED, SceneArgs, complain, engines, say, stem};
+use super::progress::Progress;
 use packstone::{
     Error,
     io::{

@@ -1,6 +1,6 @@
 //! `packstone solve`
 
-use super::{UNCONVERGED, engines, precisions, say};
+use super::common::{UNCONVERGED, engines, precisions, say};
 use glam::DVec3;
 use packstone::{
     Error, io,

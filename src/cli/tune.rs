@@ -1,6 +1,7 @@
 //! `packstone tune`
 
-use super::{STOPPED, say, table::table};
+use super::common::{STOPPED, say};
+use super::table::table;
 use packstone::{
     bench::tune::{self, Candidate, Tuning},
     scene::Scene,

@@ -1,5 +1,6 @@
-//! The law of grain contacts, `shaders/contact/contacts.wgsl`, for many at a time: the same function, in a loop over arrays that the
-//! compiler turns into vectors. On a device every lane of a vector is an invocation, and WGSL needs nothing like this.
+//! The law of grain contacts, `shaders/contact/contacts.wgsl`, for many at a time: the same function, in a loop over
+//! arrays that the compiler turns into vectors. On a device every lane of a vector is an invocation, and WGSL needs
+//! nothing like this.
 
 use crate::{
     body::{ForceTorque, bodies::body, rotation::spin_of},

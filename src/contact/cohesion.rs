@@ -1,5 +1,5 @@
-//! Twin of `shaders/contact/cohesion/`: attraction of surfaces. No law of a scene has any yet. One that acts beyond touching says so in
-//! [`is_active`] and [`reach`]; its parameters are its own, a table by pair of materials.
+//! Twin of `shaders/contact/cohesion/`: attraction of surfaces. No law of a scene has any yet. One that acts beyond
+//! touching says so in [`is_active`] and [`reach`]; its parameters are its own, a table by pair of materials.
 
 use super::{
     normal::Loading,

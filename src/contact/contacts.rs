@@ -25,7 +25,8 @@ impl ForceTorque {
     }
 }
 
-/// The active contacts of grain i with the other's index, in ascending order of its number. What they remember stays as it is.
+/// The active contacts of grain i with the other's index, in ascending order of its number. What they remember stays as
+/// it is.
 pub fn closed_contacts<'a>(
     s: &'a State,
     i: usize,

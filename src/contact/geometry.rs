@@ -18,8 +18,8 @@ pub fn sphere_separation(branch: DVec3, a: f64, b: f64, radii_rest: f64) -> Sepa
     Separation { gap: gap_between(distance, a, b, radii_rest), n: branch * (1.0 / distance) }
 }
 
-/// From the centre of grain i to that of grain j. Coincident centres are a hair apart along an arbitrary axis, opposite for the two
-/// grains; the hair's square is still a number, and its root exact.
+/// From the centre of grain i to that of grain j. Coincident centres are a hair apart along an arbitrary axis, opposite
+/// for the two grains; the hair's square is still a number, and its root exact.
 #[inline(always)]
 pub fn separated(s: &State, i: usize, j: usize, branch: DVec3) -> DVec3 {
     const HAIR: f64 = 3.054936363499605e-151; // 2^-500

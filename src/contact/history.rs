@@ -108,8 +108,8 @@ pub fn active_contacts(s: &State, i: usize) -> impl Iterator<Item = usize> {
     s.row(i).filter(move |&entry| kept(s.neighbour[entry]))
 }
 
-/// Where the contact of grain i and neighbour j is in the history, and whether it is this grain's to count: the history has it as this
-/// grain sees it.
+/// Where the contact of grain i and neighbour j is in the history, and whether it is this grain's to count: the history
+/// has it as this grain sees it.
 pub fn restore_history(s: &State, i: usize, j: u32) -> Option<(usize, bool)> {
     let mine = s.sorted[i];
     let (owner, other) = match s.sorted.get(j as usize) {
@@ -121,7 +121,8 @@ pub fn restore_history(s: &State, i: usize, j: u32) -> Option<(usize, bool)> {
     Some((at as usize, owner == mine))
 }
 
-/// Every array of what contacts remember, with the one that holds it in the history, and how one grain's value becomes the other's.
+/// Every array of what contacts remember, with the one that holds it in the history, and how one grain's value becomes
+/// the other's.
 macro_rules! for_lanes {
     ($s:ident, |$lane:ident, $history:ident, $opposite:ident| $body:expr) => {{
         fn negative(f: Packed) -> Packed {
@@ -152,7 +153,8 @@ pub fn store_lanes(s: &mut State, moves: &[(usize, usize)]) {
     });
 }
 
-/// Take contacts from the history: `moves` has entries, their places there, and whether the grain sees the contact as the history does.
+/// Take contacts from the history: `moves` has entries, their places there, and whether the grain sees the contact as
+/// the history does.
 pub fn restore_lanes(s: &mut State, moves: &[(usize, usize, bool)]) {
     for_lanes!(s, |lane, history, opposite| {
         if !lane.is_empty() {

@@ -1,5 +1,5 @@
-//! Twin of `shaders/contact/law.wgsl`: the law of contact of the discrete element method. Its sub-models are slots: normal, damping,
-//! tangential, rolling, cohesion. Each gets the state of the contact and what it remembers of it.
+//! Twin of `shaders/contact/law.wgsl`: the law of contact of the discrete element method. Its sub-models are slots:
+//! normal, damping, tangential, rolling, cohesion. Each gets the state of the contact and what it remembers of it.
 
 use super::{
     cohesion::{self, cohesive_energy, cohesive_force, is_active, overlaps},
@@ -192,8 +192,8 @@ fn grain_state(law: Law, m: &GrainPair, separation: Separation) -> ContactState 
 }
 
 /// The contact of two grains. It has no branches, so that many can be computed at a time. (On a device both grains
-/// compute it from the same side, so that the results are opposite to the last bit; here they are anyway, because f64 in
-/// Rust is not reordered.)
+/// compute it from the same side, so that the results are opposite to the last bit; here they are anyway, because f64
+/// in Rust is not reordered.)
 #[inline(always)]
 pub fn grain_contact(law: Law, m: &GrainPair, was_active: bool) -> Contact {
     let separation = sphere_separation(m.branch, m.radius, m.radius_to, m.radii_rest);

@@ -38,8 +38,8 @@ pub fn normal_energy(law: Normal, pair: &Pair, c: &ContactState) -> f64 {
     }
 }
 
-/// By what the stiffness has fallen in this step: √(δ / δ before), at most 1. What is held by it falls as much, so that no cycle of loading
-/// gains energy (Thornton, Cummins & Cleary 2013, Powder Technol. 233, 30).
+/// By what the stiffness has fallen in this step: √(δ / δ before), at most 1. What is held by it falls as much, so that
+/// no cycle of loading gains energy (Thornton, Cummins & Cleary 2013, Powder Technol. 233, 30).
 #[inline(always)]
 pub fn softening(law: Normal, c: &ContactState) -> f64 {
     match law {
@@ -48,8 +48,8 @@ pub fn softening(law: Normal, c: &ContactState) -> f64 {
     }
 }
 
-/// The larger stiffness of this step and the one before over the smaller, less one: what springs that hold what they held, softened, lose
-/// of their energy now.
+/// The larger stiffness of this step and the one before over the smaller, less one: what springs that hold what they
+/// held, softened, lose of their energy now.
 #[inline(always)]
 pub fn stiffness_change(law: Normal, c: &ContactState) -> f64 {
     let (smaller, larger) = ((-c.gap).min(-c.gap_before), (-c.gap).max(-c.gap_before));
@@ -90,8 +90,8 @@ pub fn largest_stiffness(pair: &scene::Pair, loading: &Loading) -> f64 {
     pair.hertz.map_or(pair.normal_stiffness, |h| 2.0 * h.youngs_modulus * largest_contact_radius(&h, loading))
 }
 
-/// The largest radius of the contact area under this loading, m: of the fastest impact, of the largest load at rest or of the overlap
-/// seen, with one of 1e-5 R* at least, so that a scene at rest without weight has a bound too.
+/// The largest radius of the contact area under this loading, m: of the fastest impact, of the largest load at rest or
+/// of the overlap seen, with one of 1e-5 R* at least, so that a scene at rest without weight has a bound too.
 pub fn largest_contact_radius(h: &Hertz, loading: &Loading) -> f64 {
     let Loading { radius, mass, speed, force, overlap } = *loading;
     let impact = (15.0 * mass * speed * speed / (16.0 * h.youngs_modulus * radius.sqrt())).powf(0.4);
@@ -99,8 +99,9 @@ pub fn largest_contact_radius(h: &Hertz, loading: &Loading) -> f64 {
     (radius * impact.max(rest).max(overlap).max(1e-5 * radius)).sqrt()
 }
 
-/// The duration of a collision, s: π √(m*/k_N), or of elastic spheres 2.8683 (m*² / (R* E*² v))^(1/5) (Johnson 1985, eq. 11.24) of the
-/// fastest impact, or half a period of small swings under the largest stiffness, whichever is shorter.
+/// The duration of a collision, s: π √(m*/k_N), or of elastic spheres 2.8683 (m*² / (R* E*² v))^(1/5) (Johnson 1985,
+/// eq. 11.24) of the fastest impact, or half a period of small swings under the largest stiffness, whichever is
+/// shorter.
 pub fn contact_duration(pair: &scene::Pair, loading: &Loading) -> f64 {
     if let Some(h) = pair.hertz {
         let Loading { radius, mass, speed, .. } = *loading;

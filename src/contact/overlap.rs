@@ -46,8 +46,8 @@ pub fn deepest(s: &State) -> f64 {
     (0..s.sizes.bodies).flat_map(|i| overlaps(s, i)).map(|o| o.relative).fold(0.0, f64::max)
 }
 
-/// What a contact makes inherits the rounding of its normal force, however small it is itself: at rest, forces of many times
-/// a grain's weight balance to it.
+/// What a contact makes inherits the rounding of its normal force, however small it is itself: at rest, forces of many
+/// times a grain's weight balance to it.
 pub const FORCE_FLOORS: &[Floor] = &[
     (&[&FORCE, &TANGENTIAL_FORCE, &MEMBER_FORCE], largest_force),
     (&[&TORQUE, &MEMBER_TORQUE, &ROLLING_TORQUE], largest_torque),

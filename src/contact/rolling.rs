@@ -1,5 +1,5 @@
-//! Twin of `shaders/contact/rolling/`: rolling resistance, an elastic-plastic spring-dashpot with history (Iwashita & Oda 1998; type C of
-//! Ai, Chen, Rotter & Ooi 2011, Powder Technol. 206, 269).
+//! Twin of `shaders/contact/rolling/`: rolling resistance, an elastic-plastic spring-dashpot with history (Iwashita &
+//! Oda 1998; type C of Ai, Chen, Rotter & Ooi 2011, Powder Technol. 206, 269).
 
 use super::{
     normal::{self, Loading, softening, stiffness_change},
@@ -129,8 +129,8 @@ pub fn largest_stiffness(pair: &scene::Pair, loading: &Loading) -> f64 {
         .map_or(0.0, |r| r.stiffness * normal::largest_stiffness(pair, loading) * loading.radius * loading.radius)
 }
 
-/// The largest coefficient of the dashpot, N m s, of a contact of this rolling stiffness, N m, and this inertia about the contact
-/// point, kg m².
+/// The largest coefficient of the dashpot, N m s, of a contact of this rolling stiffness, N m, and this inertia about
+/// the contact point, kg m².
 pub fn largest_damping(pair: &scene::Pair, stiffness: f64, inertia: f64) -> f64 {
     pair.rolling.map_or(0.0, |r| 2.0 * r.damping * stiffness.sqrt() * inertia.sqrt())
 }

@@ -1,5 +1,5 @@
-//! Twin of `shaders/dem/leapfrog.wgsl`: explicit integration of a grain's translation with global damping, implicit at the
-//! half step.
+//! Twin of `shaders/dem/leapfrog.wgsl`: explicit integration of a grain's translation with global damping, implicit at
+//! the half step.
 
 use crate::state::{State, Velocity};
 use glam::DVec3;

@@ -1,4 +1,5 @@
-//! A step of the discrete element method, section 2.1. Before it positions are at n, velocities at n - 1/2, springs at n - 1.
+//! A step of the discrete element method, section 2.1. Before it positions are at n, velocities at n - 1/2, springs at
+//! n - 1.
 
 use super::*;
 use crate::{

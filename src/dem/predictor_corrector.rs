@@ -26,8 +26,9 @@ pub struct SpinIncrement {
     pub settled: bool,
 }
 
-/// Rounds of predictor and corrector (2.24)-(2.31), until none changes Δω by more than a small part of ω. The torque is along the
-/// principal axes. Damping is solved for, as in (2.19), so that the iteration has to find the products of ω alone.
+/// Rounds of predictor and corrector (2.24)-(2.31), until none changes Δω by more than a small part of ω. The torque is
+/// along the principal axes. Damping is solved for, as in (2.19), so that the iteration has to find the products of ω
+/// alone.
 pub fn predictor_corrector(s: &State, here: &Clump, torque: DVec3, before: DVec3) -> SpinIncrement {
     let gain_at = |w: DVec3| spin_change(s, here.spin, spin_acceleration(s, here, w, torque));
     let (mut gain, mut rounds, mut settled) = (before, 0, false);

@@ -13,6 +13,7 @@ use crate::{
     state::{ARRAYS, Array, Column, Counters, Element, Params, Sizes, State, array, present},
 };
 use std::{
+    any::Any,
     collections::{HashMap, HashSet},
     slice,
     time::Instant,
@@ -523,8 +524,11 @@ impl Engine for Gpu {
     fn stride(&self, array: &'static Array) -> usize {
         self.layouts.stride(array)
     }
+}
 
-    fn gpu(&self) -> Option<&Gpu> {
-        Some(self)
+impl dyn Engine {
+    /// The device engine, if it is that.
+    pub fn gpu(&self) -> Option<&Gpu> {
+        (self as &dyn Any).downcast_ref()
     }
 }

@@ -44,8 +44,8 @@ mod tests {
         Model::of(&Scene::parse(&text, "two", Path::new("."), &[]).unwrap().assemble().unwrap(), precision)
     }
 
-    /// Ten grains with 60 list entries and the numbers that all share: list_start has one more, `halt` is read and `halt_next`
-    /// written, the seven counters are read and written.
+    /// Ten grains with 60 list entries and the numbers that all share: list_start has one more, `halt` is read and
+    /// `halt_next` written, the seven counters are read and written.
     fn advance(per_grain: u64, per_entry: u64) -> u64 {
         10 * per_grain + 60 * per_entry + 4 + (4 + 4) + 2 * 7 * 4
     }
@@ -57,12 +57,12 @@ mod tests {
             let layouts = layouts(model, &Plans::new(model)).unwrap();
             bytes(model, &ADVANCE, &sizes, |array| layouts.stride(array)).unwrap()
         };
-        // Smooth disks, f32: place, low part and motion of 16 bytes read and written, travel too, number and list_start
-        // read; neighbour read.
+        // Smooth disks, f32: position, low part and velocity of 16 bytes read and written, displacement too, id and
+        // list_start read; neighbour read.
         assert_eq!(on_device(&model(0.0, 2, Precision::Single)), advance(2 * (3 * 16 + 4) + 4 + 4, 4));
-        // Rough spheres, f32: a spin besides; neighbour and a spring of 12 bytes read and written.
+        // Rough spheres, f32: a spin besides; neighbour and a history of 12 bytes read and written.
         assert_eq!(on_device(&model(0.5, 3, Precision::Single)), advance(2 * (4 * 16 + 4) + 4 + 4, 2 * (4 + 12)));
-        // Smooth disks on the host: place and motion of 32 bytes.
+        // Smooth disks on the host: position and velocity of 32 bytes.
         let model = model(0.0, 2, Precision::Double);
         let state = State::new(model, sizes, Params::default());
         let on_host = bytes(&model, &ADVANCE, &sizes, |array| state.column(array).stride()).unwrap();

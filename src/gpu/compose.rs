@@ -1,6 +1,7 @@
-//! Composer: whole WGSL files are concatenated (module scope does not care about order), parsed by naga for many kernels
-//! at once, and reduced to what an entry point uses; the variables among that get binding numbers. Bindings are matched
-//! to arrays by name, and the layout of every array is read from the module, so that no struct is described twice.
+//! Composer: whole WGSL files are concatenated (module scope does not care about order), parsed by naga for many
+//! kernels at once, and reduced to what an entry point uses; the variables among that get binding numbers. Bindings are
+//! matched to arrays by name, and the layout of every array is read from the module, so that no struct is described
+//! twice.
 
 use super::{
     images,
@@ -109,8 +110,8 @@ fn with_images(
     redirected.collect()
 }
 
-/// Kernels that are parsed together, because what takes time is to parse what they share. What two of them declare alike
-/// is declared once.
+/// Kernels that are parsed together, because what takes time is to parse what they share. What two of them declare
+/// alike is declared once.
 #[derive(Default)]
 struct Group<'a> {
     kernels: Vec<usize>,
@@ -156,8 +157,8 @@ fn declaration(line: &str) -> Option<(&str, Option<&str>)> {
     Some((name, line.split_once(';').map(|(whole, _)| whole).filter(|_| value)))
 }
 
-/// One of the entry points, which have been taken out of the module, with what it uses of the module; and images in place
-/// of these arrays.
+/// One of the entry points, which have been taken out of the module, with what it uses of the module; and images in
+/// place of these arrays.
 fn isolated(
     module: &Module,
     entries: &[EntryPoint],

@@ -186,7 +186,7 @@ impl Device {
         }
     }
 
-    /// Create an image of zeros, in rows of [`ROW`] texels.
+    /// Create an image of zeros, in rows of `ROW` texels.
     ///
     /// # Errors
     /// As for [`Device::buffer`].
@@ -265,7 +265,8 @@ impl Device {
         })
     }
 
-    /// Overwrite an image from its first texel on, with no more bytes than it has; what is left of the last row becomes zero.
+    /// Overwrite an image from its first texel on, with no more bytes than it has; what is left of the last row becomes
+    /// zero.
     pub fn write_image(&self, image: &wgpu::Texture, mut bytes: Vec<u8>) {
         let layout = image_layout(image);
         let row = layout.bytes_per_row.unwrap_or_default() as usize;

@@ -1,9 +1,9 @@
-//! Arrays as storage images, for software drivers: lavapipe loads from a buffer lane by lane in a loop, but from an image
-//! with one gather, which takes a tenth of the time. The kernels know nothing of this. They are written for buffers; what
-//! they do to an element of such an array becomes a call of `…_image_load` or `…_image_store`.
+//! Arrays as storage images, for software drivers: lavapipe loads from a buffer lane by lane in a loop, but from an
+//! image with one gather, which takes a tenth of the time. The kernels know nothing of this. They are written for
+//! buffers; what they do to an element of such an array becomes a call of `…_image_load` or `…_image_store`.
 //!
-//! Elements are loaded whole or member by member and stored whole; the index is not a constant. Anything else that is done to
-//! an array in an image does not compose.
+//! Elements are loaded whole or member by member and stored whole; the index is not a constant. Anything else that is
+//! done to an array in an image does not compose.
 //!
 //! Four floats are a texel; a smaller element is as many texels of one scalar, because only those can be both read and
 //! written by a kernel. The bytes are those of the buffer, in rows of [`ROW`] texels.

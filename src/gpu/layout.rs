@@ -12,7 +12,7 @@ pub struct Binding {
     pub read: bool,
     /// Whether the kernel writes it.
     pub written: bool,
-    /// An array without atomics whose length is not asked for. Images allow less: see [`super::images`].
+    /// An array without atomics whose length is not asked for. Images allow less: see `gpu::images`.
     pub elementwise: bool,
     pub layout: Layout,
 }

@@ -1,9 +1,10 @@
-//! Kernels on a device: pipelines, what they are bound to, and the workgroups of a dispatch (`shaders/gpu/dispatch.wgsl`).
+//! Kernels on a device: pipelines, what they are bound to, and the workgroups of a dispatch
+//! (`shaders/gpu/pipeline.wgsl`).
 
 use super::{Device, Program};
 use crate::error::{Error, Result};
 
-/// Invocations per workgroup: `WG` of `dispatch.wgsl`.
+/// Invocations per workgroup: `WG` of `pipeline.wgsl`.
 const WORKGROUP: usize = 64;
 /// Workgroups a dispatch may have along one dimension.
 const GROUPS_PER_DIMENSION: usize = 65_535;

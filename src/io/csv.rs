@@ -1,6 +1,6 @@
 //! `history.csv` and grain tables such as `final.csv`.
 
-use super::{at, part, write};
+use super::files::{at, part, write};
 use crate::{
     error::{Error, Result},
     measure::Sample,
@@ -92,8 +92,8 @@ pub fn write_grains(path: &Path, grains: &[Grain], materials: &[Material]) -> Re
     })
 }
 
-/// What a row of a clump has more than that of a grain, whose radius is that of the sphere (disk) of the same volume. Scenes read
-/// such tables too.
+/// What a row of a clump has more than that of a grain, whose radius is that of the sphere (disk) of the same volume.
+/// Scenes read such tables too.
 #[derive(Serialize)]
 struct Pose<'a> {
     shape: &'a str,
@@ -103,7 +103,8 @@ struct Pose<'a> {
     qz: f64,
 }
 
-/// Writes all clumps in their order, with their centres of mass and the turn from the axes of their shapes to those of the scene.
+/// Writes all clumps in their order, with their centres of mass and the turn from the axes of their shapes to those of
+/// the scene.
 pub fn write_clumps(path: &Path, clumps: &[Clump], shapes: &[Shape], materials: &[Material]) -> Result<()> {
     write(path, |file| {
         let mut writer = csv::Writer::from_writer(file);

@@ -1,6 +1,6 @@
 //! `summary.json`: how a run went, and where its walls stand in the end.
 
-use super::at;
+use super::files::at;
 use crate::{
     error::{Error, Result},
     measure::{self, Sample},

@@ -2,7 +2,7 @@
 
 use crate::{
     model::Dimension,
-    scene::{Assembly, Clump, Domain, Grain, Wall},
+    scene::{Assembly, Clump, Grain, Neighbours, Wall},
     state::PartialSums,
     time_step::mass,
 };
@@ -30,16 +30,16 @@ pub struct Sample {
     pub contacts: u64,
     /// Mean number of contacts of a free grain.
     pub coordination_number: f64,
-    /// Contact dynamics, of the last step: passes, relative residual of the natural map, and largest friction beyond the
-    /// Coulomb limit over the largest normal impulse.
+    /// Contact dynamics, of the last step: passes, relative residual of the natural map, and largest friction beyond
+    /// the Coulomb limit over the largest normal impulse.
     pub iterations: Option<u32>,
     pub residual: Option<f64>,
     pub coulomb_excess: Option<f64>,
     /// Mean |contact force|, N; 0 without contacts.
     #[serde(skip)]
     pub contact_force: f64,
-    /// Contact dynamics: kinetic energy of all grains that gravity, or the mean contact force if that is more, has pulled for one
-    /// step, J.
+    /// Contact dynamics: kinetic energy of all grains that gravity, or the mean contact force if that is more, has
+    /// pulled for one step, J.
     #[serde(skip)]
     pub step_energy: f64,
 }
@@ -133,9 +133,9 @@ pub fn angular_momentum(assembly: &Assembly, grains: &[Grain], masses: &[f64]) -
     Some(free.map(|(g, m)| *m * g.position.cross(g.velocity) + beta * m * g.radius * g.radius * g.spin).sum())
 }
 
-/// Which grains are no rattlers: those inside with fewer than `least` contacts are taken away, with their contacts, until there
-/// are none. Grains outside stay, and so do indices without a grain, walls: a free surface, where weight holds grains on fewer
-/// contacts, would otherwise take the bed along with it.
+/// Which grains are no rattlers: those inside with fewer than `least` contacts are taken away, with their contacts,
+/// until there are none. Grains outside stay, and so do indices without a grain, walls: a free surface, where weight
+/// holds grains on fewer contacts, would otherwise take the bed along with it.
 pub fn backbone(inside: &[bool], contacts: &[(u32, u32)], least: usize) -> Vec<bool> {
     let mut left = vec![true; inside.len()];
     loop {
@@ -170,7 +170,8 @@ pub fn packing_fraction(assembly: &Assembly, grains: &[Grain], walls: &[Wall]) -
     if (0..dims).any(|a| upper[a] <= lower[a]) {
         return None;
     }
-    let cells = Cells::new(&assembly.domain, dims, grains, margin);
+    let mut spheres = Neighbours::new(assembly.domain, dims, 0.5 * margin);
+    grains.iter().for_each(|g| spheres.insert(g.position, g.radius));
     let surface = Skyline::new(assembly, &free, margin);
     // Additive recurrence with the generalised golden ratio: even coverage in any number of dimensions.
     let phi: f64 = if dims == 2 { 1.324_717_957_244_746 } else { 1.220_744_084_605_759_5 };
@@ -181,8 +182,10 @@ pub fn packing_fraction(assembly: &Assembly, grains: &[Grain], walls: &[Wall]) -
         x
     };
     let inside = |x: &DVec3| surface.depth(*x) >= margin && walls.iter().all(|w| w.surface.distance(*x) >= margin);
-    let (covered, open): (Vec<DVec3>, Vec<DVec3>) =
-        (0..POINTS).map(point).filter(inside).partition(|x| cells.covered(grains, *x));
+    let (covered, open): (Vec<DVec3>, Vec<DVec3>) = (0..POINTS)
+        .map(point)
+        .filter(inside)
+        .partition(|x| spheres.find_overlap(*x, 0.0, false, |_, _| true).is_some());
     let total = covered.len() + open.len();
     (total >= FEW).then(|| covered.len() as f64 / total as f64)
 }
@@ -210,8 +213,8 @@ fn extent(assembly: &Assembly, free: &[Grain], margin: f64) -> (DVec3, DVec3) {
     (lower, upper)
 }
 
-/// Height of the packing in each upright column: the highest free grain that the ones below it reach up to. A stray grain
-/// high above does not count.
+/// Height of the packing in each upright column: the highest free grain that the ones below it reach up to. A stray
+/// grain high above does not count.
 struct Skyline {
     vertical: Option<(usize, bool)>,
     width: f64,
@@ -247,89 +250,5 @@ impl Skyline {
             None => f64::INFINITY,
             Some((column, height)) => self.tops.get(&column).map_or(-1.0, |top| top - height),
         }
-    }
-}
-
-/// Grains by cell, to find the ones near a point.
-struct Cells {
-    domain: Domain,
-    dims: usize,
-    origin: DVec3,
-    edge: DVec3,
-    count: [i64; 3],
-    start: Vec<usize>,
-    ids: Vec<usize>,
-}
-
-impl Cells {
-    fn new(domain: &Domain, dims: usize, grains: &[Grain], reach: f64) -> Cells {
-        let mut cells = Cells {
-            domain: *domain,
-            dims,
-            origin: DVec3::ZERO,
-            edge: DVec3::ONE,
-            count: [1; 3],
-            start: Vec::new(),
-            ids: vec![0; grains.len()],
-        };
-        for axis in 0..dims {
-            let (low, high) = if domain.periodic[axis] {
-                (domain.lower[axis], domain.upper[axis])
-            } else {
-                let ends = grains.iter().map(|g| g.position[axis]);
-                ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
-            };
-            cells.origin[axis] = low;
-            cells.count[axis] = ((high - low) / reach).floor().clamp(1.0, 512.0) as i64;
-            cells.edge[axis] = ((high - low) / cells.count[axis] as f64).max(reach);
-        }
-        let total = cells.count.iter().product::<i64>() as usize;
-        let home: Vec<usize> = grains.iter().map(|g| cells.index(cells.cell(g.position))).collect();
-        cells.start = vec![0; total + 1];
-        home.iter().for_each(|c| cells.start[c + 1] += 1);
-        (0..total).for_each(|c| cells.start[c + 1] += cells.start[c]);
-        let mut next = cells.start.clone();
-        for (i, c) in home.into_iter().enumerate() {
-            cells.ids[next[c]] = i;
-            next[c] += 1;
-        }
-        cells
-    }
-
-    fn cell(&self, x: DVec3) -> [i64; 3] {
-        std::array::from_fn(|a| {
-            let c = ((x[a] - self.origin[a]) / self.edge[a]).floor() as i64;
-            if self.domain.periodic[a] { c.rem_euclid(self.count[a]) } else { c.clamp(0, self.count[a] - 1) }
-        })
-    }
-
-    fn index(&self, c: [i64; 3]) -> usize {
-        (c[0] + self.count[0] * (c[1] + self.count[1] * c[2])) as usize
-    }
-
-    /// Whether a point lies in a grain.
-    fn covered(&self, grains: &[Grain], x: DVec3) -> bool {
-        let home = self.cell(x);
-        let ring = |a: usize| if a < self.dims { -1..=1 } else { 0..=0 };
-        let near = ring(0).flat_map(|i| ring(1).flat_map(move |j| ring(2).map(move |k| [i, j, k])));
-        near.into_iter().any(|step: [i64; 3]| {
-            let c: [i64; 3] = std::array::from_fn(|a| match self.domain.periodic[a] {
-                true => (home[a] + step[a]).rem_euclid(self.count[a]),
-                false => home[a] + step[a],
-            });
-            if (0..3).any(|a| c[a] < 0 || c[a] >= self.count[a]) {
-                return false;
-            }
-            let ids = &self.ids[self.start[self.index(c)]..self.start[self.index(c) + 1]];
-            ids.iter().any(|&i| self.nearest(grains[i].position - x).length_squared() < grains[i].radius.powi(2))
-        })
-    }
-
-    fn nearest(&self, mut d: DVec3) -> DVec3 {
-        for axis in (0..self.dims).filter(|a| self.domain.periodic[*a]) {
-            let length = self.domain.upper[axis] - self.domain.lower[axis];
-            d[axis] -= length * (d[axis] / length).round();
-        }
-        d
     }
 }

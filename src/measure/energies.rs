@@ -1,6 +1,9 @@
 //! Twin of `shaders/measure/energies/`: what a grain has by itself.
 
-use super::contacts::{clump_velocity_now, contact_of, velocity_now};
+use super::{
+    contacts::{clump_velocity_now, contact_of, velocity_now},
+    sums::Energies,
+};
 use crate::{
     body::{
         Body, ForceTorque,
@@ -15,17 +18,8 @@ use crate::{
 };
 use glam::{DVec3, DVec4};
 
-/// What a grain has by itself at step n: J, J, N and W. Twin of `Energies`.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Energies {
-    pub kinetic: f64,
-    pub potential: f64,
-    pub net_force: f64,
-    /// Of global damping, and what dashpots take less because velocities have changed since the half step.
-    pub dissipation: f64,
-}
-
-/// What a free body has by itself, with the force of its contacts and that of their dashpots; a member of a clump has nothing.
+/// What a free body has by itself, with the force of its contacts and that of their dashpots; a member of a clump has
+/// nothing.
 pub fn energies(s: &State, here: &Body, sum: &ForceTorque, drag: &ForceTorque) -> Energies {
     if s.model.grains == Grains::Clumps {
         return Energies::default();
@@ -48,8 +42,8 @@ fn clump_spin_energy(here: &Clump, w: DVec3) -> f64 {
     0.5 * spin_dot(w, spins_over(w, here.inverse_moments))
 }
 
-/// By how much more power the dashpots of a clump would take, W, if the velocities of half a step ago, with which they were
-/// computed, were those of now: v and, along the axes of the scene, w.
+/// By how much more power the dashpots of a clump would take, W, if the velocities of half a step ago, with which they
+/// were computed, were those of now: v and, along the axes of the scene, w.
 pub fn damping_correction(s: &State, c: usize, q: DVec4, v: DVec3, w: DVec3) -> f64 {
     let mut sum = 0.0;
     for member_id in member_ids(s, c) {

@@ -4,10 +4,7 @@ use crate::{
     body::{Body, ForceTorque, bodies::body},
     contact::contacts::closed_contacts,
     contact::law::forgotten_energy,
-    measure::{
-        contacts::contact_of,
-        energies::{Energies, energies},
-    },
+    measure::{contacts::contact_of, energies::energies, sums::Energies},
     model::Method,
     state::{ACTIVE, INDEX, NONE, PARTIAL_SUMS, PartialSums, State},
 };

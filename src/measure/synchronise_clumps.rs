@@ -1,4 +1,5 @@
-//! Twin of `shaders/measure/synchronise_clumps.wgsl`: velocities and spins of clumps and their members at the time of the positions.
+//! Twin of `shaders/measure/synchronise_clumps.wgsl`: velocities and spins of clumps and their members at the time of
+//! the positions.
 
 use crate::{
     contact::contacts::set_clump_velocities,

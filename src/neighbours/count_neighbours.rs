@@ -1,4 +1,5 @@
-//! Twin of `shaders/neighbours/count_neighbours.wgsl`: how many entries each grain needs, and whether it is on the right side of every wall.
+//! Twin of `shaders/neighbours/count_neighbours.wgsl`: how many entries each grain needs, and whether it is on the
+//! right side of every wall.
 
 use crate::{
     body::grains::same_grain,
@@ -17,7 +18,7 @@ pub fn count_neighbours(s: &mut State) {
         .par_iter_mut()
         .enumerate()
         .map(|(i, entries)| {
-            let (needed, crossed) = slots_of(s, i);
+            let (needed, crossed) = entries_of(s, i);
             *entries = needed;
             if crossed { s.params.bodies - s.id[i] } else { 0 }
         })
@@ -28,8 +29,8 @@ pub fn count_neighbours(s: &mut State) {
     s.halt[0] = s.halt[0].max(u32::from(bad != 0));
 }
 
-/// Slots of grain i, and whether its centre is beyond a wall.
-fn slots_of(s: &State, i: usize) -> (u32, bool) {
+/// Entries of grain i, and whether its centre is beyond a wall.
+fn entries_of(s: &State, i: usize) -> (u32, bool) {
     let here = &s.position[i];
     let fixed = s.velocity[i].inverse_mass == 0.0;
     let reach = s.params.margin + 1e-5 * here.radius;

@@ -1,4 +1,5 @@
-//! Twin of `shaders/neighbours/displacement_check.wgsl`: how far grains went in a chunk, and how many springs there are.
+//! Twin of `shaders/neighbours/displacement_check.wgsl`: how far grains went in a chunk, and how
+//! many contacts have a history.
 
 use crate::{contact::history::active_contacts, state::State};
 use rayon::prelude::*;
@@ -11,7 +12,7 @@ pub fn displacement_check(s: &mut State) {
         (((s.displacement[i] / s.params.displacement_limit) as f32).to_bits(), active_contacts(s, i).count() as u32)
     };
     let bodies = (0..s.sizes.bodies).into_par_iter();
-    let (drift, springs) = bodies.map(of_body).reduce(|| (0, 0), |a, b| (a.0.max(b.0), a.1 + b.1));
-    s.counters[0].max_displacement = s.counters[0].max_displacement.max(drift);
-    s.counters[0].active_contacts += springs;
+    let (displacement, count) = bodies.map(of_body).reduce(|| (0, 0), |a, b| (a.0.max(b.0), a.1 + b.1));
+    s.counters[0].max_displacement = s.counters[0].max_displacement.max(displacement);
+    s.counters[0].active_contacts += count;
 }

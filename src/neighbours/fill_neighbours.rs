@@ -1,4 +1,5 @@
-//! Twin of `shaders/neighbours/fill_neighbours.wgsl`: fill the lists in ascending order of the ids, and bring along what contacts remember.
+//! Twin of `shaders/neighbours/fill_neighbours.wgsl`: fill the lists in ascending order of the ids, and bring along
+//! what contacts remember.
 
 use crate::body::blocks::{BLOCK, by_entry};
 use crate::{
@@ -57,7 +58,8 @@ fn fill(s: &State, i: usize, row: &mut [u32]) {
     row[filled..].fill(NONE);
 }
 
-/// The contacts of grain i that the history has: their entries, their places there, and whether they are this grain's to count.
+/// The contacts of grain i that the history has: their entries, their places there, and whether they are this grain's
+/// to count.
 fn restore(s: &State, i: usize, row: &mut [u32]) -> Vec<(usize, usize, bool)> {
     if s.model.history == History::None {
         return Vec::new();

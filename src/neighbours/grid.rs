@@ -8,8 +8,8 @@ use crate::{
 use glam::{DVec3, IVec3, UVec3};
 use rayon::prelude::*;
 
-/// Cell of a point, by axis of the grid, in the precision of the model: where a grain lies on the border of two cells, rounding decides, and
-/// must decide as on the device.
+/// Cell of a point, by axis of the grid, in the precision of the model: where a grain lies on the border of two cells,
+/// rounding decides, and must decide as on the device.
 #[inline(always)]
 pub fn cell_of(s: &State, x: DVec3) -> UVec3 {
     let size = s.params.cells.as_ivec3();
@@ -37,8 +37,8 @@ fn along(s: &State, c: UVec3, axis: usize) -> impl Iterator<Item = u32> {
     around.into_iter().take(cells.min(3) as usize)
 }
 
-/// The indices of the grains in the cells around a point; the grains are in the order of the cells. Every row of cells has
-/// two spans: the cells next to the point's, and what lies around the corner if that is at an end of the row.
+/// The indices of the grains in the cells around a point; the grains are in the order of the cells. Every row of cells
+/// has two spans: the cells next to the point's, and what lies around the corner if that is at an end of the row.
 #[inline(always)]
 pub fn for_candidates(s: &State, x: DVec3, mut visit: impl FnMut(usize)) {
     let (c, size) = (cell_of(s, x), s.params.cells);

@@ -1,4 +1,4 @@
-//! Twin of `shaders/neighbours/history_count.wgsl`: how many springs each grain hands over.
+//! Twin of `shaders/neighbours/history_count.wgsl`: how many contacts with a history each grain has.
 
 use crate::{contact::history::active_contacts, state::State};
 use rayon::prelude::*;
@@ -6,7 +6,7 @@ use rayon::prelude::*;
 pub fn history_count(s: &mut State) {
     let mut history_start = std::mem::take(&mut s.history_start);
     let (last, bodies) = history_start.split_last_mut().expect("one more than there are grains");
-    bodies.par_iter_mut().enumerate().for_each(|(i, springs)| *springs = active_contacts(s, i).count() as u32);
+    bodies.par_iter_mut().enumerate().for_each(|(i, count)| *count = active_contacts(s, i).count() as u32);
     *last = 0;
     s.history_start = history_start;
 }

@@ -1,4 +1,5 @@
-//! Twin of `shaders/neighbours/history_store.wgsl`: what contacts remember, before the lists that hold it are made anew.
+//! Twin of `shaders/neighbours/history_store.wgsl`: what contacts remember, before the lists that hold it are made
+//! anew.
 
 use crate::{
     contact::history::{active_contacts, store_lanes},

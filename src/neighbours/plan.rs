@@ -1,5 +1,5 @@
-//! Steps under neighbour lists. Nothing in them can go wrong without trace or return: lists that do not fit are not walked and
-//! are made again; a step that uses up their margin halts those that follow.
+//! Steps under neighbour lists. Nothing in them can go wrong without trace or return: lists that do not fit are not
+//! walked and are made again; a step that uses up their margin halts those that follow.
 
 use super::*;
 use crate::{
@@ -14,8 +14,9 @@ pub fn lists(model: &Model) -> Plan {
     plan([sort(model), repeat(Loop::UntilListsFit, plan([forget(), fill()]))])
 }
 
-/// New lists if the old ones have served, then steps, and how far they have brought the grains. All of it is submitted before
-/// the host learns whether the lists fit: under lists that do not, and when halted, a step does nothing but its exchanges.
+/// New lists if the old ones have served, then steps, and how far they have brought the grains. All of it is submitted
+/// before the host learns whether the lists fit: under lists that do not, and when halted, a step does nothing but its
+/// exchanges.
 pub fn chunk(model: &Model, step: &Plan) -> Plan {
     plan([
         repeat(Loop::IfListsAreUsedUp, sort(model)),

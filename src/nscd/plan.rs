@@ -17,8 +17,8 @@ use crate::{
 /// Rounds of colouring before the host asks whether all contacts have a colour.
 const COLORING_ROUNDS: u32 = 8;
 
-/// The impulses of the contacts, then the motion. Lists have to reach to where the step ends, because grains meet on their way
-/// there.
+/// The impulses of the contacts, then the motion. Lists have to reach to where the step ends, because grains meet on
+/// their way there.
 pub fn step(model: &Model) -> Plan {
     let motion = motion(model);
     let step = plan([
@@ -45,8 +45,8 @@ fn impulses(model: &Model) -> Plan {
 /// The contacts of a step, with the impulses of the last one.
 fn setup(model: &Model) -> Plan {
     let clumps = model.grains == Grains::Clumps;
-    // Without colours clumps have no pass before the first, so nothing of it may be left that could spoil it; `order_by_color`
-    // sees to that.
+    // Without colours clumps have no pass before the first, so nothing of it may be left that could spoil it;
+    // `order_by_color` sees to that.
     let extrapolated = plan([clear([&PASS_VELOCITY_BEFORE, &PASS_SPIN_BEFORE]), run(&EXTRAPOLATE)]);
     plan([
         forget(),

@@ -12,8 +12,8 @@ pub const SUMS: Check = Check {
     ..Check::ROUNDING
 };
 
-/// The square of the rounding of velocities, (m/s)², and the energy of that, J. Friction at the Coulomb limit is beyond it by a
-/// rounding of the normal impulses.
+/// The square of the rounding of velocities, (m/s)², and the energy of that, J. Friction at the Coulomb limit is beyond
+/// it by a rounding of the normal impulses.
 fn sums_of_solved_contacts(s: &State) -> Vec<f64> {
     let squares = |of: fn(&Velocity) -> f64| {
         s.extrapolated_velocity.iter().map(of).fold(0.0, f64::max) * s.model.precision.epsilon()

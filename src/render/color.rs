@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn odd_values_get_a_colour() {
+    fn odd_values_get_a_color() {
         assert_eq!(colors(ColorBy::Speed, &[f64::NAN])[0], [0.6; 3]);
         assert_eq!(colors(ColorBy::Speed, &[0.0, 0.0])[0], ramp(0.0));
         assert_eq!(colors(ColorBy::Radius, &[0.1, 0.1])[1], ramp(0.5));

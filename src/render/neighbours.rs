@@ -1,11 +1,10 @@
 //! Which grains darken which: the lists behind the ambient light.
 
-use std::collections::HashMap;
-
-use glam::{IVec3, Vec4, Vec4Swizzles};
+use glam::{DVec3, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
 
 use super::stage::Face;
+use crate::scene::{self, Domain};
 
 /// A grain darkens nothing farther from its centre than this many of its radii; the shader has the same number.
 pub const REACH: f32 = 2.4;
@@ -20,21 +19,20 @@ impl Neighbours {
     /// Every grain whose reach touches the surface of another, in order of index; none at all if there would be more
     /// than `capacity` (the picture then only lacks the darkening of gaps).
     pub fn new(balls: &[Vec4], capacity: usize) -> Self {
-        let reach = balls.iter().map(|ball| ball.w).fold(0.0, f32::max) * (1.0 + REACH);
-        let cell = |ball: &Vec4| (ball.xyz() / reach).floor().as_ivec3();
-        let mut cells: HashMap<IVec3, Vec<u32>> = HashMap::new();
-        for (i, ball) in balls.iter().enumerate() {
-            cells.entry(cell(ball)).or_default().push(i as u32);
-        }
+        let reach = |ball: &Vec4| f64::from(REACH * ball.w);
+        let space = Domain { lower: DVec3::NEG_INFINITY, upper: DVec3::INFINITY, periodic: [false; 3] };
+        let mut spheres = scene::Neighbours::new(space, 3, balls.iter().map(reach).fold(0.0, f64::max));
+        balls.iter().for_each(|ball| spheres.insert(ball.xyz().as_dvec3(), reach(ball)));
         let around = |i: usize| {
-            let ball = balls[i];
-            let mut found: Vec<u32> = cube(cell(&ball))
-                .filter_map(|key| cells.get(&key))
-                .flatten()
-                .copied()
-                .filter(|&j| j as usize != i && darkens(balls[j as usize], ball))
-                .collect();
+            let mut found = Vec::new();
+            spheres.find_overlap(balls[i].xyz().as_dvec3(), balls[i].w.into(), false, |j, _| {
+                found.push(j as u32);
+                false
+            });
+            // Cells that share a bucket name its spheres twice.
             found.sort_unstable();
+            found.dedup();
+            found.retain(|j| *j as usize != i);
             found
         };
         let lists: Vec<Vec<u32>> = (0..balls.len()).into_par_iter().map(around).collect();
@@ -50,16 +48,6 @@ impl Neighbours {
     }
 }
 
-fn darkens(other: Vec4, ball: Vec4) -> bool {
-    let limit = ball.w + REACH * other.w;
-    (other.xyz() - ball.xyz()).length_squared() < limit * limit
-}
-
-/// The cell and the 26 around it.
-fn cube(middle: IVec3) -> impl Iterator<Item = IVec3> {
-    (0..27).map(move |k| middle + IVec3::new(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1))
-}
-
 /// Whether the reach of a ball touches one of the faces' planes.
 pub fn near_wall<'a>(ball: Vec4, mut faces: impl Iterator<Item = &'a Face>) -> bool {
     faces.any(|face| face.plane.xyz().dot(ball.xyz()) - face.plane.w < REACH * ball.w)
@@ -71,7 +59,7 @@ mod tests {
 
     #[test]
     fn the_shader_has_the_same_reach() {
-        assert!(crate::render::SHADER.contains(&format!("const REACH: f32 = {REACH:?};")));
+        assert!(crate::render::picture::SHADER.contains(&format!("const REACH: f32 = {REACH:?};")));
     }
 
     #[test]

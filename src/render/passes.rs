@@ -7,10 +7,10 @@ use glam::Vec4;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{BufferUsages, ShaderStages, TextureFormat, TextureUsages};
 
-use super::SHADER;
 use super::camera::{self, Camera, SUPERSAMPLING, Tile, View};
 use super::cull::{Parts, drawn};
 use super::neighbours::Neighbours;
+use super::picture::SHADER;
 use super::stage::{Face, Stage};
 use crate::{Error, Result};
 

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 
 use glam::{DVec2, DVec3, Vec4};
 
-use super::Picture;
+use super::picture::Picture;
 use crate::scene::{Domain, Surface};
 
 /// A cylinder is drawn with this many flat faces.

@@ -7,9 +7,9 @@ use crate::solve;
 use glam::{DQuat, DVec3};
 use std::ops::Range;
 
-/// A scene with every default filled in, every population placed and every value checked. One that is changed or made by hand is
-/// checked by [`Assembly::validate`] when a simulation starts.
-/// In two dimensions all `z` components are 0 and spins have only a `z` component.
+/// A scene with every default filled in, every population placed and every value checked. One that is changed or made
+/// by hand is checked by [`Assembly::validate`] when a simulation starts. In two dimensions all `z` components are 0
+/// and spins have only a `z` component.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Assembly {
     /// 2 (disks in the plane z = 0, unit thickness) or 3 (spheres).
@@ -24,7 +24,8 @@ pub struct Assembly {
     pub pairs: Vec<Pair>,
     /// Walls; a box of the scene file is already split into its planes.
     pub walls: Vec<Wall>,
-    /// Grains in input order; the index is the grain's id everywhere. The members of a clump are grains that follow each other.
+    /// Grains in input order; the index is the grain's id everywhere. The members of a clump are grains that follow
+    /// each other.
     pub grains: Vec<Grain>,
     /// Shapes that clumps have.
     pub shapes: Vec<Shape>,
@@ -47,6 +48,17 @@ pub struct Domain {
     pub upper: DVec3,
     /// Which axes are periodic; the others are open.
     pub periodic: [bool; 3],
+}
+
+impl Domain {
+    /// The minimum image of a difference of positions: the shortest that periods make of it.
+    pub fn nearest(&self, mut difference: DVec3) -> DVec3 {
+        for axis in (0..3).filter(|axis| self.periodic[*axis]) {
+            let length = self.upper[axis] - self.lower[axis];
+            difference[axis] -= length * (difference[axis] / length).round();
+        }
+        difference
+    }
 }
 
 /// A material as the scene gives it.

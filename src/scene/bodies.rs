@@ -3,7 +3,7 @@
 use glam::DQuat;
 
 use super::check::Check;
-use super::schema::{self, Orientation, Turn};
+use super::schema::{self, Orientation, Rotation};
 use super::shape::{Shape, Shapes};
 use super::{Clump, Domain, Grain};
 use crate::Result;
@@ -15,8 +15,8 @@ pub struct Pose {
     pub orientation: DQuat,
 }
 
-/// The orientation; None: random. Euler angles are those of (2.34)-(2.37), Rz(φ) Rx(θ) Rz(ψ); a quaternion is (w, x, y, z), which
-/// are q4, q2, -q1, q3 of the chapter.
+/// The orientation; None: random. Euler angles are those of (2.34)-(2.37), Rz(φ) Rx(θ) Rz(ψ); a quaternion is (w, x, y,
+/// z), which are q4, q2, -q1, q3 of the chapter.
 pub fn orientation(given: &schema::Orientation, key: &str, check: &Check) -> Result<Option<DQuat>> {
     let wrong = |message: &str| Err(check.origin.wrong(key, message));
     match (check.dimension, given) {
@@ -25,10 +25,10 @@ pub fn orientation(given: &schema::Orientation, key: &str, check: &Check) -> Res
             Err(check.origin.bad(key, format!("\"{word}\""), "must be \"random\", an angle or a table of one"))
         }
         (2, Orientation::Plane(angle)) => Ok(Some(DQuat::from_rotation_z(*angle))),
-        (3, Orientation::Space(Turn::Euler([phi, theta, psi]))) => {
+        (3, Orientation::Space(Rotation::Euler([phi, theta, psi]))) => {
             Ok(Some(DQuat::from_rotation_z(*phi) * DQuat::from_rotation_x(*theta) * DQuat::from_rotation_z(*psi)))
         }
-        (3, Orientation::Space(Turn::Quaternion([w, x, y, z]))) => {
+        (3, Orientation::Space(Rotation::Quaternion([w, x, y, z]))) => {
             let q = DQuat::from_xyzw(*x, *y, *z, *w);
             if q.length() > 1e-150 && q.length() < 1e150 {
                 return Ok(Some(q.normalize()));
@@ -42,8 +42,8 @@ pub fn orientation(given: &schema::Orientation, key: &str, check: &Check) -> Res
     }
 }
 
-/// Grains of a population: spheres (disks), or clumps whose centres of mass, velocities, spins and sizes (that of the sphere of the
-/// same volume) the grains have.
+/// Grains of a population: spheres (disks), or clumps whose centres of mass, velocities, spins and sizes (that of the
+/// sphere of the same volume) the grains have.
 pub struct Placed {
     pub grains: Vec<Grain>,
     pub poses: Option<Vec<Pose>>,

@@ -1,5 +1,5 @@
-//! Scenes in code. Every builder fills the structure that a table of a scene file is read into, and the scene then passes the same
-//! checks: keys, defaults and messages are those of `docs/scene.md`.
+//! Scenes in code. Every builder fills the structure that a table of a scene file is read into, and the scene then
+//! passes the same checks: keys, defaults and messages are those of `docs/scene.md`.
 
 mod grains;
 mod keys;
@@ -11,8 +11,9 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 pub use super::law::{MaterialBuilder, PairBuilder};
+use super::origin::Origin;
 use super::schema::{self, Face, Format};
-use super::{Assembly, Origin, Scene, overrides};
+use super::{Assembly, Scene, overrides};
 use crate::{Error, Result};
 
 use keys::per_axis;
@@ -22,6 +23,26 @@ pub use keys::PerAxis;
 pub use shapes::{Orientation, ShapeBuilder};
 pub use solver::SolverBuilder;
 pub use walls::{Side, WallBuilder};
+
+impl Scene {
+    /// A scene in code, of disks (2) or spheres (3): the same keys, defaults, checks and messages as in a file.
+    ///
+    /// ```
+    /// use packstone::prelude::*;
+    ///
+    /// let assembly = Scene::builder(3)
+    ///     .material("glass", MaterialBuilder::new(2500.0).normal_stiffness(2e3).friction(0.5))
+    ///     .wall(WallBuilder::plane("glass", [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]))
+    ///     .grain(GrainBuilder::new("glass", [0.0, 0.0, 1.2e-3], 1e-3))
+    ///     .stop_time(0.1)
+    ///     .assemble()?;
+    /// assert_eq!(assembly.grains.len(), 1);
+    /// # Ok::<(), packstone::Error>(())
+    /// ```
+    pub fn builder(dimension: usize) -> SceneBuilder {
+        SceneBuilder::new(dimension)
+    }
+}
 
 /// A whole scene; see [`Scene::builder`].
 #[derive(Clone, Debug)]

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Origin;
+use super::origin::Origin;
 use crate::{Error, Result};
 
 /// What a check needs to know: where the scene came from, its dimension, its materials.

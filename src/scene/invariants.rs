@@ -3,19 +3,21 @@
 use glam::{DQuat, DVec3};
 
 use super::check::{self, Check, show};
+use super::origin::Origin;
 use super::validate::{check_count, check_output, check_solver, check_start, check_stop, fold_ends};
 use super::walls::not_periodic;
-use super::{Assembly, Clump, Dashpot, Grain, Method, Origin, Shape, Surface};
+use super::{Assembly, Clump, Dashpot, Grain, Method, Shape, Surface};
 use crate::Result;
 
-/// How far a direction may be from unit length, and a member from where its clump has it, in radii of the clump: rounding of single
-/// precision, and no more.
+/// How far a direction may be from unit length, and a member from where its clump has it, in radii of the clump:
+/// rounding of single precision, and no more.
 const SLACK: f64 = 1e-4;
 
 impl Assembly {
-    /// Checks what scene files and builders guarantee: finite numbers, positive radii and densities, indices that exist, members
-    /// where their clumps have them, grains inside domain and walls that do not overlap by more than the scene allows. The messages
-    /// are those of scene files. [`Simulation::new`](crate::simulation::Simulation::new) calls this.
+    /// Checks what scene files and builders guarantee: finite numbers, positive radii and densities, indices that
+    /// exist, members where their clumps have them, grains inside domain and walls that do not overlap by more than the
+    /// scene allows. The messages are those of scene files. [`Simulation::new`](crate::simulation::Simulation::new)
+    /// calls this.
     ///
     /// # Errors
     /// [`Error::Scene`](crate::Error::Scene) with the first value that is wrong.
@@ -151,7 +153,7 @@ impl Assembly {
             check.finite(&at("position"), clump.position)?;
             check.finite(&at("velocity"), clump.velocity)?;
             check_spin(&at("spin"), clump.spin, check)?;
-            check_turn(&at("orientation"), clump.orientation, check)?;
+            check_rotation(&at("orientation"), clump.orientation, check)?;
             check.positive(&at("radius"), clump.radius, " of m")?;
             check.index(&at("material"), clump.material, self.materials.len(), "material")?;
             check.body(&at("radius"), clump.radius, clump.material)?;
@@ -178,11 +180,7 @@ impl Assembly {
 
     /// Whether a grain is this member of the clump, but for its period.
     fn agrees(&self, clump: &Clump, grain: &Grain, member: &Grain) -> bool {
-        let mut off = grain.position - member.position;
-        for axis in (0..3).filter(|axis| self.domain.periodic[*axis]) {
-            let length = self.domain.upper[axis] - self.domain.lower[axis];
-            off[axis] -= length * (off[axis] / length).round();
-        }
+        let off = self.domain.nearest(grain.position - member.position);
         let near = |distance: f64| distance <= SLACK * clump.radius;
         let same = grain.material == clump.material && grain.fixed == clump.fixed;
         near(off.length()) && near((grain.radius - member.radius).abs()) && same
@@ -200,10 +198,10 @@ fn check_spin(key: &str, spin: DVec3, check: &Check) -> Result<()> {
     }
 }
 
-fn check_turn(key: &str, turn: DQuat, check: &Check) -> Result<()> {
-    match (turn.length() - 1.0).abs() <= SLACK {
+fn check_rotation(key: &str, rotation: DQuat, check: &Check) -> Result<()> {
+    match (rotation.length() - 1.0).abs() <= SLACK {
         true => Ok(()),
-        false => Err(check.origin.bad(key, turn, "must be a quaternion of length 1")),
+        false => Err(check.origin.bad(key, rotation, "must be a quaternion of length 1")),
     }
 }
 
@@ -226,5 +224,5 @@ fn check_shape(k: usize, shape: &Shape, check: &Check) -> Result<()> {
         let value = format!("[{}, {}, {}]", show(g.x), show(g.y), show(g.z));
         return Err(check.origin.bad(&at("gyration"), value, "must be positive numbers"));
     }
-    check_turn(&at("frame"), shape.frame, check)
+    check_rotation(&at("frame"), shape.frame, check)
 }

@@ -1,5 +1,5 @@
-//! Contact parameters: the keys of materials and of their pairs, in files and in builders, and what becomes of them. A law's own
-//! parameters are added here; how those of two materials mix stands in `materials.rs`.
+//! Contact parameters: the keys of materials and of their pairs, in files and in builders, and what becomes of them. A
+//! law's own parameters are added here; how those of two materials mix stands in `materials.rs`.
 
 use super::check::Check;
 use super::setters::setters;
@@ -154,7 +154,8 @@ impl MaterialBuilder {
     }
 
     setters! {
-        /// k_N of a contact of the material with itself, N/m. The discrete element method needs it, or both of the next two.
+        /// k_N of a contact of the material with itself, N/m. The discrete element method needs it, or both of the next
+        /// two.
         normal_stiffness: f64;
         /// k_T, N/m. Default: 2/7 of the normal stiffness.
         tangential_stiffness: f64;

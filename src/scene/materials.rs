@@ -87,8 +87,8 @@ impl Resistance {
     }
 }
 
-/// The rolling resistance that keys ask for in place of what there is without them, whose stiffness was `given` or follows from μ_r.
-/// None if it is none.
+/// The rolling resistance that keys ask for in place of what there is without them, whose stiffness was `given` or
+/// follows from μ_r. None if it is none.
 fn rolling(key: &str, keys: Resistance, mixed: Option<Rolling>, given: bool, check: &Check) -> Result<Option<Rolling>> {
     let at = |field: &str| format!("{key}.{field}");
     let friction = match (keys.friction, mixed) {
@@ -103,7 +103,8 @@ fn rolling(key: &str, keys: Resistance, mixed: Option<Rolling>, given: bool, che
         },
     };
     check_deformable(&at("rolling_friction"), friction, check)?;
-    // Ai et al. 2011, eq. 20 and 21: of spheres and of disks. Where no material says otherwise it follows a pair's own μ_r.
+    // Ai et al. 2011, eq. 20 and 21: of spheres and of disks. Where no material says otherwise it follows a pair's own
+    // μ_r.
     let usual = if check.dimension == 2 { 3.0 } else { 2.25 } * friction * friction;
     let stiffness = keys.stiffness.or(mixed.filter(|_| given || keys.friction.is_none()).map(|m| m.stiffness));
     let stiffness = stiffness.unwrap_or(usual);
@@ -262,7 +263,8 @@ fn in_series(a: f64, b: f64) -> f64 {
     if a == b { a } else { 2.0 * a * b / (a + b) }
 }
 
-/// Compliances of the two add up, so moduli of equal materials give their own. An error if only one of the two is elastic.
+/// Compliances of the two add up, so moduli of equal materials give their own. An error if only one of the two is
+/// elastic.
 fn mix_moduli(a: &Pair, b: &Pair) -> std::result::Result<Option<Hertz>, ()> {
     match (a.hertz, b.hertz) {
         (None, None) => Ok(None),

@@ -80,7 +80,7 @@ impl Neighbours {
         for axis in 0..self.dimension {
             cell[axis] = 2.0 * radius;
             if self.domain.periodic[axis] {
-                let length = self.length(axis);
+                let length = self.domain.upper[axis] - self.domain.lower[axis];
                 let count = (length / cell[axis]).floor().max(1.0);
                 cell[axis] = length / count;
                 cells[axis] = Some(count as i64);
@@ -92,22 +92,6 @@ impl Neighbours {
     fn origin(&self) -> DVec3 {
         let lower = self.domain.lower;
         DVec3::select(lower.is_finite_mask(), lower, DVec3::ZERO)
-    }
-
-    fn length(&self, axis: usize) -> f64 {
-        self.domain.upper[axis] - self.domain.lower[axis]
-    }
-
-    /// Distance between two points, by the nearest periodic image.
-    fn distance(&self, a: DVec3, b: DVec3) -> f64 {
-        let mut delta = a - b;
-        for axis in 0..self.dimension {
-            if self.domain.periodic[axis] {
-                let length = self.length(axis);
-                delta[axis] -= length * (delta[axis] / length).round();
-            }
-        }
-        delta.length()
     }
 
     /// The first sphere for which `wanted(index, overlap in m)` holds, among those that overlap the given one.
@@ -125,7 +109,7 @@ impl Neighbours {
         };
         let mut test = |id: u32| {
             let (other, other_radius) = self.spheres[id as usize];
-            let overlap = radius + other_radius - self.distance(position, other);
+            let overlap = radius + other_radius - self.domain.nearest(position - other).length();
             (overlap > 0.0 && wanted(id as usize, overlap)).then_some((id as usize, overlap))
         };
         let mut levels = self.levels.range(..=last).map(|(_, level)| level);

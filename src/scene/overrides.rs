@@ -2,8 +2,8 @@
 
 use toml_edit::{DocumentMut, InlineTable, Item, Key, TableLike, Value};
 
-use super::Origin;
 use super::check::FINITE;
+use super::origin::{Origin, split};
 use super::schema::{self, Fault};
 use crate::{Error, Result};
 
@@ -71,25 +71,6 @@ fn infinite(key: &str, value: &toml::Value) -> Option<(String, f64)> {
         toml::Value::Table(table) => table.iter().find_map(|(name, v)| inside(name, v)),
         _ => None,
     }
-}
-
-/// Whether the override `set` wrote `key`, something inside it, or a table that holds it.
-pub fn touches(set: &str, key: &str) -> bool {
-    let Some((path, _)) = split(set) else {
-        return false;
-    };
-    let written: Vec<&str> = path.iter().map(Key::get).collect();
-    let written = written.join(".");
-    let within = |inner: &str, outer: &str| {
-        inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-    };
-    within(key, &written) || within(&written, key)
-}
-
-/// Path and value text of `key=value`.
-fn split(set: &str) -> Option<(Vec<Key>, &str)> {
-    let (path, value) = set.split_once('=')?;
-    Some((Key::parse(path.trim()).ok()?, value.trim()))
 }
 
 fn assign(document: &mut DocumentMut, set: &str) -> Parsed<()> {

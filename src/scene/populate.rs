@@ -12,7 +12,6 @@ use super::check::{AXES, Check, show, show_vector};
 use super::neighbours::Neighbours;
 use super::schema::{Mixture, Placement, Population};
 use super::shape::{Shape, Shapes};
-use super::walls::distance;
 use super::{Domain, Grain, Surface, Wall, radius, table};
 use crate::Result;
 
@@ -342,8 +341,8 @@ impl Job<'_> {
         (count.max(0.0) as usize, jitter)
     }
 
-    /// Random sequential insertion, the largest grains first because they need the most room. What a clump needs is what its
-    /// members do, as it is turned.
+    /// Random sequential insertion, the largest grains first because they need the most room. What a clump needs is
+    /// what its members do, as it is turned.
     fn random(&mut self, placed: &Placed, reaches: &[f64], rng: &mut ChaCha8Rng) -> Result<Vec<DVec3>> {
         for axis in 0..self.check.dimension {
             self.need_bounds(axis, true, true)?;
@@ -397,7 +396,7 @@ impl Job<'_> {
     fn is_free(&self, position: DVec3, radius: f64) -> bool {
         let clear = radius * (1.0 - 1e-9);
         let mut walls = self.site.walls.iter();
-        walls.all(|wall| distance(&wall.surface, position) >= clear)
+        walls.all(|wall| wall.surface.distance(position) >= clear)
             && self.neighbours.find_overlap(position, radius, false, |_, _| true).is_none()
     }
 

@@ -1,5 +1,5 @@
-//! The TOML schema, key by key as `docs/scene.md` lists it. Nothing here is checked beyond names and types. The builder fills the
-//! same structures.
+//! The TOML schema, key by key as `docs/scene.md` lists it. Nothing here is checked beyond names and types. The builder
+//! fills the same structures.
 
 use std::collections::BTreeMap;
 
@@ -68,7 +68,8 @@ pub enum Face {
     Periodic,
 }
 
-/// One struct for all kinds, so that an unknown key is reported at its own line; `walls.rs` checks which keys go with which kind.
+/// One struct for all kinds, so that an unknown key is reported at its own line; `walls.rs` checks which keys go with
+/// which kind.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wall {
@@ -128,12 +129,12 @@ pub struct Member {
 pub enum Orientation {
     Plane(f64),
     Word(String),
-    Space(Turn),
+    Space(Rotation),
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Turn {
+pub enum Rotation {
     /// w, x, y, z; of any length but 0.
     Quaternion([f64; 4]),
     /// φ, θ, ψ about z, x' and z', rad.

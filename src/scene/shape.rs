@@ -1,6 +1,7 @@
 //! Shapes of clumps: rigid sets of spheres (3D) or disks (2D), with the mass properties of their union.
 
 mod generate;
+mod member;
 mod members;
 mod mesh;
 mod union;
@@ -16,17 +17,12 @@ use super::schema;
 use crate::Result;
 
 pub use generate::Kind;
+use member::Mass;
+pub use member::Member;
+pub use mesh::Misfit;
 
-/// A sphere or disk of a shape.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Member {
-    /// Centre, from the shape's own: along its principal axes once the shape is finished, see [`Shape::members`].
-    pub arm: DVec3,
-    pub radius: f64,
-}
-
-/// A shape: lengths are relative to the radius of the sphere (disk) of the same volume, so that a clump of size R has arms and
-/// radii R times as large, the mass of the sphere of radius R, and moments of inertia J = `gyration` m R².
+/// A shape: lengths are relative to the radius of the sphere (disk) of the same volume, so that a clump of size R has
+/// arms and radii R times as large, the mass of the sphere of radius R, and moments of inertia J = `gyration` m R².
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
     pub name: String,
@@ -45,13 +41,6 @@ pub struct Shape {
     pub error: f64,
     /// How well the members fill the mesh that they were made from.
     pub misfit: Option<Misfit>,
-}
-
-/// Distances from points spread over the surface of a mesh to the nearest member, over the shape's `radius`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Misfit {
-    pub mean: f64,
-    pub max: f64,
 }
 
 /// Moments closer to each other than this part of them are the same: symmetry that rounding has hidden.
@@ -109,11 +98,12 @@ impl Shape {
         }
     }
 
-    /// The shape of a closed triangle mesh (STL) in three dimensions, filled by at most `count` spheres, with the mass properties of
-    /// what the mesh encloses.
+    /// The shape of a closed triangle mesh (STL) in three dimensions, filled by at most `count` spheres, with the mass
+    /// properties of what the mesh encloses.
     ///
     /// # Errors
-    /// [`crate::Error::Io`] if it cannot be read, [`crate::Error::Scene`] if it is no STL file or its surface is not closed.
+    /// [`crate::Error::Io`] if it cannot be read, [`crate::Error::Scene`] if it is no STL file or its surface is not
+    /// closed.
     pub fn of_mesh(name: &str, path: &Path, count: usize) -> Result<Shape> {
         let mesh::Filled { members, mass, misfit } = mesh::fill(path, count)?;
         let shape = Shape::new(name, &members, 3, &mass, mesh::ROUNDING);
@@ -126,8 +116,8 @@ impl Shape {
         self.members.iter().map(|m| m.arm.length() + m.radius).fold(0.0, f64::max)
     }
 
-    /// Whether all moments are equal, so that angular velocity and momentum are parallel and no product of angular velocities
-    /// turns up in (2.21)-(2.23).
+    /// Whether all moments are equal, so that angular velocity and momentum are parallel and no product of angular
+    /// velocities turns up in (2.21)-(2.23).
     pub fn is_round(&self) -> bool {
         self.gyration.x == self.gyration.y && self.gyration.y == self.gyration.z
     }
@@ -161,16 +151,8 @@ fn exposed(members: &[Member], dimension: usize) -> Vec<f64> {
     members.iter().enumerate().map(of).collect()
 }
 
-/// Mass properties at density 1, in the unit of the shape.
-struct Mass {
-    volume: f64,
-    center: DVec3,
-    /// About the centre.
-    inertia: DMat3,
-}
-
-/// Principal moments and axes (columns, right-handed) of a symmetric tensor by Jacobi's rotations, the axes in the order in
-/// which they resemble x, y and z; moments that are equal but for rounding are made equal.
+/// Principal moments and axes (columns, right-handed) of a symmetric tensor by Jacobi's rotations, the axes in the
+/// order in which they resemble x, y and z; moments that are equal but for rounding are made equal.
 fn principal(tensor: DMat3) -> (DVec3, DMat3) {
     let (mut a, mut axes) = (tensor, DMat3::IDENTITY);
     for _ in 0..50 {
@@ -186,11 +168,11 @@ fn principal(tensor: DMat3) -> (DVec3, DMat3) {
             let ratio = (a.col(q)[q] - a.col(p)[p]) / (2.0 * mixed);
             let t = ratio.signum() / (ratio.abs() + (1.0 + ratio * ratio).sqrt());
             let c = 1.0 / (1.0 + t * t).sqrt();
-            let mut turn = DMat3::IDENTITY;
-            (turn.col_mut(p)[p], turn.col_mut(q)[q]) = (c, c);
-            (turn.col_mut(p)[q], turn.col_mut(q)[p]) = (-t * c, t * c);
-            a = turn.transpose() * a * turn;
-            axes *= turn;
+            let mut rotation = DMat3::IDENTITY;
+            (rotation.col_mut(p)[p], rotation.col_mut(q)[q]) = (c, c);
+            (rotation.col_mut(p)[q], rotation.col_mut(q)[p]) = (-t * c, t * c);
+            a = rotation.transpose() * a * rotation;
+            axes *= rotation;
         }
     }
     let mut moments = [a.x_axis.x, a.y_axis.y, a.z_axis.z];

@@ -7,6 +7,7 @@ use glam::{DQuat, DVec3};
 use super::Grain;
 use super::bodies::{Placed, Pose};
 use super::check::{Check, show};
+use super::origin::read_text;
 use super::rows::{Parsed, lines, number, split};
 use super::shape::Shapes;
 use crate::{Error, Result};
@@ -26,7 +27,7 @@ pub struct Options {
 
 /// Reads the grains and clumps of a CSV file.
 pub fn read(path: &Path, options: &Options, shapes: &mut Shapes, check: &Check) -> Result<Placed> {
-    let text = super::read_text(path, "a grain table")?;
+    let text = read_text(path, "a grain table")?;
     let file_error = |message| Error::Scene(format!("{}: {message}", path.display()));
     let line_error = |line: usize, message| Error::Scene(format!("{}:{line}: {message}", path.display()));
     let mut lines = lines(&text);

@@ -6,13 +6,13 @@ use rayon::prelude::*;
 use super::bodies::{Bodies, Placed, Pose, orientation};
 use super::check::{self, AXES, Check, show, show_vector};
 use super::neighbours::Neighbours;
+use super::origin::Origin;
 use super::populate::{Site, populate};
 use super::schema::{self, Boundary, Face, File, Format, Spin};
 use super::shape::{Shape, Shapes};
-use super::walls::{distance, walls};
+use super::walls::walls;
 use super::{
-    Assembly, Clump, Domain, Grain, Material, Method, Origin, Output, Relaxation, Solver, Stop, TimeStep, Wall,
-    materials,
+    Assembly, Clump, Domain, Grain, Material, Method, Output, Relaxation, Solver, Stop, TimeStep, Wall, materials,
 };
 use crate::{Error, Result, solve};
 use std::str::FromStr;
@@ -258,14 +258,16 @@ fn single(grain: &schema::Grain, key: &str, shapes: &mut Shapes, check: &Check) 
     let material = check.material(&at("material"), &grain.material)?;
     check.body(&at("radius"), radius, material)?;
     let shape = grain.shape.as_ref().map(|name| shapes.named(|| at("shape"), name)).transpose()?;
-    let turn = grain.orientation.as_ref().map(|turn| orientation(turn, &at("orientation"), check)).transpose()?;
-    let pose = match (shape, turn) {
+    let attitude = grain.orientation.as_ref().map(|given| orientation(given, &at("orientation"), check)).transpose()?;
+    let pose = match (shape, attitude) {
         (None, Some(_)) => return Err(check.origin.wrong(&at("orientation"), "goes with `shape` only")),
         (_, Some(None)) => {
             let rule = "is for populations; a single grain has one orientation";
             return Err(check.origin.bad(&at("orientation"), "\"random\"", rule));
         }
-        (shape, turn) => shape.map(|shape| Pose { shape, orientation: turn.flatten().unwrap_or(DQuat::IDENTITY) }),
+        (shape, attitude) => {
+            shape.map(|shape| Pose { shape, orientation: attitude.flatten().unwrap_or(DQuat::IDENTITY) })
+        }
     };
     let grain = Grain {
         position: check.vector(&at("position"), &grain.position)?,
@@ -380,7 +382,7 @@ fn check_in_domain(
 }
 
 fn check_at_wall(id: usize, grain: &Grain, wall: &Wall, allow_overlap: bool, check: &Check) -> Result<()> {
-    let distance = distance(&wall.surface, grain.position);
+    let distance = wall.surface.distance(grain.position);
     let place = || show_vector(grain.position, check.dimension);
     if distance < 0.0 {
         let message =
@@ -419,7 +421,7 @@ impl Assembly {
                 }
                 false
             });
-            let walls = self.walls.iter().map(|wall| 1.0 - distance(&wall.surface, grain.position) / grain.radius);
+            let walls = self.walls.iter().map(|wall| 1.0 - wall.surface.distance(grain.position) / grain.radius);
             if grain.fixed { deepest } else { walls.fold(deepest, f64::max) }
         };
         grains.par_iter().enumerate().map(of_grain).reduce(|| 0.0, f64::max)

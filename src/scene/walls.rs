@@ -16,14 +16,6 @@ pub fn walls(walls: &[schema::Wall], domain: &Domain, check: &Check) -> Result<V
     Ok(out)
 }
 
-/// Distance of a point from a surface, m; negative beyond it.
-pub fn distance(surface: &Surface, position: DVec3) -> f64 {
-    match *surface {
-        Surface::Plane { point, normal } => (position - point).dot(normal),
-        Surface::Cylinder { center, radius } => radius - (position - center).truncate().length(),
-    }
-}
-
 /// One wall of the file on its way into the assembly.
 struct Maker<'a> {
     key: String,

@@ -9,7 +9,8 @@ use crate::{
     state::{ARRAYS, Array, Counters, Length, Params},
 };
 
-/// Steps that lists should live: long enough that making them does not matter, short enough that they need not reach far.
+/// Steps that lists should live: long enough that making them does not matter, short enough that they need not reach
+/// far.
 const LIFE: f64 = 50.0;
 /// The part of the margin that a chunk is planned to use; it ends early where that was too bold.
 const BOLDNESS: f64 = 0.8;
@@ -35,7 +36,8 @@ pub struct NeighbourLists {
     history: usize,
     /// Contacts at the end of the last chunk: what the history has to hold.
     active_contacts: u32,
-    /// Steps that lists may serve at most, that the next ones are made for, that the present ones have left and have served.
+    /// Steps that lists may serve at most, that the next ones are made for, that the present ones have left and have
+    /// served.
     most_steps: u32,
     steps_planned: u32,
     steps_left: u32,
@@ -149,7 +151,8 @@ impl NeighbourLists {
         Ok(making.counters)
     }
 
-    /// New lists if it is time, and then this many steps, or fewer if a grain comes to the end of the lists' reach or is lost.
+    /// New lists if it is time, and then this many steps, or fewer if a grain comes to the end of the lists' reach or
+    /// is lost.
     pub fn run(&mut self, plans: &Plans, runner: &mut Runner, steps: u32) -> Result<Counters> {
         let rebuild = self.are_used_up();
         self.make_room_for_history(runner)?;
@@ -195,7 +198,8 @@ impl NeighbourLists {
         Ok(short)
     }
 
-    /// Look at lists that are made without steps: what the device says when they fit. `round`: how many looks there have been.
+    /// Look at lists that are made without steps: what the device says when they fit. `round`: how many looks there
+    /// have been.
     pub fn are_made(&mut self, runner: &mut Runner, round: u32) -> Result<Option<Counters>> {
         runner.submit()?;
         let counters = runner.engine.counters()?;

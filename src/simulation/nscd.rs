@@ -19,10 +19,11 @@ use std::time::Instant;
 const LEAST_AT_ONCE: u32 = 4;
 const MOST_AT_ONCE: u32 = 256;
 
-/// By colours velocities gather rounding until the residual is computed, and momentum adds it up twice: in single precision it
-/// would stay above 5e-4.
+/// By colours velocities gather rounding until the residual is computed, and momentum adds it up twice: in single
+/// precision it would stay above 5e-4.
 const MOST_BY_COLORS: u32 = 16;
-/// The same for sweeps over a colour, of which a pass has as many as there are colours: a grain may have hundreds of contacts.
+/// The same for sweeps over a colour, of which a pass has as many as there are colours: a grain may have hundreds of
+/// contacts.
 const MOST_SWEEPS: u32 = 8192;
 
 /// Most solutions of a step on the host, each with the pairs that the one before has brought together.
@@ -262,8 +263,8 @@ impl Step<'_> {
             // Pairs that were left out may have met; then once more, with them.
             return Ok(late_contacts == 0 || round == HOST_ROUNDS);
         }
-        // As many as it takes if the residual goes on falling as it has since the last look, but no more than a quarter of
-        // what there were.
+        // As many as it takes if the residual goes on falling as it has since the last look, but no more than a quarter
+        // of what there were.
         let fall = (before.1 / residual).ln() / f64::from(self.passes - before.0);
         let needed = (residual / tolerance).ln() / fall;
         let needed = if needed > 0.0 { needed.ceil() as u32 } else { u32::MAX };

@@ -70,7 +70,8 @@ impl Simulation {
         Ok(Columns::from(&self.grains()?[..]))
     }
 
-    /// All clumps now, in input order, with velocities and spins brought to the time of the positions; empty in a scene without.
+    /// All clumps now, in input order, with velocities and spins brought to the time of the positions; empty in a scene
+    /// without.
     pub fn clumps(&mut self) -> Result<Vec<Clump>> {
         if self.runner.state.model.grains == Grains::Spheres {
             return Ok(Vec::new());
@@ -91,8 +92,9 @@ impl Simulation {
         Ok(clumps)
     }
 
-    /// How hard the iterations for the rotation of clumps had to work so far, the predictor-corrector (2.24)-(2.31) or in contact dynamics
-    /// that of the gyroscopic term: most rounds for a clump, and how often one ended before it met the tolerance. None in a scene without clumps.
+    /// How hard the iterations for the rotation of clumps had to work so far, the predictor-corrector (2.24)-(2.31) or
+    /// in contact dynamics that of the gyroscopic term: most rounds for a clump, and how often one ended before it met
+    /// the tolerance. None in a scene without clumps.
     pub fn rotation_rounds(&mut self) -> Result<Option<(u32, u32)>> {
         if self.runner.state.model.grains == Grains::Spheres {
             return Ok(None);

@@ -67,8 +67,8 @@ impl Setup {
     }
 }
 
-/// Gaps and overlaps that are none, in radii of the smallest grain: what a step leaves within its tolerance must not cost the
-/// next one passes.
+/// Gaps and overlaps that are none, in radii of the smallest grain: what a step leaves within its tolerance must not
+/// cost the next one passes.
 const GAP_BAND: f64 = 1e-4;
 
 /// Stands for "no bound" in both precisions; infinities are not safe on every device.
@@ -218,8 +218,8 @@ fn middle(assembly: &Assembly) -> DVec3 {
     0.5 * (low + high)
 }
 
-/// A point of a plane, or of the axis of a cylinder, close to the grains: coordinates that go farther than they must cost
-/// digits in single precision.
+/// A point of a plane, or of the axis of a cylinder, close to the grains: coordinates that go farther than they must
+/// cost digits in single precision.
 fn anchor(surface: &Surface, middle: DVec3) -> DVec3 {
     match *surface {
         Surface::Plane { point, normal } => middle - (middle - point).dot(normal) * normal,

@@ -285,7 +285,7 @@ type Sink<'a> = &'a mut dyn FnMut(f64);
 fn programs(dims: usize, double: bool) -> Result<Vec<Program>> {
     let scalar = if double { "space/scalar/double.wgsl" } else { "space/scalar/single.wgsl" };
     let dimension = if dims == 2 { "space/dimension/plane.wgsl" } else { "space/dimension/space.wgsl" };
-    let shared = ["gpu/dispatch.wgsl", "solve/natural_map.wgsl", "solve/momentum.wgsl", "solve/relaxation.wgsl"];
+    let shared = ["gpu/pipeline.wgsl", "solve/natural_map.wgsl", "solve/momentum.wgsl", "solve/relaxation.wgsl"];
     let shared: Vec<_> = [scalar, dimension].into_iter().chain(shared).map(shaders::file).collect();
     let kernels = PASS.map(|kernel| (kernel, shaders::file(&format!("solve/{kernel}.wgsl"))));
     compose(&shared, &kernels, |_, _| false)

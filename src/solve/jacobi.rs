@@ -1,4 +1,6 @@
-//! All contacts from the same iterate: projected gradients, plain or with momentum. Twin of `shaders/solve/`, which
+//! All contacts from the same iterate: projected gradients, plain or with momentum. Twin of
+//! `shaders/solve/relaxation.wgsl`, `disc_pass.wgsl`, `apply_delassus.wgsl`, `sums.wgsl` and
+//! `momentum_restart.wgsl`, which
 //! [`super::device`] runs.
 //!
 //! Each contact is scaled by its [`UpdateScales`](super::natural_map::UpdateScales); for spheres the scaled blocks are the

@@ -26,8 +26,8 @@ pub fn wrap(s: &State, p: Point) -> Point {
     }
 }
 
-/// p less the whole periods in `k`. Mostly there are none, and then nothing is computed; to see that takes one branch, as
-/// the numbers from 0 to 1 are those with bits below those of 1.
+/// p less the whole periods in `k`. Mostly there are none, and then nothing is computed; to see that takes one branch,
+/// as the numbers from 0 to 1 are those with bits below those of 1.
 #[inline(always)]
 fn without_periods(s: &State, p: Point, k: DVec3) -> Point {
     let within = |k: f64| k.to_bits() < 1.0_f64.to_bits();

@@ -1,4 +1,5 @@
-//! What the physics tests share: small assemblies and comparisons from the library, the engines that a test must have, an oracle.
+//! What the physics tests share: small assemblies and comparisons from the library, the engines that a test must have,
+//! an oracle.
 #![allow(dead_code, unused_imports)] // every test binary uses a part of it
 
 pub mod oracle;

@@ -1,4 +1,5 @@
-//! Hard cases for DEM, those of `packstone bench hard`: each is a test on all engines, the long ones a twentieth as long.
+//! Hard cases for DEM, those of `packstone bench hard`: each is a test on all engines, the long ones a twentieth as
+//! long.
 
 #[path = "../common/mod.rs"]
 mod common;

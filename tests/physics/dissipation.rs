@@ -39,8 +39,8 @@ fn impact(dimension: usize, pair: Pair, v: f64, steps: usize) -> Assembly {
     scene
 }
 
-/// Of the energy in the motion towards each other, restitution leaves e². A fixed partner makes the impact longer, and only
-/// one side of it is measured.
+/// Of the energy in the motion towards each other, restitution leaves e². A fixed partner makes the impact longer, and
+/// only one side of it is measured.
 #[test]
 fn dashpots() {
     for bench in engines() {

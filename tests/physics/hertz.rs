@@ -28,7 +28,8 @@ fn thrown(pair: Pair, r: f64, v: DVec3, dt: f64) -> Assembly {
     scene
 }
 
-/// δ_max = (15 m* v² / (16 E* √R*))^(2/5), t_c = 2.9432 δ_max / v (Johnson 1985, eq. 11.22 to 11.24), on a wall and between two spheres.
+/// δ_max = (15 m* v² / (16 E* √R*))^(2/5), t_c = 2.9432 δ_max / v (Johnson 1985, eq. 11.22 to 11.24), on a wall and
+/// between two spheres.
 #[test]
 fn collision_time_and_overlap() {
     for bench in engines() {
@@ -85,8 +86,8 @@ fn restitution_at_any_speed() {
     }
 }
 
-/// A sphere bounces on its overlap while gravity rolls and drags it along the floor, both springs loaded and unloaded: energy does not rise,
-/// and what it loses is told.
+/// A sphere bounces on its overlap while gravity rolls and drags it along the floor, both springs loaded and unloaded:
+/// energy does not rise, and what it loses is told.
 #[test]
 fn no_cycle_creates_energy() {
     for bench in engines() {
@@ -108,8 +109,8 @@ fn no_cycle_creates_energy() {
     }
 }
 
-/// An elastic sphere hits a floor at 45 degrees and sticks: what the tangential spring loses as its stiffness changes is told, so that the
-/// energies and the dissipation of all steps add up.
+/// An elastic sphere hits a floor at 45 degrees and sticks: what the tangential spring loses as its stiffness changes
+/// is told, so that the energies and the dissipation of all steps add up.
 #[test]
 fn dissipation_adds_up() {
     for bench in engines() {
@@ -174,8 +175,8 @@ struct Impact {
 }
 
 impl Impact {
-    /// Velocity along the plane and spin afterwards, by symplectic Euler steps of the three ordinary differential equations: no code in
-    /// common with the engines.
+    /// Velocity along the plane and spin afterwards, by symplectic Euler steps of the three ordinary differential
+    /// equations: no code in common with the engines.
     fn integrated(&self, rescaled: Rescaled) -> (f64, f64) {
         let Impact { r, friction, .. } = *self;
         let m = self.density * 4.0 / 3.0 * PI * r.powi(3);
@@ -229,8 +230,8 @@ impl Impact {
     }
 }
 
-/// Chung & Ooi test 4: an aluminium oxide sphere hits a plane at 3.9 m/s under all angles. Where it slides all the time, from 30 degrees
-/// on, all codes agree; below that the curves are those of F = k_T ξ.
+/// Chung & Ooi test 4: an aluminium oxide sphere hits a plane at 3.9 m/s under all angles. Where it slides all the
+/// time, from 30 degrees on, all codes agree; below that the curves are those of F = k_T ξ.
 #[test]
 fn chung_ooi_4() {
     let (r, v) = (2.5e-3, 3.9);
@@ -262,9 +263,10 @@ fn chung_ooi_4() {
     }
 }
 
-/// Chung & Ooi test 5: steel, constant normal speed, without loss: ψ out is ψ in - 7 and R ω is -5 μ v_n where it slides all the time,
-/// which is from ψ = 5.8 on (Maw et al. 1976). Below that the digitised curves are those of half of Mindlin's tangential stiffness
-/// (ψ out -2.0 at ψ = 5, where Mindlin's gives -1.44); there the equations themselves decide.
+/// Chung & Ooi test 5: steel, constant normal speed, without loss: ψ out is ψ in - 7 and R ω is -5 μ v_n where it
+/// slides all the time, which is from ψ = 5.8 on (Maw et al. 1976). Below that the digitised curves are those of half
+/// of Mindlin's tangential stiffness (ψ out -2.0 at ψ = 5, where Mindlin's gives -1.44); there the equations themselves
+/// decide.
 #[test]
 fn chung_ooi_5() {
     let (r, vn, mu) = (1e-5, 5.0, 0.3);
@@ -294,7 +296,8 @@ fn chung_ooi_5() {
     }
 }
 
-/// Chung & Ooi test 6: an aluminium alloy sphere that spins falls on a plane; β = -v_s'/v_s is -1 + x where it slides all the time.
+/// Chung & Ooi test 6: an aluminium alloy sphere that spins falls on a plane; β = -v_s'/v_s is -1 + x where it slides
+/// all the time.
 #[test]
 fn chung_ooi_6() {
     let (r, vn, mu, e) = (0.1, 0.2, 0.4, 0.5);

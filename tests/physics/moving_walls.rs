@@ -87,8 +87,8 @@ fn riding_a_drum() {
     }
 }
 
-/// A grain at rest at the bottom of a spinning drum slides: its spin grows by μ g/(β R) per second and it is pushed along
-/// with μ g, both in the sense of the drum.
+/// A grain at rest at the bottom of a spinning drum slides: its spin grows by μ g/(β R) per second and it is pushed
+/// along with μ g, both in the sense of the drum.
 #[test]
 fn slipping_in_a_drum() {
     for sign in [-1.0, 1.0] {

@@ -10,9 +10,9 @@ type Impact = (f64, f64, f64);
 
 const FRICTION: f64 = 0.3;
 
-/// All impacts at once, next to each other on one floor, in different directions. Returns ψ out of each, after checking what else the closed form says.
-/// `depth` is the overlap in radii: the closed form is the limit of depth 0.
-/// `phase` of a grain is the part of its first step in contact that it is away from the wall.
+/// All impacts at once, next to each other on one floor, in different directions. Returns ψ out of each, after checking
+/// what else the closed form says. `depth` is the overlap in radii: the closed form is the limit of depth 0. `phase` of
+/// a grain is the part of its first step in contact that it is away from the wall.
 fn oblique(
     bench: Bench,
     dimension: usize,

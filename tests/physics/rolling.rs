@@ -5,7 +5,8 @@ use glam::DVec3;
 use packstone::scene::{Assembly, Dashpot, Grain, Hertz, Pair, Rolling, Shape, TimeStep};
 use std::f64::consts::PI;
 
-/// A law so stiff that the weight makes an overlap of 1e-4 R, with this rolling resistance; a dashpot, so that the load does not swing.
+/// A law so stiff that the weight makes an overlap of 1e-4 R, with this rolling resistance; a dashpot, so that the load
+/// does not swing.
 fn resisting(dimension: usize, rolling: Rolling) -> Pair {
     Pair { rolling: Some(rolling), dashpot: Dashpot::Restitution(0.1), ..bed_law(dimension, 1.0) }
 }
@@ -34,8 +35,8 @@ fn about(dimension: usize) -> DVec3 {
     if dimension == 2 { DVec3::NEG_Z } else { DVec3::Y }
 }
 
-/// On an incline below tan α = μ_r a grain comes to rest, above it rolls with 1/(1 + J/mR²) of what gravity has left. The threshold to 1e-3
-/// takes long to tell, so that is for the cpu engine alone.
+/// On an incline below tan α = μ_r a grain comes to rest, above it rolls with 1/(1 + J/mR²) of what gravity has left.
+/// The threshold to 1e-3 takes long to tell, so that is for the cpu engine alone.
 #[test]
 fn incline() {
     let mu = 0.1;
@@ -81,8 +82,9 @@ fn incline() {
     }
 }
 
-/// Below the limit a grain swings on its rolling spring: period 2π √(J_c/k_r) about the contact point, J_c = J + m R², and the decay of the
-/// damping ratio. The tangential spring is in series and lengthens the period by k_r/(R² k_T) / 2 of it.
+/// Below the limit a grain swings on its rolling spring: period 2π √(J_c/k_r) about the contact point, J_c = J + m R²,
+/// and the decay of the damping ratio. The tangential spring is in series and lengthens the period by k_r/(R² k_T) / 2
+/// of it.
 #[test]
 fn oscillation() {
     for bench in engines() {
@@ -171,7 +173,8 @@ fn seam() {
     }
 }
 
-/// Rolling torques go with their contacts when lists are made anew and grains are sorted: the same bits however long lists live.
+/// Rolling torques go with their contacts when lists are made anew and grains are sorted: the same bits however long
+/// lists live.
 #[test]
 fn history_goes_with_the_contacts() {
     for bench in engines() {
@@ -232,8 +235,8 @@ fn balance(damping: f64, steps: u32) {
     close(&format!("balance {damping}"), energy(&last) + lost, energy(&first), kinetic, 1e-3);
 }
 
-/// Two spheres of radii 1 and 2 without friction, of different spins, while they push each other apart: what they turn towards each other
-/// swings with ω² = k_r (1/J_1 + 1/J_2), k_r = β k_n R*².
+/// Two spheres of radii 1 and 2 without friction, of different spins, while they push each other apart: what they turn
+/// towards each other swings with ω² = k_r (1/J_1 + 1/J_2), k_r = β k_n R*².
 #[test]
 fn unequal_spheres() {
     for bench in engines() {
@@ -290,8 +293,8 @@ fn the_limit_holds_with_a_dashpot() {
     }
 }
 
-/// With elastic spheres the rolling stiffness follows the overlap. A sphere that bounces on its overlap at twice its rolling frequency
-/// would be pumped up by a spring that keeps its torque while it softens.
+/// With elastic spheres the rolling stiffness follows the overlap. A sphere that bounces on its overlap at twice its
+/// rolling frequency would be pumped up by a spring that keeps its torque while it softens.
 #[test]
 fn no_cycle_creates_energy() {
     for bench in engines() {

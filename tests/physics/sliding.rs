@@ -109,8 +109,8 @@ fn incline() {
     }
 }
 
-/// A grain squeezed between two plates cannot roll, so it is a block on a frictional surface: it rests iff the pull is at
-/// most 2 μ N. Damped critically, rest is at pull/2k_T and sliding at (pull − 2 μ N)/m ξ.
+/// A grain squeezed between two plates cannot roll, so it is a block on a frictional surface: it rests iff the pull is
+/// at most 2 μ N. Damped critically, rest is at pull/2k_T and sliding at (pull − 2 μ N)/m ξ.
 fn squeezed(dimension: usize, ratios: &[f64]) -> (Assembly, f64, f64, f64) {
     let overlap = 1e-3 * R;
     let m = mass(dimension, R);

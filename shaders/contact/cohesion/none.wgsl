@@ -1,8 +1,8 @@
 // twin: src/contact/cohesion.rs
 // Cohesion slot: surfaces do not attract each other. A law's parameters are its own, a table by pair of materials.
 
-/// Whether a contact of this pair of materials acts: it does while the surfaces overlap. A law that acts beyond that says so here, and
-/// how far in its twin (`reach`), so that lists go as far.
+/// Whether a contact of this pair of materials acts: it does while the surfaces overlap. A law that acts beyond that
+/// says so here, and how far in its twin (`reach`), so that lists go as far.
 fn is_active(materials: u32, gap: Real, was_active: bool) -> bool {
     return gap < 0;
 }

@@ -1,7 +1,8 @@
 // twin: src/contact/damping.rs
 // Damping slot: pair.dashpot is a coefficient in 1/s, multiplied by the effective mass.
 
-/// Additional compressive force, N; approach = v · n, inverse_mass = 1/m_i + 1/m_j, stiffness is the slope of the normal force, N/m.
+/// Additional compressive force, N; approach = v · n, inverse_mass = 1/m_i + 1/m_j, stiffness is the slope of the
+/// normal force, N/m.
 fn damping_force(pair: Pair, approach: Real, inverse_mass: Real, stiffness: Real) -> Real {
     return pair.dashpot / inverse_mass * approach;
 }

@@ -1,6 +1,7 @@
 // twin: src/contact/history.rs
-// History slot: contacts remember something. Both grains of a contact keep it, as each sees it, at the entry of their neighbour list;
-// when the lists are made anew, the history holds each contact once. What it is, those say who own it: `store_lanes`, `restore_lanes`.
+// History slot: contacts remember something. Both grains of a contact keep it, as each sees it, at the entry of their
+// neighbour list; when the lists are made anew, the history holds each contact once. What it is, those say who own it:
+// `store_lanes`, `restore_lanes`.
 
 var<storage, read_write> history_start: array<u32>; // N + 1: of the grain with this index before the sort
 var<storage, read_write> history_other: array<u32>; // contacts: the other's larger index before the sort, or wall

@@ -1,6 +1,6 @@
 // twin: src/contact/normal.rs
-// Normal slot: Hertz' contact of elastic spheres (Johnson, Contact Mechanics, 1985, eq. 4.23). pair.stiffness is the effective modulus
-// E*, Pa: 1/E* = (1 - nu_i²)/E_i + (1 - nu_j²)/E_j.
+// Normal slot: Hertz' contact of elastic spheres (Johnson, Contact Mechanics, 1985, eq. 4.23). pair.stiffness is the
+// effective modulus E*, Pa: 1/E* = (1 - nu_i²)/E_i + (1 - nu_j²)/E_j.
 
 /// Pressing force, N, of an overlap: 4/3 E* √(R* δ) δ.
 fn normal_force(pair: Pair, c: ContactState) -> Real {
@@ -22,8 +22,8 @@ fn contact_radius(c: ContactState) -> Real {
     return sqrt(c.radius * max(-c.gap, Real(0)));
 }
 
-/// By what the stiffness has fallen in this step: √(δ / δ before), at most 1. What is held by it falls as much, so that no cycle of loading
-/// gains energy (Thornton, Cummins & Cleary 2013, Powder Technol. 233, 30).
+/// By what the stiffness has fallen in this step: √(δ / δ before), at most 1. What is held by it falls as much, so that
+/// no cycle of loading gains energy (Thornton, Cummins & Cleary 2013, Powder Technol. 233, 30).
 fn softening(c: ContactState) -> Real {
     if (c.gap > c.gap_before && c.gap_before < 0) {
         return sqrt(max(-c.gap, Real(0)) / -c.gap_before);
@@ -31,8 +31,8 @@ fn softening(c: ContactState) -> Real {
     return 1;
 }
 
-/// The larger stiffness of this step and the one before over the smaller, less one: what springs that hold what they held, softened, lose
-/// of their energy now.
+/// The larger stiffness of this step and the one before over the smaller, less one: what springs that hold what they
+/// held, softened, lose of their energy now.
 fn stiffness_change(c: ContactState) -> Real {
     let smaller = min(-c.gap, -c.gap_before);
     if (!(smaller > 0)) {

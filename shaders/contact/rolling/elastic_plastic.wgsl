@@ -1,7 +1,7 @@
 // twin: src/contact/rolling.rs
-// Rolling slot: elastic-plastic spring-dashpot with history (Iwashita & Oda 1998; type C of Ai, Chen, Rotter & Ooi 2011, Powder Technol.
-// 206, 269). The couple grows with the angle by which the surfaces roll on each other, up to mu_r R* F_n; a dashpot damps it below that.
-// Owns the rolling torque.
+// Rolling slot: elastic-plastic spring-dashpot with history (Iwashita & Oda 1998; type C of Ai, Chen, Rotter & Ooi
+// 2011, Powder Technol. 206, 269). The couple grows with the angle by which the surfaces roll on each other, up to mu_r
+// R* F_n; a dashpot damps it below that. Owns the rolling torque.
 
 var<storage, read_write> rolling_torque: array<Spin>;         // entries, N m: on the grain of interest
 var<storage, read_write> history_rolling_torque: array<Spin>; // contacts, N m: on the grain with the smaller index

@@ -1,8 +1,8 @@
 // twin: src/contact/tangential.rs
-// Tangential slot: Mindlin's contact of elastic spheres without micro-slip, with history, capped by Coulomb's law; for the normal slot
-// `hertz`. pair.tangential_stiffness is the effective shear modulus G*, Pa: 1/G* = 2 (2 - nu_i)(1 + nu_i)/E_i + 2 (2 - nu_j)(1 + nu_j)/E_j.
-// The stiffness 8 G* √(R* δ) follows the overlap; where that falls the force falls with it, so that no cycle of loading gains energy
-// (Thornton, Cummins & Cleary 2013, Powder Technol. 233, 30).
+// Tangential slot: Mindlin's contact of elastic spheres without micro-slip, with history, capped by Coulomb's law; for
+// the normal slot `hertz`. pair.tangential_stiffness is the effective shear modulus G*, Pa: 1/G* = 2 (2 - nu_i)(1 +
+// nu_i)/E_i + 2 (2 - nu_j)(1 + nu_j)/E_j. The stiffness 8 G* √(R* δ) follows the overlap; where that falls the force
+// falls with it, so that no cycle of loading gains energy (Thornton, Cummins & Cleary 2013, Powder Technol. 233, 30).
 
 fn tangential_contact(pair: Pair, c: ContactState, normal_force: Real, old: TangentialHistory) -> Tangential {
     let stiffness = tangential_stiffness(pair, c);

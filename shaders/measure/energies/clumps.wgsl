@@ -11,8 +11,8 @@ fn clump_spin_energy(here: Clump, w: Spin) -> Real {
     return 0.5 * spin_dot(w, w / here.inverse_moments);
 }
 
-/// By how much more power the dashpots of a clump would take, W, if the velocities of half a step ago, with which they were
-/// computed, were those of now: v and, along the axes of the scene, w.
+/// By how much more power the dashpots of a clump would take, W, if the velocities of half a step ago, with which they
+/// were computed, were those of now: v and, along the axes of the scene, w.
 fn damping_correction(c: u32, q: Orientation, v: Vec, w: Spin) -> Real {
     var sum = Real(0);
     for (var member_id = first_member[c]; member_id < first_member[c + 1u]; member_id++) {

@@ -165,8 +165,8 @@ fn outer(a: Vec, b: Vec) -> Columns {
     return Columns(b.x * a, b.y * a);
 }
 
-/// Velocity of the end of an arm, m/s, for an impulse there of 1 N s along each axis, as far as it comes from the turning of a body
-/// with this inverse moment.
+/// Velocity of the end of an arm, m/s, for an impulse there of 1 N s along each axis, as far as it comes from the
+/// turning of a body with this inverse moment.
 fn rotational_block(q: Orientation, inverse_moment: Spin, arm: Vec) -> Columns {
     let z = spin_velocity(Spin(1), arm);
     return outer(inverse_moment * z, z);

@@ -172,8 +172,8 @@ fn outer(a: Vec, b: Vec) -> Columns {
     return Columns(b.x * a, b.y * a, b.z * a);
 }
 
-/// Velocity of the end of an arm, m/s, for an impulse there of 1 N s along each axis, as far as it comes from the turning of a body
-/// with these inverse moments about its principal axes.
+/// Velocity of the end of an arm, m/s, for an impulse there of 1 N s along each axis, as far as it comes from the
+/// turning of a body with these inverse moments about its principal axes.
 fn rotational_block(q: Orientation, inverse_moments: Spin, arm: Vec) -> Columns {
     let x = spin_velocity(rotate(q, Vec(1, 0, 0)), arm);
     let y = spin_velocity(rotate(q, Vec(0, 1, 0)), arm);

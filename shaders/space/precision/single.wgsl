@@ -1,8 +1,8 @@
 // twin: src/space/precision.rs
-// Precision slot: with numbers in f32 a position is kept as a multiple of params.quantum (a few units in the last place of
-// the scene's extent, a power of two) and a low part within half of that, so that slow motion far from the origin is not
-// lost to rounding and small overlaps keep their digits. Owns the low parts. A compensated sum would not do: drivers may
-// simplify (a + b) - a, but sums of multiples of a power of two are exact in whatever order.
+// Precision slot: with numbers in f32 a position is kept as a multiple of params.quantum (a few units in the last place
+// of the scene's extent, a power of two) and a low part within half of that, so that slow motion far from the origin is
+// not lost to rounding and small overlaps keep their digits. Owns the low parts. A compensated sum would not do:
+// drivers may simplify (a + b) - a, but sums of multiples of a power of two are exact in whatever order.
 var<storage, read> position_low: array<PositionLow>;            // N
 var<storage, read_write> position_low_next: array<PositionLow>; // N
 
@@ -21,9 +21,9 @@ fn displaced(x: Vec, low: Vec, step: Vec) -> Point {
     return Point(x + whole, y - whole);
 }
 
-/// |d + rest| - (a + b + radii_rest), with the digits that this subtraction would lose: it is (d² - s²) / (d + s), and the leading 15
-/// bits of the lengths are squared and cancelled as integers. d, a and b are exact, rest and radii_rest are small, distance
-/// is |d + rest|.
+/// |d + rest| - (a + b + radii_rest), with the digits that this subtraction would lose: it is (d² - s²) / (d + s), and
+/// the leading 15 bits of the lengths are squared and cancelled as integers. d, a and b are exact, rest and radii_rest
+/// are small, distance is |d + rest|.
 fn gap_between(d: Vec, rest: Vec, distance: Real, a: Real, b: Real, radii_rest: Real) -> Real {
     let d_whole = round(d * params.inverse_length_unit); // not floor(x + 0.5): both grains must get the same
     let d_rest = (d - params.length_unit * d_whole) + rest;
@@ -39,8 +39,9 @@ fn gap_between(d: Vec, rest: Vec, distance: Real, a: Real, b: Real, radii_rest: 
 
 var<storage, read> center_low: array<Vec>;                      // C, m
 var<storage, read_write> center_low_next: array<Vec>;           // C
-var<storage, read> orientation_low: array<Orientation>;               // C: without it a clump that turns by less than 1e-7 a step would stand still
-var<storage, read_write> orientation_low_next: array<Orientation>;    // C
+// C: without it a clump that turns by less than 1e-7 a step would stand still.
+var<storage, read> orientation_low: array<Orientation>;
+var<storage, read_write> orientation_low_next: array<Orientation>; // C
 
 fn center_low_of(c: u32) -> Vec {
     return center_low[c];
@@ -66,24 +67,25 @@ fn orientation_low_next_of(c: u32) -> Orientation {
     return orientation_low_next[c];
 }
 
-/// What attitudes are kept as multiples of: the rest is their low part. Products of two are whole multiples of its square, which
-/// f32 holds exactly.
+/// What attitudes are kept as multiples of: the rest is their low part. Products of two are whole multiples of its
+/// square, which f32 holds exactly.
 const ATTITUDE_QUANTUM: Real = 0x1p-11;
 const ATTITUDE_SQUARE: Real = 0x1p-22;
 // Not divisions, which a device may round.
 const INVERSE_ATTITUDE_QUANTUM: Real = 2048;
 const INVERSE_ATTITUDE_SQUARE: Real = 4194304;
 
-/// 1 - |q|² of q + low part, with the digits that this subtraction would lose: its leading part is that of whole numbers.
+/// 1 - |q|² of q + low part, with the digits that this subtraction would lose: its leading part is that of whole
+/// numbers.
 fn norm_defect(q: Orientation, low: Orientation) -> Real {
     let whole = i32(INVERSE_ATTITUDE_SQUARE) - square_of_whole(round(q * INVERSE_ATTITUDE_QUANTUM));
     return Real(whole) * ATTITUDE_SQUARE - (2 * dot(q, low) + dot(low, low));
 }
 
-/// The end of an arm that is turned by q + low part, with 34 bits of the longest arm: as with a matrix in units of the square of the
-/// attitudes' quantum and an arm in units of params.arm_unit, both split into 11 bits and 11 bits, so that products and sums are
-/// whole numbers below 2^24, and what is left of matrix and arm. Whole numbers also part what goes to the position's whole from what
-/// goes to its low part: drivers reorder sums of floats.
+/// The end of an arm that is turned by q + low part, with 34 bits of the longest arm: as with a matrix in units of the
+/// square of the attitudes' quantum and an arm in units of params.arm_unit, both split into 11 bits and 11 bits, so
+/// that products and sums are whole numbers below 2^24, and what is left of matrix and arm. Whole numbers also part
+/// what goes to the position's whole from what goes to its low part: drivers reorder sums of floats.
 fn arm_end(center: Point, q: Orientation, low: Orientation, arm: Vec) -> Point {
     let exact = plus(identity(), 1, bilinear(q, q));
     let rest = plus(bilinear(q + low, low), 1, bilinear(q, low));

@@ -1,7 +1,8 @@
 //! Contact dynamics and DEM of the same scenes: packings and a collapse.
 
 use super::common::*;
-use super::{Figure, Length, changed_scene, compliant};
+use super::figure::{Figure, Length};
+use super::scenes::{changed_scene, compliant};
 use crate::{
     body::bodies::body,
     contact::contacts::closed_contacts,
@@ -41,7 +42,8 @@ fn below(grain: &crate::scene::Grain, height: f64) -> f64 {
     PI / 3.0 * t * t * (3.0 * grain.radius - t)
 }
 
-/// Packing fraction between 20 % and 80 % of the bed's height, and mean number of contacts of the grains there that are no rattlers.
+/// Packing fraction between 20 % and 80 % of the bed's height, and mean number of contacts of the grains there that are
+/// no rattlers.
 fn packing(simulation: &mut Simulation, least: usize) -> (f64, f64) {
     let pairs = pairs(simulation);
     let grains = simulation.grains().unwrap();
@@ -98,9 +100,10 @@ pub fn agreement_rough(bench: Bench, length: Length) -> Vec<Figure> {
     beds(bench, length, 0.5, 3, 0.2)
 }
 
-/// Beds of several seeds that both methods settle from the same state. Rattlers are grains with fewer contacts than can hold a
-/// grain: 4 without friction, 3 with. The small beds of the tests differ by chance: the difference of two beds of 400 grains has a
-/// standard deviation of 0.005 in the fraction and 0.15 in the number of contacts, of which three are allowed.
+/// Beds of several seeds that both methods settle from the same state. Rattlers are grains with fewer contacts than can
+/// hold a grain: 4 without friction, 3 with. The small beds of the tests differ by chance: the difference of two beds
+/// of 400 grains has a standard deviation of 0.005 in the fraction and 0.15 in the number of contacts, of which three
+/// are allowed.
 fn beds(bench: Bench, length: Length, friction: f64, least: usize, time: f64) -> Vec<Figure> {
     let full = length == Length::Full;
     let (seeds, weights) = if full { (1..=3, 80.0) } else { (1..=2, 8.0) };
@@ -151,8 +154,8 @@ fn beds(bench: Bench, length: Length, friction: f64, least: usize, time: f64) ->
     figures
 }
 
-/// A column of disks that collapses on a rough floor: the mean distance from the middle, and those within which 90 % and 99 % of
-/// the disks end. The last are single disks that roll on, and differ from column to column.
+/// A column of disks that collapses on a rough floor: the mean distance from the middle, and those within which 90 %
+/// and 99 % of the disks end. The last are single disks that roll on, and differ from column to column.
 pub fn agreement_collapse(bench: Bench, length: Length) -> Vec<Figure> {
     let full = length == Length::Full;
     let mut ratios = [vec![], vec![], vec![]];

@@ -1,7 +1,8 @@
 //! Clumps: a body that turns for very long, and packings of grains that are no spheres.
 
 use super::common::*;
-use super::{Figure, Length, changed_scene, worse};
+use super::figure::{Figure, Length, worse};
+use super::scenes::changed_scene;
 use crate::{
     body::grains,
     measure::packing_fraction,
@@ -10,8 +11,8 @@ use crate::{
 };
 use glam::DVec3;
 
-/// A free body with J = (1, 2, 3), ω Δt = 1e-3, 10^7 steps: the quaternion stays one, energy and angular momentum stay where they
-/// are but for what the scheme lets them oscillate by.
+/// A free body with J = (1, 2, 3), ω Δt = 1e-3, 10^7 steps: the quaternion stays one, energy and angular momentum stay
+/// where they are but for what the scheme lets them oscillate by.
 pub fn free_body(bench: Bench, length: Length) -> Vec<Figure> {
     let moments = DVec3::new(1.0, 2.0, 3.0);
     let mut scene = blank_dt(3, 1e-3);

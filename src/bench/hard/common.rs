@@ -213,13 +213,8 @@ pub fn distance(assembly: &Assembly, a: &[Grain], b: &[Grain]) -> f64 {
     assert_eq!(a.len(), b.len());
     let speed = b.iter().map(|g| g.velocity.length().max(g.spin.length() * g.radius)).fold(1e-300, f64::max);
     let of = |a: &Grain, b: &Grain| {
-        let mut d = a.position - b.position;
-        for axis in (0..3).filter(|k| assembly.domain.periodic[*k]) {
-            let period = assembly.domain.upper[axis] - assembly.domain.lower[axis];
-            d[axis] -= period * (d[axis] / period).round();
-        }
         let parts = [
-            d.length() / b.radius,
+            assembly.domain.nearest(a.position - b.position).length() / b.radius,
             (a.velocity - b.velocity).length() / speed,
             (a.spin - b.spin).length() * b.radius / speed,
         ];
@@ -256,8 +251,8 @@ impl Random {
 /// Spacing of `cloud`, m.
 pub const SPACING: f64 = 2.12 * R;
 
-/// A jittered lattice of `side`^dimension grains with corner at the origin, radii 0.8 to 1 R, random velocities of up to
-/// `speed` per component and spins of the same surface speed. Nothing overlaps.
+/// A jittered lattice of `side`^dimension grains with corner at the origin, radii 0.8 to 1 R, random velocities of up
+/// to `speed` per component and spins of the same surface speed. Nothing overlaps.
 pub fn cloud(dimension: usize, side: usize, speed: f64, seed: u64) -> Vec<Grain> {
     let mut random = Random(seed);
     let count = side.pow(dimension as u32);

@@ -1,7 +1,8 @@
 //! Contacts that are stiff, deep, spun or grazed.
 
 use super::common::*;
-use super::{Figure, Length, scene, worse};
+use super::figure::{Figure, Length, worse};
+use super::scenes::scene;
 use crate::scene::{Assembly, Grain, TimeStep, Wall};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -114,7 +115,8 @@ pub fn grazing_impact(bench: Bench, _: Length) -> Vec<Figure> {
             scene.pairs[0].friction = friction;
             scene.pairs[0].tangential_stiffness = 2.0 / 7.0 * scene.pairs[0].normal_stiffness;
             let gained = energy_gained(bench, &scene);
-            // (ω Δt)²/4 of the normal motion: 1e-2 of the energy on the floor, all of it in the corner. f32: velocities.
+            // (ω Δt)²/4 of the normal motion: 1e-2 of the energy on the floor, all of it in the corner. f32:
+            // velocities.
             let allowed = if walls == 1 { 2.4e-6 } else { 2.4e-4 } + bench.pick(0.0, 2e-6);
             figures.push(Figure::zero(format!("{what}, friction {friction}: energy gained"), allowed, gained));
         }

@@ -1,7 +1,8 @@
 //! Grains faster than their radius per step.
 
 use super::common::*;
-use super::{Figure, Length, scene, worse};
+use super::figure::{Figure, Length, worse};
+use super::scenes::scene;
 use crate::{
     Error,
     measure::Sample,
@@ -39,8 +40,8 @@ fn fate(bench: Bench, scene: &Assembly, behind: impl Fn(&[Grain]) -> bool, steps
     Fate { tunnelled, gain: if refused { 0.0 } else { gain }, named, refused }
 }
 
-/// Speeds in radii per step, with thin and thick margins; at a grain, a small grain, a free grain and a wall; and a speed
-/// that gravity gives during the run.
+/// Speeds in radii per step, with thin and thick margins; at a grain, a small grain, a free grain and a wall; and a
+/// speed that gravity gives during the run.
 pub fn fast_grain(bench: Bench, _: Length) -> Vec<Figure> {
     let given = scene("fast_grain");
     let TimeStep::Fixed(dt) = given.solver.dt else { panic!("a fixed step") };
@@ -92,7 +93,8 @@ pub fn fast_grain(bench: Bench, _: Length) -> Vec<Figure> {
         Figure::zero("of 44: behind its target, silently", 0.0, tunnelled as f64),
         Figure::zero("of 44: refused without naming the grain", 0.0, unnamed as f64),
         Figure::zero("of 24 faster than R per step: followed all the same", 0.0, followed_fast as f64),
-        // (ω Δt)²/4 of two equal ones; the step is long, so that energies stay below ½ k_N (2 R)², which no contact stops.
+        // (ω Δt)²/4 of two equal ones; the step is long, so that energies stay below ½ k_N (2 R)², which no contact
+        // stops.
         Figure::zero("energy gained by the followed", 0.2, gain),
     ]
 }

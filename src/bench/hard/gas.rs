@@ -1,11 +1,12 @@
 //! A gas without gravity, for long.
 
 use super::common::*;
-use super::{Figure, Length, scene};
+use super::figure::{Figure, Length};
+use super::scenes::scene;
 use crate::measure::{masses, momentum};
 
-/// Elastic spheres in a periodic box until they have collided 10^6 times: an elastic collision lasts π √(m*/k_N), so the
-/// number of contacts, averaged over the run, counts them.
+/// Elastic spheres in a periodic box until they have collided 10^6 times: an elastic collision lasts π √(m*/k_N), so
+/// the number of contacts, averaged over the run, counts them.
 pub fn gas(bench: Bench, length: Length) -> Vec<Figure> {
     let scene = scene("gas");
     let masses = masses(&scene);

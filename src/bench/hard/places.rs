@@ -1,7 +1,8 @@
 //! Far from the origin, in wide domains, and slowly.
 
 use super::common::*;
-use super::{Figure, Length, scene, worse};
+use super::figure::{Figure, Length, worse};
+use super::scenes::scene;
 use crate::scene::{Assembly, Grain, Pair, Surface, TimeStep};
 use glam::DVec3;
 
@@ -70,15 +71,12 @@ fn stack(bench: Bench, at: DVec3) -> f64 {
 pub fn wide_domain(bench: Bench, _: Length) -> Vec<Figure> {
     let wide = scene("wide_domain");
     let found = accelerations(bench, &wide);
-    let length = wide.domain.upper - wide.domain.lower;
     let alone = |pair: &[Grain]| {
         let mut scene = blank_dt(3, 1e-7);
         scene.pairs = wide.pairs.clone();
         scene.grains = pair.to_vec();
-        let mut d = pair[1].position - pair[0].position;
-        d -= length * (d / length).round();
         scene.grains[0].position = DVec3::ZERO;
-        scene.grains[1].position = d;
+        scene.grains[1].position = wide.domain.nearest(pair[1].position - pair[0].position);
         accelerations(bench, &scene)
     };
     ["middle", "edge", "across the seam", "across a corner"]

@@ -1,7 +1,8 @@
 //! Rest, high and long.
 
 use super::common::*;
-use super::{Figure, Length, scene, worse};
+use super::figure::{Figure, Length, worse};
+use super::scenes::scene;
 
 /// 100 grains on each other: contact i from below carries 100 − i + 1 weights.
 pub fn column(bench: Bench, _: Length) -> Vec<Figure> {

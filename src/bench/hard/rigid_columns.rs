@@ -1,7 +1,8 @@
 //! Columns of rigid grains, and of springs beside them: the load on a contact is the weight above it.
 
 use super::common::*;
-use super::{Figure, Length, compliant, loads, relaxation, scene, solved_to, worse};
+use super::figure::{Figure, Length, worse};
+use super::scenes::{compliant, loads, relaxation, scene, solved_to};
 use crate::{
     measure::masses,
     scene::{Assembly, Grain},
@@ -44,8 +45,8 @@ fn short_step() -> f64 {
     0.2 * (mass(3, R) / stiffness()).sqrt()
 }
 
-/// 10, 100 and 1000 grains. A residual of ε leaves relative velocities of g Δt ε √N, which add up to at most g Δt ε N along the
-/// column: no load is off by more than N ε of that on the floor.
+/// 10, 100 and 1000 grains. A residual of ε leaves relative velocities of g Δt ε √N, which add up to at most g Δt ε N
+/// along the column: no load is off by more than N ε of that on the floor.
 pub fn rigid_column(bench: Bench, length: Length) -> Vec<Figure> {
     let mut figures = Vec::new();
     // A thousand take a device minutes, launch by launch.
@@ -110,10 +111,11 @@ pub fn rigid_heavy_top(bench: Bench, _: Length) -> Vec<Figure> {
     figures
 }
 
-/// Passes from nothing until every load is known to 1 % of that on the floor. Of the error at the start, 8/π² is in the slowest
-/// mode, which a pass of step 1/L shortens by (π/(2N+1))²/4. So plain passes take ln(100 · 8/π²)/that = 7.12 N²; with momentum
-/// that mode goes as 2 J₁(x)/x, x = n π/(2 (2N+1)) in pass n, and is gone at its first zero, x = 3.83: 4.88 N passes. DEM that is
-/// critically damped in the slowest mode needs the time in which (1 + ω t) e^(−ω t) falls to π²/800: ω t = 6.40.
+/// Passes from nothing until every load is known to 1 % of that on the floor. Of the error at the start, 8/π² is in the
+/// slowest mode, which a pass of step 1/L shortens by (π/(2N+1))²/4. So plain passes take ln(100 · 8/π²)/that = 7.12
+/// N²; with momentum that mode goes as 2 J₁(x)/x, x = n π/(2 (2N+1)) in pass n, and is gone at its first zero, x =
+/// 3.83: 4.88 N passes. DEM that is critically damped in the slowest mode needs the time in which (1 + ω t) e^(−ω t)
+/// falls to π²/800: ω t = 6.40.
 pub fn rigid_passes(bench: Bench, _: Length) -> Vec<Figure> {
     let mut figures = Vec::new();
     let exponent = |counts: &[(usize, f64)]| {

@@ -1,7 +1,8 @@
 //! Many rigid grains, and springs beside them.
 
 use super::common::*;
-use super::{Figure, Length, changed_scene, compliant, relaxation, scene, solved_to, worse};
+use super::figure::{Figure, Length, worse};
+use super::scenes::{changed_scene, compliant, relaxation, scene, solved_to};
 use crate::{
     measure::{Sample, masses},
     scene::{Assembly, Dashpot, Grain},
@@ -12,8 +13,8 @@ fn kinetic(grains: &[Grain], masses: &[f64]) -> f64 {
     grains.iter().zip(masses).map(|(g, m)| 0.5 * m * g.velocity.length_squared()).sum()
 }
 
-/// A square of 9 grains and a cube of 27 that overlap by 20 %. Along every row of three the overlaps open at the speed allowed, so
-/// that the outer two leave at that speed: ½ m v² for two of three grains along each axis.
+/// A square of 9 grains and a cube of 27 that overlap by 20 %. Along every row of three the overlaps open at the speed
+/// allowed, so that the outer two leave at that speed: ½ m v² for two of three grains along each axis.
 pub fn rigid_overlap(bench: Bench, _: Length) -> Vec<Figure> {
     let cube = solved_to(scene("rigid_overlap"), bench.pick(1e-8, 1e-5));
     let speed = relaxation(&mut cube.clone()).max_correction_velocity.expect("a speed");
@@ -96,8 +97,8 @@ fn soft(rigid: &Assembly) -> Assembly {
     scene
 }
 
-/// Without friction, and with more than any real surface has. The latter is hard: relaxations of all kinds leave many steps
-/// unsolved (they are counted), but no grain is lost, nothing flies off and overlaps stay small.
+/// Without friction, and with more than any real surface has. The latter is hard: relaxations of all kinds leave many
+/// steps unsolved (they are counted), but no grain is lost, nothing flies off and overlaps stay small.
 pub fn rigid_friction(bench: Bench, _: Length) -> Vec<Figure> {
     let mut figures = Vec::new();
     for mu in [0.0, 10.0] {
@@ -148,8 +149,8 @@ pub fn rigid_settling_3d(bench: Bench, length: Length) -> Vec<Figure> {
     settling(bench, changed_scene("rigid_settling_3d", if length == Length::Full { &[] } else { &fewer }))
 }
 
-/// Grains of two sizes, 1:10, fall into a box until they are at rest. How many steps end unsolved is told, not judged: relaxations
-/// need many passes where one grain is a thousand times as heavy as those that carry it.
+/// Grains of two sizes, 1:10, fall into a box until they are at rest. How many steps end unsolved is told, not judged:
+/// relaxations need many passes where one grain is a thousand times as heavy as those that carry it.
 fn settling(bench: Bench, given: Assembly) -> Vec<Figure> {
     let time = given.stop.time.expect("an end");
     let mut simulation = bench.start(&given);

@@ -1,7 +1,8 @@
 //! Few rigid grains whose equilibrium is known, and springs beside them.
 
 use super::common::*;
-use super::{Figure, Length, compliant, relaxation, scene, solved_to, worse};
+use super::figure::{Figure, Length, worse};
+use super::scenes::{compliant, relaxation, scene, solved_to};
 use crate::{
     measure::masses,
     scene::{Assembly, Grain, Surface},
@@ -38,8 +39,8 @@ fn wall_forces(simulation: &mut Simulation) -> Vec<DVec3> {
 }
 
 /// A disk in a wedge of 90°. By symmetry and the balance of moments both walls press with N and pull up with T, and
-/// N + T = m g/√2. Nothing else is known: N₁ + N₂ is anything from √2 m g/(1 + μ) to √2 m g/(1 − μ). Springs know: as the disk
-/// sinks they are pressed and sheared alike, so T/N = k_T/k_N.
+/// N + T = m g/√2. Nothing else is known: N₁ + N₂ is anything from √2 m g/(1 + μ) to √2 m g/(1 − μ). Springs know: as
+/// the disk sinks they are pressed and sheared alike, so T/N = k_T/k_N.
 pub fn rigid_wedge(bench: Bench, _: Length) -> Vec<Figure> {
     let tolerance = bench.pick(1e-9, 1e-5);
     let given = solved_to(scene("rigid_wedge"), tolerance);
@@ -92,21 +93,22 @@ pub fn rigid_wedge(bench: Bench, _: Length) -> Vec<Figure> {
     ]
 }
 
-/// Critical friction of three equal disks that lean on each other: the outer ones stand on supports in the direction a₀ above
-/// the horizontal, the middle one on them in the direction a₁.
+/// Critical friction of three equal disks that lean on each other: the outer ones stand on supports in the direction a₀
+/// above the horizontal, the middle one on them in the direction a₁.
 ///
-/// Half of the weight of the middle disk, and all that of an outer one, go down each side, together with a thrust H. In the
-/// contact of the two the friction is T₁ = ½ m g cos a₁ − H sin a₁, in that of the support T₀ = 3/2 m g cos a₀ − H sin a₀. An
-/// outer disk turns unless T₀ = −T₁, which gives H = m g (½ cos a₁ + 3/2 cos a₀)/(sin a₀ + sin a₁); and the push between the
-/// disks, N₁ = H cos a₁ + ½ m g sin a₁, is the smaller one. So μ_c = |T₁|/N₁; on a floor with a₁ = 60° that is tan 15°.
+/// Half of the weight of the middle disk, and all that of an outer one, go down each side, together with a thrust H. In
+/// the contact of the two the friction is T₁ = ½ m g cos a₁ − H sin a₁, in that of the support T₀ = 3/2 m g cos a₀ − H
+/// sin a₀. An outer disk turns unless T₀ = −T₁, which gives H = m g (½ cos a₁ + 3/2 cos a₀)/(sin a₀ + sin a₁); and the
+/// push between the disks, N₁ = H cos a₁ + ½ m g sin a₁, is the smaller one. So μ_c = |T₁|/N₁; on a floor with a₁ = 60°
+/// that is tan 15°.
 fn critical_friction(support: f64, middle: f64) -> f64 {
     let thrust = (0.5 * middle.cos() + 1.5 * support.cos()) / (support.sin() + middle.sin());
     let friction = 0.5 * middle.cos() - thrust * middle.sin();
     friction.abs() / (thrust * middle.cos() + 0.5 * middle.sin())
 }
 
-/// The nearest relative offsets from critical friction, of a ladder with the largest first, at which grains sink by less than
-/// `still`, and by three times more.
+/// The nearest relative offsets from critical friction, of a ladder with the largest first, at which grains sink by
+/// less than `still`, and by three times more.
 fn nearest(ladder: &[f64], critical: f64, still: f64, sinks: &dyn Fn(f64) -> f64) -> (f64, f64) {
     let last = |fits: &dyn Fn(f64) -> bool| {
         ladder.iter().copied().take_while(|off| fits(*off)).last().unwrap_or(f64::INFINITY)
@@ -115,7 +117,8 @@ fn nearest(ladder: &[f64], critical: f64, still: f64, sinks: &dyn Fn(f64) -> f64
     (holds, last(&|off| sinks(critical * (1.0 - off)) > 3.0 * still))
 }
 
-/// Three disks over an opening, and three in a pyramid: how near to their critical friction they still hold and still fail.
+/// Three disks over an opening, and three in a pyramid: how near to their critical friction they still hold and still
+/// fail.
 pub fn rigid_arch(bench: Bench, _: Length) -> Vec<Figure> {
     let arch = solved_to(scene("rigid_arch"), bench.pick(1e-9, 1e-5));
     let mut pyramid = arch.clone();
@@ -192,7 +195,8 @@ pub fn rigid_incline(bench: Bench, _: Length) -> Vec<Figure> {
             figures.push(Figure::new(figure("+"), 1.0, 0.05, slip(given, c * mu + off, steps) / off));
         };
         both("CD", &given, off, 0.01, 25);
-        // Springs swing about the shear they need by less the nearer the threshold is; their overlap changes c by itself.
+        // Springs swing about the shear they need by less the nearer the threshold is; their overlap changes c by
+        // itself.
         let (part, off) = (bench.pick(1e-6, 1e-4), 1e-3);
         let mut springs = compliant(&given, 1.0, short_step(part), 0.0);
         springs.pairs[0].normal_stiffness = mass(dimension, R) * G / (part * R);

@@ -1,7 +1,8 @@
 //! Grains of very different sizes and masses, and too many in one place.
 
 use super::common::*;
-use super::{Figure, Length, scene, worse};
+use super::figure::{Figure, Length, worse};
+use super::scenes::scene;
 use crate::{
     measure::{masses, momentum},
     scene::{Grain, Material, TimeStep},
@@ -101,8 +102,8 @@ fn squeezed(bench: Bench) -> Vec<Figure> {
     ]
 }
 
-/// 10,000 grains within a tenth of a radius, which no list can hold cheaply: it ends in bounded time, and if it does not
-/// run, it says why.
+/// 10,000 grains within a tenth of a radius, which no list can hold cheaply: it ends in bounded time, and if it does
+/// not run, it says why.
 pub fn collapsed(bench: Bench, _: Length) -> Vec<Figure> {
     let mut scene = blank(3);
     let mut random = Random(5);

@@ -1,10 +1,12 @@
 //! The time step around its critical value. Everything starts at rest in place, with the velocities of the mode that
 //! swings fastest: then its amplitude after n steps is v Δt U(n), U(n+1) = (2 − z²) U(n) − U(n−1), z = 2 Δt/Δt_c. The
-//! mode may be one of turns alone, which are no part of the state, so amplitudes are summed up from velocities and spins.
+//! mode may be one of turns alone, which are no part of the state, so amplitudes are summed up from velocities and
+//! spins.
 
 use super::common::*;
+use super::figure::{Figure, Length, worse};
+use super::scenes::scene;
 use super::stiffness::{Link, Mode, critical_mode, product};
-use super::{Figure, Length, scene, worse};
 use crate::{
     scene::{Assembly, Pair, TimeStep},
     time_step::bound,
@@ -86,21 +88,13 @@ impl System {
     }
 }
 
-fn nearest(scene: &Assembly, mut d: DVec3) -> DVec3 {
-    for axis in (0..3).filter(|k| scene.domain.periodic[*k]) {
-        let period = scene.domain.upper[axis] - scene.domain.lower[axis];
-        d[axis] -= period * (d[axis] / period).round();
-    }
-    d
-}
-
 /// Contacts as they are, with their overlaps.
 fn links(scene: &Assembly) -> Vec<Link> {
     let grains = &scene.grains;
     let mut links = Vec::new();
     for i in 0..grains.len() {
         for j in i + 1..grains.len() {
-            let d = nearest(scene, grains[j].position - grains[i].position);
+            let d = scene.domain.nearest(grains[j].position - grains[i].position);
             let overlap = grains[i].radius + grains[j].radius - d.length();
             if overlap > 0.0 {
                 links.push(Link { i, j: Some(j), n: d.normalize(), overlap });
@@ -115,8 +109,8 @@ fn links(scene: &Assembly) -> Vec<Link> {
     links
 }
 
-/// A sphere that two walls squeeze by 2 % of R: |λ| = 1, 1, 1.3266, 2.4282. Exactly linear, so only rounding is allowed:
-/// in f32 an overlap of 2e-2 R known to 1e-6 of itself gives 2e-8 R a step to an amplitude of 5e-4 R.
+/// A sphere that two walls squeeze by 2 % of R: |λ| = 1, 1, 1.3266, 2.4282. Exactly linear, so only rounding is
+/// allowed: in f32 an overlap of 2e-2 R known to 1e-6 of itself gives 2e-8 R a step to an amplitude of 5e-4 R.
 pub fn confined_sphere(bench: Bench, _: Length) -> Vec<Figure> {
     let scene = scene("confined_sphere");
     System::new(scene.clone(), &links(&scene), bench, 0.01 * R).figures(bench, bench.pick(1e-6, 5e-4))

@@ -1,7 +1,7 @@
 //! What the report says of relaxations: passes and times, how they grow with the bed, and who is fastest.
 
-use super::{met, short};
-use crate::bench::{Point, RelaxationRow};
+use super::format::{met, short};
+use crate::bench::results::{Point, RelaxationRow};
 use std::fmt::Write;
 
 const MARKS: [&str; 3] = ["1e-2", "1e-3", "1e-4"];

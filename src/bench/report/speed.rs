@@ -1,7 +1,7 @@
 //! What the report says of speed beyond its table: growth with size, two against three dimensions, and the stages.
 
-use super::{met, percent, short};
-use crate::bench::{Point, StageRow};
+use super::format::{met, percent, short, table};
+use crate::bench::results::{Point, StageRow};
 use std::fmt::Write;
 
 /// What time per particle-step may grow by from 10,000 grains to the largest packing.
@@ -14,7 +14,7 @@ const SMALL: f64 = 1e-3;
 
 /// The table, and what it comes to.
 pub fn write(text: &mut String, points: &[&Point], stages: &[StageRow]) {
-    super::table(text, points);
+    table(text, points);
     let largest = largest(points);
     for last in &largest {
         growth(text, points, last);
@@ -28,7 +28,7 @@ pub fn write(text: &mut String, points: &[&Point], stages: &[StageRow]) {
         price_of_rods(text, rods, spheres);
     }
     for last in &largest {
-        table(text, last, stages);
+        stage_table(text, last, stages);
     }
 }
 
@@ -128,7 +128,7 @@ fn price_of_rods(text: &mut String, rods: &Point, spheres: &Point) {
 }
 
 /// The stages of a run, the most expensive one first.
-fn table(text: &mut String, point: &Point, stages: &[StageRow]) {
+fn stage_table(text: &mut String, point: &Point, stages: &[StageRow]) {
     let own = |s: &&StageRow| s.case == point.case && (s.engine, s.precision) == (point.engine, point.precision);
     let mut rows: Vec<&StageRow> = stages.iter().filter(own).collect();
     let Some(first) = rows.first() else { return };

@@ -34,8 +34,8 @@ impl From<DVec3> for Spin {
 pub struct GrainBuilder(pub(super) schema::Grain);
 
 impl GrainBuilder {
-    /// At this position, m, with this radius, m. Of a clump: its centre of mass, and the radius of the sphere (disk) of the same
-    /// volume (area).
+    /// At this position, m, with this radius, m. Of a clump: its centre of mass, and the radius of the sphere (disk) of
+    /// the same volume (area).
     pub fn new(material: &str, position: impl Into<PerAxis>, radius: f64) -> GrainBuilder {
         GrainBuilder(schema::Grain {
             position: per_axis(position),
@@ -103,7 +103,8 @@ impl Radii {
         Radii::of_normal(schema::Moments { mean, std, min: Some(min), max: Some(max) })
     }
 
-    /// Log-normal distribution, cut like [`Radii::normal`]; mean and standard deviation are those of the radius, not of its logarithm.
+    /// Log-normal distribution, cut like [`Radii::normal`]; mean and standard deviation are those of the radius, not of
+    /// its logarithm.
     pub fn log_normal(mean: f64, std: f64) -> Radii {
         Radii::of_log_normal(schema::Moments { mean, std, min: None, max: None })
     }

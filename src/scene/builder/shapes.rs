@@ -49,8 +49,8 @@ impl ShapeBuilder {
         ShapeBuilder(schema::Shape { mesh: Some(path.to_owned()), ..ShapeBuilder::empty(name) })
     }
 
-    /// Mass properties at density 1: volume, centre of mass, and the inertia about it as `[Jxx, Jyy, Jzz, Jxy, Jxz, Jyz]`, in two
-    /// dimensions `[Jzz]`. Default: computed.
+    /// Mass properties at density 1: volume, centre of mass, and the inertia about it as `[Jxx, Jyy, Jzz, Jxy, Jxz,
+    /// Jyz]`, in two dimensions `[Jzz]`. Default: computed.
     #[must_use]
     pub fn mass_properties<const N: usize>(
         mut self,
@@ -92,10 +92,10 @@ impl Orientation {
         match self {
             Orientation::Angle(angle) => schema::Orientation::Plane(angle),
             Orientation::Quaternion(DQuat { x, y, z, w }) => {
-                schema::Orientation::Space(schema::Turn::Quaternion([w, x, y, z]))
+                schema::Orientation::Space(schema::Rotation::Quaternion([w, x, y, z]))
             }
             Orientation::Euler { phi, theta, psi } => {
-                schema::Orientation::Space(schema::Turn::Euler([phi, theta, psi]))
+                schema::Orientation::Space(schema::Rotation::Euler([phi, theta, psi]))
             }
             Orientation::Random => schema::Orientation::Word("random".to_owned()),
         }

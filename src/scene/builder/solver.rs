@@ -34,7 +34,8 @@ impl SolverBuilder {
         self
     }
 
-    /// Contact dynamics: the order of the contacts in a sweep of [`solve::Solver::GaussSeidel`]. Default: as they are numbered.
+    /// Contact dynamics: the order of the contacts in a sweep of [`solve::Solver::GaussSeidel`]. Default: as they are
+    /// numbered.
     #[must_use]
     pub fn order(mut self, order: solve::Order) -> Self {
         self.0.order = Some(order.label().to_owned());
@@ -56,10 +57,11 @@ impl SolverBuilder {
         tolerance: f64;
         /// Contact dynamics: passes after which a step goes on unsolved. Default: 1000.
         max_iterations: u32;
-        /// Contact dynamics: at most this fast an overlap opens, m/s. Default: a tenth of what gravity gives in a step, or a
-        /// thousandth of the mean radius per step without.
+        /// Contact dynamics: at most this fast an overlap opens, m/s. Default: a tenth of what gravity gives in a step,
+        /// or a thousandth of the mean radius per step without.
         max_correction_velocity: f64;
-        /// Contact dynamics: whether free clumps keep their angular momentum, and not their angular velocity. Default: false.
+        /// Contact dynamics: whether free clumps keep their angular momentum, and not their angular velocity. Default:
+        /// false.
         gyroscopic: bool;
     }
 }

@@ -56,7 +56,8 @@ impl WallBuilder {
         }
     }
 
-    /// A half-space: any point of the plane, m, and a normal of any length but 0 that points to the side where the grains are.
+    /// A half-space: any point of the plane, m, and a normal of any length but 0 that points to the side where the
+    /// grains are.
     pub fn plane(material: &str, point: impl Into<PerAxis>, normal: impl Into<PerAxis>) -> WallBuilder {
         WallBuilder(schema::Wall {
             point: Some(per_axis(point)),
@@ -65,7 +66,8 @@ impl WallBuilder {
         })
     }
 
-    /// A box between two corners, m, with the grains inside. It is split into planes named after it, `box 0 z-` for example.
+    /// A box between two corners, m, with the grains inside. It is split into planes named after it, `box 0 z-` for
+    /// example.
     pub fn box_between(material: &str, lower: impl Into<PerAxis>, upper: impl Into<PerAxis>) -> WallBuilder {
         WallBuilder(schema::Wall {
             lower: Some(per_axis(lower)),

@@ -7,7 +7,7 @@ use glam::DVec3;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::Member;
+use super::member::Member;
 
 /// A rule that makes a shape of members of radius 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::Member;
+use super::member::Member;
 use crate::scene::check::{Check, show};
-use crate::scene::read_text;
+use crate::scene::origin::read_text;
 use crate::scene::rows::{lines, number, split};
 use crate::{Error, Result};
 

@@ -1,8 +1,9 @@
 //! Clumps from closed surfaces: a triangle mesh (STL, binary or ASCII) filled by spheres.
 //!
-//! Candidates are medial balls: the largest that touch the surface at a point of it from within (shrinking ball; Ma, Bae and Choi,
-//! The Visual Computer 28, 2012). Of these, those are taken one by one that bring the surface of the clump closest to that of the
-//! mesh, by the sum of squared distances from points spread over the mesh. No sphere reaches out of the mesh.
+//! Candidates are medial balls: the largest that touch the surface at a point of it from within (shrinking ball; Ma,
+//! Bae and Choi, The Visual Computer 28, 2012). Of these, those are taken one by one that bring the surface of the
+//! clump closest to that of the mesh, by the sum of squared distances from points spread over the mesh. No sphere
+//! reaches out of the mesh.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -12,8 +13,15 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::{Mass, Member, Misfit};
+use super::member::{Mass, Member};
 use crate::{Error, Result};
+
+/// Distances from points spread over the surface of a mesh to the nearest member, over the shape's `radius`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Misfit {
+    pub mean: f64,
+    pub max: f64,
+}
 
 /// Points on the surface, each with a candidate.
 const POINTS: usize = 3000;
@@ -56,7 +64,8 @@ pub fn fill(path: &Path, count: usize) -> Result<Filled> {
 fn read(path: &Path) -> Result<Mesh> {
     let wrong = |message: String| Error::Scene(format!("{}: {message}", path.display()));
     let mut bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
-    // A binary file has 84 bytes and 50 per triangle, whatever it begins with; a text may begin with nothing but the word.
+    // A binary file has 84 bytes and 50 per triangle, whatever it begins with; a text may begin with nothing but the
+    // word.
     let count = bytes.get(80..84).map_or(0, |n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
     if bytes.len() == 84 + 50 * count {
         bytes[..80].fill(0);
@@ -113,7 +122,8 @@ fn read(path: &Path) -> Result<Mesh> {
     }
 }
 
-/// Volume, centre and inertia of what the surface encloses: tetrahedra from one point to the triangles, with their signs.
+/// Volume, centre and inertia of what the surface encloses: tetrahedra from one point to the triangles, with their
+/// signs.
 fn weigh(triangles: &[[DVec3; 3]]) -> Mass {
     let origin = triangles[0][0];
     let (mut volume, mut first, mut second) = (0.0, DVec3::ZERO, DMat3::ZERO);
@@ -179,8 +189,9 @@ fn medial_ball(mesh: &Mesh, points: &[(DVec3, DVec3)], x: DVec3, n: DVec3) -> Me
     Member { arm: center, radius: mesh.triangles.iter().map(|t| distance_to(t, center)).fold(radius, f64::min) }
 }
 
-/// Whether the surface winds around x: the solid angles of its triangles add up to 4π (van Oosterom and Strackee, 1983). Where a
-/// part of the mesh is thinner than the distance of the points on it, a ball may have gone through to the other side.
+/// Whether the surface winds around x: the solid angles of its triangles add up to 4π (van Oosterom and Strackee,
+/// 1983). Where a part of the mesh is thinner than the distance of the points on it, a ball may have gone through to
+/// the other side.
 fn is_inside(triangles: &[[DVec3; 3]], x: DVec3) -> bool {
     let angle = |t: &[DVec3; 3]| {
         let [a, b, c] = t.map(|corner| corner - x);

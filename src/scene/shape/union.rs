@@ -1,8 +1,9 @@
 //! Volume, centre and inertia of a union of balls or disks, overlaps counted once.
 //!
-//! Disks: exact, from the arcs of the boundary by Green's theorem. Balls: in closed form if the caps that neighbours cut off
-//! a ball do not meet on it (rods, dimers, whatever does not overlap three-fold); else slices, each of them a union of disks,
-//! are integrated over z by an adaptive Gauss-Kronrod rule, whose error is taken to be the difference of its two rules.
+//! Disks: exact, from the arcs of the boundary by Green's theorem. Balls: in closed form if the caps that neighbours
+//! cut off a ball do not meet on it (rods, dimers, whatever does not overlap three-fold); else slices, each of them a
+//! union of disks, are integrated over z by an adaptive Gauss-Kronrod rule, whose error is taken to be the difference
+//! of its two rules.
 
 use std::collections::BinaryHeap;
 use std::f64::consts::{PI, TAU};
@@ -10,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::Member;
+use super::member::Member;
 
 /// Integrals over a body of density 1: ∫dV, ∫x dV, ∫x xᵀ dV.
 #[derive(Clone, Copy, Debug)]
@@ -138,7 +139,8 @@ fn of_disks(disks: &[Member]) -> Moments {
     sum
 }
 
-/// What an arc of the boundary adds by Green's theorem: area ½∮(x dy - y dx), ½∮x² dy, -½∮y² dx, ⅓∮x³ dy, -⅓∮y³ dx, ½∮x²y dy.
+/// What an arc of the boundary adds by Green's theorem: area ½∮(x dy - y dx), ½∮x² dy, -½∮y² dx, ⅓∮x³ dy, -⅓∮y³ dx,
+/// ½∮x²y dy.
 fn add_arc(sum: &mut Moments, disk: &Member, begin: f64, end: f64) {
     let (x, y, r) = (disk.arm.x, disk.arm.y, disk.radius);
     // Antiderivatives of cᵏ, sᵏ (k = 1 to 4), s c, s c², s c³.
@@ -184,8 +186,8 @@ struct Cap {
     d: f64,
 }
 
-/// Balls that are cut up by planes so that each has its own part of the union: a ball loses a cap to each neighbour. None if
-/// caps meet, so that there is no closed form.
+/// Balls that are cut up by planes so that each has its own part of the union: a ball loses a cap to each neighbour.
+/// None if caps meet, so that there is no closed form.
 fn of_separate_caps(balls: &[Member]) -> Option<Moments> {
     let mut sum = Moments::NONE;
     for (i, ball) in balls.iter().enumerate() {
@@ -240,8 +242,8 @@ fn of_cap(cap: &Cap, r: f64) -> Moments {
     }
 }
 
-/// Error, relative, at which slices are fine enough (of many members, for which they take long), and how many times they are
-/// divided at most.
+/// Error, relative, at which slices are fine enough (of many members, for which they take long), and how many times
+/// they are divided at most.
 const TOLERANCE: f64 = 1e-11;
 const ROUGH: f64 = 1e-8;
 const MANY: usize = 50;
@@ -276,7 +278,8 @@ impl Ord for Piece {
 
 /// Balls, by slices.
 fn of_slices(balls: &[Member]) -> (Moments, f64) {
-    // Between the ends of balls and of the circles in which they meet the slices change smoothly but for three-fold corners.
+    // Between the ends of balls and of the circles in which they meet the slices change smoothly but for three-fold
+    // corners.
     let mut ends: Vec<f64> = balls.iter().flat_map(|b| [b.arm.z - b.radius, b.arm.z + b.radius]).collect();
     for (k, a) in balls.iter().enumerate().filter(|_| balls.len() <= MANY) {
         for b in &balls[..k] {
@@ -359,7 +362,8 @@ fn slice(balls: &[Member], z: f64) -> Moments {
     of_disks(&disks).moved(DVec3::new(0.0, 0.0, z))
 }
 
-/// Nodes and weights of the 15-point Kronrod rule on [-1, 1], from the outermost to the middle (Piessens et al., QUADPACK, 1983).
+/// Nodes and weights of the 15-point Kronrod rule on [-1, 1], from the outermost to the middle (Piessens et al.,
+/// QUADPACK, 1983).
 const KRONROD: [(f64, f64); 8] = [
     (0.991_455_371_120_812_6, 0.022_935_322_010_529_224),
     (0.949_107_912_342_758_5, 0.063_092_092_629_978_55),

@@ -1,0 +1,83 @@
+//! What the commands share: exit codes, arguments that say what to run, output.
+
+use clap::{
+    Args,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
+use packstone::{
+    gpu::Arrays,
+    model::Precision,
+    scene::{Assembly, Scene},
+    simulation::{EngineChoice, Options},
+};
+use std::{
+    fmt::Display,
+    io::Write,
+    path::{Path, PathBuf},
+};
+
+/// Exit codes besides 0; 2 is also clap's for wrong usage.
+pub const STOPPED: u8 = 1;
+pub const BAD_INPUT: u8 = 2;
+pub const UNCONVERGED: u8 = 3;
+pub const INTERRUPTED: u8 = 130;
+
+/// What it takes to read a scene.
+#[derive(Args)]
+pub struct SceneArgs {
+    /// Scene file
+    pub scene: PathBuf,
+    /// Change a value of the scene, such as solver.dt=1e-6; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Arithmetic of the GPU; the CPU always computes in double
+    #[arg(long, default_value = "single", value_parser = precisions())]
+    pub precision: Precision,
+    /// What arrays are on the device; images are faster on software drivers
+    #[arg(long, value_enum, default_value_t)]
+    pub arrays: Arrays,
+}
+
+impl SceneArgs {
+    /// How to run it, as far as the command line says so here.
+    pub fn options(&self) -> Options {
+        Options { precision: self.precision, arrays: self.arrays, ..Options::default() }
+    }
+
+    /// The scene with `--set` and `more` of the kind applied, and what it comes down to.
+    pub fn load(&self, more: &[String]) -> anyhow::Result<(Scene, Assembly)> {
+        let scene = Scene::load(&self.scene, &[&self.set, more].concat())?;
+        let assembly = scene.assemble()?;
+        Ok((scene, assembly))
+    }
+}
+
+pub fn precisions() -> impl TypedValueParser<Value = Precision> {
+    PossibleValuesParser::new(Precision::ALL.iter().map(|p| p.label()))
+        .map(|label| *Precision::ALL.iter().find(|p| p.label() == label).expect("clap lets only labels through"))
+}
+
+/// Those of "auto", "gpu" and "cpu" that a command knows.
+pub fn engines<const N: usize>(names: [&'static str; N]) -> impl TypedValueParser<Value = EngineChoice> {
+    PossibleValuesParser::new(names).map(|name| match name.as_str() {
+        "gpu" => EngineChoice::Gpu,
+        "cpu" => EngineChoice::Cpu,
+        _ => EngineChoice::Auto,
+    })
+}
+
+/// A line on the standard output. That nobody reads it any more (`| head`) is no reason to panic.
+pub fn say(line: impl Display) {
+    let _ = writeln!(std::io::stdout().lock(), "{line}");
+}
+
+/// An error, on one line.
+pub fn complain(error: impl Display) {
+    let line = error.to_string().lines().map(str::trim).collect::<Vec<_>>().join(" ");
+    eprintln!("error: {line}");
+}
+
+/// The name of a file without folder and ending.
+pub fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}

@@ -1,0 +1,70 @@
+//! Where a scene came from, and what messages say of it.
+
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+
+use toml_edit::Key;
+
+use crate::{Error, Result};
+
+/// The text of a file that ought to be `what`.
+pub fn read_text(path: &Path, what: &str) -> Result<String> {
+    let name = path.display();
+    if path.is_dir() {
+        return Err(Error::Scene(format!("{name}: is a folder, not {what}")));
+    }
+    let bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+    String::from_utf8(bytes).map_err(|error| {
+        let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = good.iter().filter(|byte| **byte == b'\n').count() + 1;
+        Error::Scene(format!("{name}:{line}: is not UTF-8 text"))
+    })
+}
+
+/// Where a scene came from; every message starts with it.
+#[derive(Clone, Debug)]
+pub struct Origin {
+    pub name: String,
+    pub directory: PathBuf,
+    pub set: Vec<String>,
+}
+
+impl Origin {
+    /// An error at `key`, a path in the notation of `--set`. If an override wrote there, the message says so.
+    pub fn error(&self, key: &str, message: impl Display) -> Error {
+        let culprit = self.set.iter().rev().find(|set| touches(set, key));
+        Error::Scene(match culprit {
+            Some(set) => format!("{} (--set {set}): {key}{message}", self.name),
+            None => format!("{}: {key}{message}", self.name),
+        })
+    }
+
+    /// An error about the value at `key`; `rule` says what is allowed.
+    pub fn bad(&self, key: &str, value: impl Display, rule: impl Display) -> Error {
+        self.error(key, format!(" = {value}: {rule}"))
+    }
+
+    /// An error about `key` as a whole.
+    pub fn wrong(&self, key: &str, message: impl Display) -> Error {
+        self.error(key, format!(": {message}"))
+    }
+}
+
+/// Whether the override `set` wrote `key`, something inside it, or a table that holds it.
+fn touches(set: &str, key: &str) -> bool {
+    let Some((path, _)) = split(set) else {
+        return false;
+    };
+    let written: Vec<&str> = path.iter().map(Key::get).collect();
+    let written = written.join(".");
+    let within = |inner: &str, outer: &str| {
+        inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    };
+    within(key, &written) || within(&written, key)
+}
+
+/// Path and value text of `key=value`.
+pub fn split(set: &str) -> Option<(Vec<Key>, &str)> {
+    let (path, value) = set.split_once('=')?;
+    Some((Key::parse(path.trim()).ok()?, value.trim()))
+}
