@@ -126,7 +126,7 @@ record!(
 );
 record!(
     /// What an impulse does to the two.
-    EffectiveMass { arm: f64, arm_to: f64, normal: f64, tangential: f64 }
+    InverseEffectiveMass { arm: f64, arm_to: f64, normal: f64, tangential: f64 }
 );
 record!(
     /// Sums of a group of grains.
@@ -566,7 +566,7 @@ state! {
     HISTORY_ROLLING_TORQUE history_rolling_torque: Spin, History, "N m", rolling;
     HISTORY_IMPULSE history_impulse: Packed, History, "N s", rigid;
     CONTACT_GEOMETRY contact_geometry: ContactGeometry, Entries, "1, m/s", rigid;
-    EFFECTIVE_MASS effective_mass: EffectiveMass, Entries, "m, m, 1/kg, 1/kg", rigid;
+    INVERSE_EFFECTIVE_MASS inverse_effective_mass: InverseEffectiveMass, Entries, "m, m, 1/kg, 1/kg", rigid;
     DELASSUS_EIGENVALUE delassus_eigenvalue: f64, Entries, "1/kg", rigid_clumped;
     IMPULSE_BEFORE impulse_before: Packed, Entries, "N s", rigid;
     PASS_VELOCITY pass_velocity: Velocity, Bodies, "m/s, 1/kg, after the last pass", rigid;
@@ -581,7 +581,7 @@ state! {
     COLOR_COUNT color_count: u32, Colors, "contacts of each colour", colored;
     COLORED_CONTACT colored_contact: ColoredContact, Contacts, "see nscd/coloring/priority.wgsl", colored;
     COLORED_GEOMETRY colored_geometry: ContactGeometry, Contacts, "1, m/s", colored;
-    COLORED_EFFECTIVE_MASS colored_effective_mass: EffectiveMass, Contacts, "m, m, 1/kg, 1/kg", colored;
+    COLORED_INVERSE_EFFECTIVE_MASS colored_inverse_effective_mass: InverseEffectiveMass, Contacts, "m, m, 1/kg, 1/kg", colored;
     COLORED_IMPULSE colored_impulse: Packed, Contacts, "N s", colored;
     COLORED_IMPULSE_BEFORE colored_impulse_before: Packed, Contacts, "N s", colored;
     COLOR_CURSOR color_cursor: ColorCursor, One, "see nscd/coloring/priority.wgsl", colored;

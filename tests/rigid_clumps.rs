@@ -8,7 +8,7 @@ use glam::{DMat3, DQuat, DVec3, EulerRot};
 use packstone::{
     scene::{Assembly, Clump, Grain, Method, Relaxation, Shape, TimeStep},
     solve::{Solver, natural_map::largest_eigenvalue},
-    state::{ACTIVE, EffectiveMass, NONE, array},
+    state::{ACTIVE, InverseEffectiveMass, NONE, array},
 };
 use std::collections::HashSet;
 
@@ -96,9 +96,9 @@ fn an_impact_sees_the_full_inertia() {
                 solver.label()
             );
             // What passes take for W is nowhere less, and its largest eigenvalue is that of the natural map.
-            let s = simulation.read(&[&array::EFFECTIVE_MASS, &array::DELASSUS_EIGENVALUE, &array::NEIGHBOUR]).unwrap();
+            let s = simulation.read(&[&array::INVERSE_EFFECTIVE_MASS, &array::DELASSUS_EIGENVALUE, &array::NEIGHBOUR]).unwrap();
             let slot = s.neighbour.iter().position(|entry| *entry != NONE && entry & ACTIVE != 0).expect("a contact");
-            let EffectiveMass { normal, tangential, .. } = s.effective_mass[slot];
+            let InverseEffectiveMass { normal, tangential, .. } = s.inverse_effective_mass[slot];
             let scale_of = DMat3::from_diagonal(DVec3::new(tangential, tangential, normal).map(|x| (held / x).sqrt()));
             let largest = largest_eigenvalue(&(scale_of * w * scale_of));
             assert!((0.5..=1.0 + rounding).contains(&largest), "W is {largest} of what stands for it");

@@ -13,15 +13,15 @@ struct ContactGeometry {
 }
 
 /// What an impulse does to the two.
-struct EffectiveMass {
+struct InverseEffectiveMass {
     arm: Real,        // m, from the centre of the grain of interest to the contact point
     arm_to: Real,     // m, from the centre of the other
-    normal: Real,     // 1/kg, W in the direction of n; of clumps what takes its place, see `effective_mass_of`
+    normal: Real,     // 1/kg, W in the direction of n; of clumps what takes its place, see `inverse_effective_mass_of`
     tangential: Real, // 1/kg, W across; of clumps what takes the place of its largest eigenvalue there
 }
 
 var<storage, read_write> contact_geometry: array<ContactGeometry>; // entries
-var<storage, read_write> effective_mass: array<EffectiveMass>;     // entries
+var<storage, read_write> inverse_effective_mass: array<InverseEffectiveMass>;     // entries
 var<storage, read_write> extrapolated_velocity: array<Velocity>;    // N, m/s, 1/kg: what a pass starts from
 var<storage, read_write> pass_velocity: array<Velocity>;    // N, m/s, 1/kg: after the last pass
 var<storage, read_write> pass_velocity_before: array<Velocity>; // N: after the pass before; a pass writes them anew
@@ -162,7 +162,7 @@ fn remove_rounding(i: u32, velocity: Velocity, spin: Spin) {
 /// The contact at an entry of grain i at the velocities that a pass starts from.
 fn oriented_contact(i: u32, entry: u32, j: u32, here: Velocity, spin: Spin) -> OrientedContact {
     let m = contact_geometry[entry];
-    let l = effective_mass[entry];
+    let l = inverse_effective_mass[entry];
     var side = OrientedContact();
     side.friction = pair_of(i, j).friction;
     side.bias_velocity = m.bias_velocity;

@@ -13,7 +13,7 @@ fn update(k: u32) {
         return;
     }
     let met = colored_geometry[k];
-    let l = colored_effective_mass[k];
+    let l = colored_inverse_effective_mass[k];
     let arm = l.arm * met.n;
     let here = contact_body(i, arm);
     var there = ContactBody();

@@ -27,7 +27,7 @@ fn pass_of(i: u32) -> ResidualSums {
         let mine = side.sign * next;
         impulse_before[entry] = packed(mine);
         sum.force += mine;
-        sum.torque += moment(effective_mass[entry].arm * contact_geometry[entry].n, mine);
+        sum.torque += moment(inverse_effective_mass[entry].arm * contact_geometry[entry].n, mine);
         let back = start - next;
         let on = next - old;
         let far = natural_map(side, start, natural_map_scale(entry, side.tangential));

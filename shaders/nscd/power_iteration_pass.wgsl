@@ -24,13 +24,13 @@ fn probed(i: u32) -> ResidualSums {
         let j = tagged & INDEX;
         var velocity = side.velocity;
         if (j >= params.bodies) {
-            velocity += wall_velocity(j - params.bodies, position[i].x + effective_mass[entry].arm * side.n); // as if it stood
+            velocity += wall_velocity(j - params.bodies, position[i].x + inverse_effective_mass[entry].arm * side.n); // as if it stood
         }
         let approach = dot(velocity, side.n);
         let slip = velocity - approach * side.n;
         let mine = (side.sign * scale) * (approach / side.normal * side.n + slip * (1 / side.tangential));
         sum.force += mine;
-        sum.torque += moment(effective_mass[entry].arm * contact_geometry[entry].n, mine);
+        sum.torque += moment(inverse_effective_mass[entry].arm * contact_geometry[entry].n, mine);
         sums.step_squared += side.share * (approach * approach / side.normal + dot(slip, slip) / side.tangential);
     }
     sums.curvature = respond_to_power_iteration(i, sum, here, spin);

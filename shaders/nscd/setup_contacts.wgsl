@@ -32,8 +32,8 @@ fn met(i: u32) -> ResidualSums {
                 atomicMax(&counters.lost_body, params.bodies - id[i]);
             }
         }
-        let l = effective_mass_of(entry, i, j, free, there, touch);
-        effective_mass[entry] = l;
+        let l = inverse_effective_mass_of(entry, i, j, free, there, touch);
+        inverse_effective_mass[entry] = l;
         let bias_velocity = bias_velocity_of(touch.gap);
         // Pairs that are not about to touch take no part in passes, unless the residual finds that they should. Both grains
         // compute that from the first side, so that they agree.

@@ -93,7 +93,7 @@ pub fn remove_rounding(s: &mut State, i: usize, velocity: Velocity, spin: DVec3)
 /// The contact at an entry of grain i at the velocities that `at` gives for a grain: translation and spin.
 pub fn oriented_contact(s: &State, i: usize, entry: usize, at: impl Fn(usize) -> (DVec3, DVec3)) -> OrientedContact {
     let j = (s.neighbour[entry] & INDEX) as usize;
-    let (ContactGeometry { n, bias_velocity }, l) = (s.contact_geometry[entry], s.effective_mass[entry]);
+    let (ContactGeometry { n, bias_velocity }, l) = (s.contact_geometry[entry], s.inverse_effective_mass[entry]);
     let (v, spin) = at(i);
     let friction = pair_of(s, i, j).friction;
     let side = OrientedContact {
@@ -176,7 +176,7 @@ pub fn gathered(s: &State, i: usize) -> ForceTorque {
 /// One more impulse.
 pub fn add_impulse(sum: &mut ForceTorque, s: &State, entry: usize, impulse: DVec3) {
     sum.force += impulse;
-    sum.torque += moment(s.effective_mass[entry].arm * s.contact_geometry[entry].n, impulse);
+    sum.torque += moment(s.inverse_effective_mass[entry].arm * s.contact_geometry[entry].n, impulse);
 }
 
 /// Keep the sums over the bodies of every group.

@@ -46,22 +46,22 @@ impl Update {
             return None;
         }
         let (i, j) = (first as usize, second as usize);
-        let (ContactGeometry { n, bias_velocity }, effective_mass) =
-            (s.colored_geometry[k], s.colored_effective_mass[k]);
-        let here = contact_body(s, i, effective_mass.arm * n);
-        let there = (j < s.sizes.bodies).then(|| contact_body(s, j, -effective_mass.arm_to * n));
+        let (ContactGeometry { n, bias_velocity }, inverse_effective_mass) =
+            (s.colored_geometry[k], s.colored_inverse_effective_mass[k]);
+        let here = contact_body(s, i, inverse_effective_mass.arm * n);
+        let there = (j < s.sizes.bodies).then(|| contact_body(s, j, -inverse_effective_mass.arm_to * n));
         let velocity = |body: &ContactBody| body.velocity.v + surface_velocity(body.spin, body.arm);
         let velocity_to = match &there {
             Some(there) => velocity(there),
-            None => wall_velocity(&s.wall[j - s.sizes.bodies], s.position[i].x + effective_mass.arm * n),
+            None => wall_velocity(&s.wall[j - s.sizes.bodies], s.position[i].x + inverse_effective_mass.arm * n),
         };
         let side = OrientedContact {
             sign: 1.0,
             share: 1.0,
             n,
             bias_velocity,
-            normal: effective_mass.normal,
-            tangential: effective_mass.tangential,
+            normal: inverse_effective_mass.normal,
+            tangential: inverse_effective_mass.tangential,
             friction: pair_of(s, i, j).friction,
             velocity: velocity(&here) - velocity_to,
         };

@@ -42,7 +42,7 @@ fn probed(s: &State, i: usize) -> (ForceTorque, ResidualSums) {
         let j = (s.neighbour[entry] & INDEX) as usize;
         let mut velocity = side.velocity;
         if let Some(w) = j.checked_sub(s.sizes.bodies) {
-            velocity += wall_velocity(&s.wall[w], s.position[i].x + s.effective_mass[entry].arm * side.n); // as if it stood
+            velocity += wall_velocity(&s.wall[w], s.position[i].x + s.inverse_effective_mass[entry].arm * side.n); // as if it stood
         }
         let approach = velocity.dot(side.n);
         let slip = velocity - approach * side.n;

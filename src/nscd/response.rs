@@ -14,7 +14,7 @@ use crate::{
 use crate::{
     model::Grains,
     solve::natural_map::{UpdateScales, largest_eigenvalue, update_scales},
-    state::{EffectiveMass, Spin, State, Velocity},
+    state::{InverseEffectiveMass, Spin, State, Velocity},
 };
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
@@ -57,7 +57,7 @@ fn delassus_block(s: &State, i: usize, arm: DVec3) -> DMat3 {
 }
 
 /// What an impulse does to bodies i and j, which may be a wall, and the largest eigenvalue of W, 1/kg.
-pub fn effective_mass_of(s: &State, i: usize, j: usize, gap: f64, n: DVec3) -> (EffectiveMass, f64) {
+pub fn inverse_effective_mass_of(s: &State, i: usize, j: usize, gap: f64, n: DVec3) -> (InverseEffectiveMass, f64) {
     let arms = |i: usize| s.position.get(i).map_or(0.0, |position| position.radius + 0.5 * gap);
     let (own, other) = (arms(i), arms(j));
     match s.model.grains {
@@ -68,7 +68,7 @@ pub fn effective_mass_of(s: &State, i: usize, j: usize, gap: f64, n: DVec3) -> (
             };
             let normal = weight(i) + weight(j);
             let tangential = normal + (rotational(j, other) + rotational(i, own));
-            (EffectiveMass { arm: own, arm_to: other, normal, tangential }, tangential)
+            (InverseEffectiveMass { arm: own, arm_to: other, normal, tangential }, tangential)
         }
         Grains::Clumps => {
             let mut w = delassus_block(s, i, own * n);
@@ -80,7 +80,7 @@ pub fn effective_mass_of(s: &State, i: usize, j: usize, gap: f64, n: DVec3) -> (
                 (w.x_axis.z, w.y_axis.z, w.z_axis) = (0.0, 0.0, DVec3::ZERO);
             }
             let UpdateScales { normal, tangential } = update_scales(&w, n, pair_of(s, i, j).friction);
-            (EffectiveMass { arm: own, arm_to: other, normal, tangential }, largest_eigenvalue(&w))
+            (InverseEffectiveMass { arm: own, arm_to: other, normal, tangential }, largest_eigenvalue(&w))
         }
     }
 }

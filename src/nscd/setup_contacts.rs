@@ -9,7 +9,7 @@ use crate::{
             active_entries, bias_velocity_of, combined, gathered, list_entries, residual_scale_of, separation_with,
             store_residual_sums, warm_start_impulse,
         },
-        response::{effective_mass_of, free_velocity_of, response, store_member_load},
+        response::{inverse_effective_mass_of, free_velocity_of, response, store_member_load},
     },
     space::walls::wall_velocity,
     state::{ACTIVE, ContactGeometry, INDEX, ResidualSums, State},
@@ -34,8 +34,8 @@ pub fn setup_contacts(s: &mut State) {
             let approach = (free_velocity_of(s, i).v - velocity_to).dot(met.n);
             set_active(&mut s.neighbour[entry], tagged & ACTIVE != 0 || bias_velocity <= approach + slack);
             s.contact_geometry[entry] = ContactGeometry { n: met.n, bias_velocity };
-            let (effective_mass, delassus_eigenvalue) = effective_mass_of(s, i, j, met.gap, met.n);
-            s.effective_mass[entry] = effective_mass;
+            let (inverse_effective_mass, delassus_eigenvalue) = inverse_effective_mass_of(s, i, j, met.gap, met.n);
+            s.inverse_effective_mass[entry] = inverse_effective_mass;
             if let Some(kept) = s.delassus_eigenvalue.get_mut(entry) {
                 *kept = delassus_eigenvalue;
             }

@@ -95,7 +95,7 @@ impl<I: Inertia> Grains<I> {
     }
 
     fn add_contact(&mut self, s: &State, i: usize, j: usize, entry: usize, of_body: impl Fn(usize) -> (usize, DVec3)) {
-        let (geometry, effective_mass) = (s.contact_geometry[entry], s.effective_mass[entry]);
+        let (geometry, inverse_effective_mass) = (s.contact_geometry[entry], s.inverse_effective_mass[entry]);
         let tangents = match self.dims {
             2 => (DVec3::new(-geometry.n.y, geometry.n.x, 0.0), DVec3::Z),
             _ => geometry.n.any_orthonormal_pair(),
@@ -113,12 +113,12 @@ impl<I: Inertia> Grains<I> {
             first,
             second: second.map(|(second, _)| second),
             wall: wall
-                .map_or(DVec3::ZERO, |w| wall_velocity(&s.wall[w], s.position[i].x + effective_mass.arm * geometry.n)),
+                .map_or(DVec3::ZERO, |w| wall_velocity(&s.wall[w], s.position[i].x + inverse_effective_mass.arm * geometry.n)),
             entry,
             entry_to: if wall.is_none() { back(j) } else { None },
             axes: [geometry.n, tangents.0, tangents.1],
-            arm: to_first + effective_mass.arm * geometry.n,
-            arm_to: second.map_or(DVec3::ZERO, |(_, to_second)| to_second - effective_mass.arm_to * geometry.n),
+            arm: to_first + inverse_effective_mass.arm * geometry.n,
+            arm_to: second.map_or(DVec3::ZERO, |(_, to_second)| to_second - inverse_effective_mass.arm_to * geometry.n),
             bias_velocity: geometry.bias_velocity,
             friction: pair_of(s, i, j).friction,
         });
@@ -320,7 +320,7 @@ pub fn solve_step(runner: &mut Runner, relaxation: &Relaxation, began: Instant) 
         &LIST_START,
         &NEIGHBOUR,
         &CONTACT_GEOMETRY,
-        &EFFECTIVE_MASS,
+        &INVERSE_EFFECTIVE_MASS,
         &IMPULSE,
         &SOLVER_STATE,
     ];

@@ -20,7 +20,7 @@ struct ColoredContact {
 var<storage, read_write> contact_color: array<ContactColor>;              // entries
 var<storage, read_write> colored_contact: array<ColoredContact>;            // contacts, colour by colour
 var<storage, read_write> colored_geometry: array<ContactGeometry>; // contacts, from the first grain
-var<storage, read_write> colored_effective_mass: array<EffectiveMass>;     // contacts, from the first grain
+var<storage, read_write> colored_inverse_effective_mass: array<InverseEffectiveMass>;     // contacts, from the first grain
 var<storage, read_write> colored_impulse: array<Packed>;        // contacts, N s: impulse on the first grain after the last pass
 var<storage, read_write> colored_impulse_before: array<Packed>; // contacts, N s: after the pass before; a pass writes them anew
 

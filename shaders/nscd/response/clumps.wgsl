@@ -28,8 +28,8 @@ fn delassus_block(i: u32, arm: Vec) -> Columns {
 
 /// What an impulse does to bodies i and j, which have met at an entry; j may be a wall. Keeps the entry's largest eigenvalue of the Delassus block. Both get the same
 /// bits, because the body with the smaller index comes first.
-fn effective_mass_of(entry: u32, i: u32, j: u32, free: Velocity, there: Velocity, touch: Separation) -> EffectiveMass {
-    var l = EffectiveMass();
+fn inverse_effective_mass_of(entry: u32, i: u32, j: u32, free: Velocity, there: Velocity, touch: Separation) -> InverseEffectiveMass {
+    var l = InverseEffectiveMass();
     l.arm = position[i].radius + 0.5 * touch.gap;
     let n = touch.n;
     let first = i < j;

@@ -12,8 +12,8 @@ fn grain_of(i: u32) -> u32 {
 }
 
 /// What an impulse does to bodies i and j, which have met at an entry; j may be a wall, of which `there` says that it stands.
-fn effective_mass_of(entry: u32, i: u32, j: u32, free: Velocity, there: Velocity, touch: Separation) -> EffectiveMass {
-    var l = EffectiveMass();
+fn inverse_effective_mass_of(entry: u32, i: u32, j: u32, free: Velocity, there: Velocity, touch: Separation) -> InverseEffectiveMass {
+    var l = InverseEffectiveMass();
     l.arm = position[i].radius + 0.5 * touch.gap;
     l.normal = free.inverse_mass + there.inverse_mass;
     if (j < params.bodies) {

@@ -21,7 +21,7 @@ pub fn order_by_color(s: &mut State) {
         let entry = turn.entry as usize;
         let impulse = Packed(s.impulse[entry].0);
         (s.colored_contact[at], s.colored_impulse[at], s.colored_impulse_before[at]) = (turn, impulse, impulse);
-        (s.colored_geometry[at], s.colored_effective_mass[at]) = (s.contact_geometry[entry], s.effective_mass[entry]);
+        (s.colored_geometry[at], s.colored_inverse_effective_mass[at]) = (s.contact_geometry[entry], s.inverse_effective_mass[entry]);
     }
     s.pass_velocity_before.clone_from(&s.pass_velocity);
     s.extrapolated_velocity.clone_from(&s.pass_velocity);
