@@ -241,12 +241,9 @@ impl Model {
                 self.cohesion.file(),
                 "dem/leapfrog.wgsl",
             ]),
-            Method::ContactDynamics => files.extend([
-                "solve/natural_map.wgsl",
-                "solve/momentum.wgsl",
-                "nscd/contact.wgsl",
-                "nscd/impulse.wgsl",
-            ]),
+            Method::ContactDynamics => {
+                files.extend(["solve/natural_map.wgsl", "solve/momentum.wgsl", "solve/sums.wgsl", "nscd/contact.wgsl"])
+            }
         }
         files.extend(match (self.method, self.grains) {
             (Method::DiscreteElements, Grains::Spheres) => &["measure/energies/spheres.wgsl"][..],

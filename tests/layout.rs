@@ -65,7 +65,6 @@ const LAYERS: &[(&str, u32)] = &[
 const ELSEWHERE: &[(&str, &str)] = &[
     ("gpu/dispatch.wgsl", "src/gpu/pipeline.rs"),
     ("measure/sums.wgsl", "src/measure/measure.rs"),
-    ("nscd/impulse.wgsl", "src/nscd/contact.rs"),
     ("neighbours/lists.wgsl", "src/state.rs"),
     ("neighbours/scan_", "src/neighbours/scan.rs"),
     ("solve/", "src/solve/"),

@@ -96,7 +96,9 @@ fn an_impact_sees_the_full_inertia() {
                 solver.label()
             );
             // What passes take for W is nowhere less, and its largest eigenvalue is that of the natural map.
-            let s = simulation.read(&[&array::INVERSE_EFFECTIVE_MASS, &array::DELASSUS_EIGENVALUE, &array::NEIGHBOUR]).unwrap();
+            let s = simulation
+                .read(&[&array::INVERSE_EFFECTIVE_MASS, &array::DELASSUS_EIGENVALUE, &array::NEIGHBOUR])
+                .unwrap();
             let slot = s.neighbour.iter().position(|entry| *entry != NONE && entry & ACTIVE != 0).expect("a contact");
             let InverseEffectiveMass { normal, tangential, .. } = s.inverse_effective_mass[slot];
             let scale_of = DMat3::from_diagonal(DVec3::new(tangential, tangential, normal).map(|x| (held / x).sqrt()));

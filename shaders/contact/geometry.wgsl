@@ -18,6 +18,28 @@ fn sphere_separation(i: u32, j: u32, branch: Point, a: Real, b: Real, radii_rest
     return Separation(gap_between(branch.x, branch.low, distance, a, b, radii_rest), d * (1 / distance));
 }
 
+/// Two grains from the side from which both compute their contact, so that they agree on it to the last bit.
+struct OrientedPair {
+    back: bool,      // whether that is the side of the other grain
+    branch: Point,   // from the first of the two to the second
+    radius: Real,    // m, of the first
+    radius_to: Real, // m, of the second
+    separation: Separation,
+}
+
+/// Grains i and j.
+fn oriented_pair(i: u32, here: Body, j: u32) -> OrientedPair {
+    let there = position[j];
+    let low = position_low_of(j);
+    let d = nearest_image(here.position.x, there.x, low.x - here.low.x);
+    let back = backward(d.x);
+    let branch = Point(select(d.x, -d.x, back), select(d.low, -d.low, back));
+    let radius = select(here.position.radius, there.radius, back);
+    let radius_to = select(there.radius, here.position.radius, back);
+    let separation = sphere_separation(i, j, branch, radius, radius_to, here.low.radius + low.radius);
+    return OrientedPair(back, branch, radius, radius_to, separation);
+}
+
 /// Unit vector along d; the other one where d has no length.
 fn unit_or(d: Vec, other: Vec) -> Vec {
     let length_squared = dot(d, d);

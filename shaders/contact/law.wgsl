@@ -84,27 +84,22 @@ fn restore_lanes(entry: u32, at: u32, same: bool) {
 /// Both compute it from the same side, and the one it is not seen from turns the result around. So what acts on the two is
 /// opposite to the last bit, however a driver fuses and reorders sums.
 fn grain_contact(i: u32, here: Body, j: u32, tagged: u32, old: History) -> Contact {
-    let there = position[j];
-    let low = position_low_of(j);
-    let d = nearest_image(here.position.x, there.x, low.x - here.low.x);
-    let back = backward(d.x);
-    let branch = Point(select(d.x, -d.x, back), select(d.low, -d.low, back));
-    let radius = select(here.position.radius, there.radius, back);
-    let radius_to = select(there.radius, here.position.radius, back);
-    let separation = sphere_separation(i, j, branch, radius, radius_to, here.low.radius + low.radius);
+    let pair = oriented_pair(i, here, j);
+    let back = pair.back;
+    let separation = pair.separation;
     var contact = Contact();
     contact.gap = separation.gap;
     contact.is_active = is_active(separation.gap, (tagged & ACTIVE) != 0u);
     if (contact.is_active) {
         // Erratum E7: one shared point, mid-overlap.
-        let arm = (radius + 0.5 * separation.gap) * separation.n;
-        let arm_to = -(radius_to + 0.5 * separation.gap) * separation.n;
+        let arm = (pair.radius + 0.5 * separation.gap) * separation.n;
+        let arm_to = -(pair.radius_to + 0.5 * separation.gap) * separation.n;
         let other = velocity[j];
         let spin = spin_of(j);
         let v = select(here.velocity.v - other.v, other.v - here.velocity.v, back);
         let surface = surface_velocity(select(here.spin, spin, back), arm);
         let v_rel = v + (surface - surface_velocity(select(spin, here.spin, back), arm_to));
-        let way = branch.x + branch.low;
+        let way = pair.branch.x + pair.branch.low;
         var c = ContactState();
         c.gap = separation.gap;
         c.gap_before = separation.gap + lengthened(way, params.history_dt * v);
@@ -113,9 +108,9 @@ fn grain_contact(i: u32, here: Body, j: u32, tagged: u32, old: History) -> Conta
         c.v = v_rel;
         c.spin = select(here.spin - spin, spin - here.spin, back);
         c.inverse_mass = here.velocity.inverse_mass + other.inverse_mass;
-        c.radius = radius * radius_to / (radius + radius_to);
+        c.radius = pair.radius * pair.radius_to / (pair.radius + pair.radius_to);
         let own = rolling_inertia(here.position.radius, here.velocity.inverse_mass);
-        c.rolling_inertia = own + rolling_inertia(there.radius, other.inverse_mass);
+        c.rolling_inertia = own + rolling_inertia(position[j].radius, other.inverse_mass);
         c.materials = pair_index(i, j);
         let f = contact_force(pair_of(i, j), c, opposite(old, back));
         contact.force = select(f.force, -f.force, back);

@@ -1,6 +1,6 @@
 // twin: src/nscd/gather_impulses.rs
-// Colors 5: velocities freed of the rounding that the updates in place have left in them; members of clumps hold what `refresh_members`
-// needs for that.
+// Colors 5: velocities freed of the rounding that the updates in place have left in them; members of clumps hold what
+// `refresh_members` needs for that.
 
 @compute @workgroup_size(WG)
 fn gather_impulses(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {

@@ -1,8 +1,8 @@
 // twin: src/nscd/power_iteration_pass.rs
-// Contact dynamics, the step's length 2: a pass of the power iteration. Contacts turn velocities into the impulses that would
-// undo them one by one, and these give the grains velocities.
+// Contact dynamics, the step's length 2: a pass of the power iteration. Contacts turn velocities into the impulses that
+// would undo them one by one, and these give the grains velocities.
 
-fn probed(i: u32) -> ResidualSums {
+fn power_iteration_of(i: u32) -> ResidualSums {
     if (i >= params.bodies) {
         return ResidualSums();
     }
@@ -24,7 +24,8 @@ fn probed(i: u32) -> ResidualSums {
         let j = tagged & INDEX;
         var velocity = side.velocity;
         if (j >= params.bodies) {
-            velocity += wall_velocity(j - params.bodies, position[i].x + inverse_effective_mass[entry].arm * side.n); // as if it stood
+            // As if it stood.
+            velocity += wall_velocity(j - params.bodies, position[i].x + inverse_effective_mass[entry].arm * side.n);
         }
         let approach = dot(velocity, side.n);
         let slip = velocity - approach * side.n;
@@ -40,5 +41,5 @@ fn probed(i: u32) -> ResidualSums {
 @compute @workgroup_size(GROUP)
 fn power_iteration_pass(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
-    store_residual_sums(i, probed(i));
+    store_residual_sums(i, power_iteration_of(i));
 }

@@ -1,4 +1,5 @@
-//! Twin of `shaders/nscd/move_spheres.wgsl`: the end of a step of contact dynamics, positions n to n + 1 with the velocities n + 1.
+//! Twin of `shaders/nscd/move_spheres.wgsl`: the end of a step of contact dynamics, positions n to n + 1 with the
+//! velocities n + 1.
 
 use crate::{
     contact::history::set_active,

@@ -10,8 +10,8 @@ use crate::{
     error::Result,
     model::Grains as Kind,
     nscd::{
-        contact::{active_entries, list_entries},
-        response::{free_spin_of, free_velocity_of, grain_of, inverse_inertia_of},
+        contact::{active_entries, entry_of, relative_velocity},
+        response::{free_spin_of, free_velocity_of, grain_of, inverse_inertia_of, point_response},
     },
     scene::Relaxation,
     solve::{Operator, Options, Problem, Solution, Solver, gauss_seidel, solve},
@@ -101,7 +101,6 @@ impl<I: Inertia> Grains<I> {
             _ => geometry.n.any_orthonormal_pair(),
         };
         let wall = j.checked_sub(s.sizes.bodies);
-        let back = |j: usize| list_entries(s, j).find(|&back| (s.neighbour[back] & INDEX) as usize == i);
         let (first, to_first) = of_body(i);
         let second = wall.is_none().then(|| of_body(j));
         let k = self.contact_ids.len();
@@ -112,10 +111,11 @@ impl<I: Inertia> Grains<I> {
         self.contact_ids.push(Contact {
             first,
             second: second.map(|(second, _)| second),
-            wall: wall
-                .map_or(DVec3::ZERO, |w| wall_velocity(&s.wall[w], s.position[i].x + inverse_effective_mass.arm * geometry.n)),
+            wall: wall.map_or(DVec3::ZERO, |w| {
+                wall_velocity(&s.wall[w], s.position[i].x + inverse_effective_mass.arm * geometry.n)
+            }),
             entry,
-            entry_to: if wall.is_none() { back(j) } else { None },
+            entry_to: wall.is_none().then(|| entry_of(s, j, i)),
             axes: [geometry.n, tangents.0, tangents.1],
             arm: to_first + inverse_effective_mass.arm * geometry.n,
             arm_to: second.map_or(DVec3::ZERO, |(_, to_second)| to_second - inverse_effective_mass.arm_to * geometry.n),
@@ -141,7 +141,7 @@ impl<I: Inertia> Operator for Grains<I> {
         let m = &self.contact_ids[k];
         let velocity = |grain: usize, arm: DVec3, impulse: DVec3| {
             let Grain { inverse_mass, inverse_inertia, .. } = self.grains[grain];
-            inverse_mass * impulse + (inverse_inertia * arm.cross(impulse)).cross(arm)
+            point_response(inverse_mass, inverse_inertia, arm, impulse)
         };
         let column = |axis: DVec3| {
             let impulse = m.impulse(axis);
@@ -171,10 +171,8 @@ impl<I: Inertia> Operator for Grains<I> {
 
     fn velocity(&self, state: &Self::State, k: usize) -> DVec3 {
         let m = &self.contact_ids[k];
-        let (v, spin) = state[m.first];
-        let (v_to, spin_to) = m.second.map_or((m.wall, DVec3::ZERO), |j| state[j]);
-        let surface = surface_velocity(spin, m.arm) - surface_velocity(spin_to, m.arm_to);
-        m.in_frame((v - v_to) + surface) + m.bias_velocity * DVec3::X
+        let second = m.second.map_or((m.wall, DVec3::ZERO), |j| state[j]);
+        m.in_frame(relative_velocity(state[m.first], m.arm, second, m.arm_to)) + m.bias_velocity * DVec3::X
     }
 
     fn add(&self, state: &mut Self::State, k: usize, change: DVec3) {

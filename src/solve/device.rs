@@ -288,8 +288,9 @@ type Sink<'a> = &'a mut dyn FnMut(f64);
 fn programs(dims: usize, double: bool) -> Result<Vec<Program>> {
     let scalar = if double { "space/scalar/double.wgsl" } else { "space/scalar/single.wgsl" };
     let dimension = if dims == 2 { "space/dimension/plane.wgsl" } else { "space/dimension/space.wgsl" };
-    let shared = ["gpu/dispatch.wgsl", "solve/natural_map.wgsl", "solve/momentum.wgsl", "solve/relaxation.wgsl"];
-    let shared: Vec<_> = [scalar, dimension].into_iter().chain(shared).map(shaders::file).collect();
+    let shared = ["gpu/dispatch", "solve/natural_map", "solve/momentum", "solve/sums", "solve/relaxation"]
+        .map(|name| shaders::file(&format!("{name}.wgsl")));
+    let shared: Vec<_> = [scalar, dimension].map(shaders::file).into_iter().chain(shared).collect();
     let kernels = PASS.map(|kernel| (kernel, shaders::file(&format!("solve/{kernel}.wgsl"))));
     compose(&shared, &kernels, |_, _| false)
 }

@@ -25,10 +25,7 @@ fn order_by_color(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_wo
         }
         var back = NONE;
         if (j < params.bodies) {
-            back = list_start[j];
-            while ((neighbour[back] & INDEX) != i) {
-                back++;
-            }
+            back = entry_of(j, i);
         }
         colored_contact[at] = ColoredContact(select(NONE, i, (tagged & ACTIVE) != 0u), j, entry, back);
         colored_geometry[at] = contact_geometry[entry];
