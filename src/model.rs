@@ -137,7 +137,7 @@ impl Model {
     /// What the scene needs, and no more.
     pub fn of(assembly: &Assembly, precision: Precision) -> Model {
         let pairs = &assembly.pairs;
-        let (method, gyroscopic, by_colours) = match assembly.solver.method {
+        let (method, gyroscopic, colored) = match assembly.solver.method {
             Solve::DiscreteElements => (Method::DiscreteElements, true, false),
             Solve::ContactDynamics(r) => {
                 (Method::ContactDynamics, r.gyroscopic, r.solver == Solver::ColouredAccelerated)
@@ -177,7 +177,7 @@ impl Model {
             materials: if pairs.windows(2).all(|w| w[0] == w[1]) { Materials::One } else { Materials::Many },
             walls: if assembly.walls.is_empty() { Walls::None } else { Walls::Some },
             moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO),
-            colored: by_colours,
+            colored,
         }
     }
 

@@ -125,7 +125,7 @@ record!(
     ContactGeometry { n: DVec3, bias_velocity: f64 }
 );
 record!(
-    /// What an impulse does to the two.
+    /// What an impulse does to the two of a contact.
     InverseEffectiveMass { arm: f64, arm_to: f64, normal: f64, tangential: f64 }
 );
 record!(

@@ -1,16 +1,17 @@
 //! Jacobi's relaxation of a [`Problem`] on a device: the kernels of `shaders/solve/`, whose twin is [`super::jacobi`].
 //!
-//! The kernels that relax scenes cannot serve. They apply W by way of the bodies in neighbour lists, and know of its blocks
-//! what spheres make of them, two numbers for a contact. Here W is a matrix with any blocks, and there are no bodies.
+//! The kernels that relax scenes cannot serve. They apply W by way of the bodies in neighbour lists, and know of its
+//! blocks what spheres make of them, two numbers for a contact. Here W is a matrix with any blocks, and there are no
+//! bodies.
 //!
-//! A pass is a step of all contacts, a product with W, and a decision on step length and momentum, none of which asks the
-//! host. It reads residuals once in `BATCH` passes, finds L beforehand (reading W from a file takes longer than 40
+//! A pass is a step of all contacts, a product with W, and a decision on step length and momentum, none of which asks
+//! the host. It reads residuals once in `BATCH` passes, finds L beforehand (reading W from a file takes longer than 40
 //! products), and believes no residual that it has not computed itself in f64.
 
 use crate::solve::{
     contact::Contact,
-    jacobi::{POWER, ROUNDING_DOUBLE, initial_state},
-    momentum::{ROUNDING, SolverState},
+    jacobi::{POWER, initial_state},
+    momentum::{MomentumLimits, ROUNDING_DOUBLE, ROUNDING_SINGLE, SolverState},
     operator::{Operator, velocities},
     options::{Options, Solver},
     problem::Problem,
@@ -33,8 +34,6 @@ const BATCH: usize = 64;
 const NEAR: f64 = 10.0;
 /// The kernels of a pass; the first one also puts by the best iterate of all passes before.
 const PASS: [&str; 3] = ["disc_pass", "apply_delassus", "momentum_restart"];
-/// As [`ROUNDING_DOUBLE`].
-const ROUNDING_SINGLE: f64 = 1e-5;
 /// What single precision bears: the part of the largest scale of W that each of a contact's own must be, and μ.
 const SINGLE: (f64, f64) = (1e-15, 1e9);
 
@@ -66,8 +65,8 @@ impl Jacobi {
         options.check(self.solver)?;
         let started = Instant::now();
         let contacts = contacts(problem);
-        let mut judge = Judge { problem, contacts: &contacts, evaluations: 0 };
-        let mut found = judge.judged(vec![DVec3::ZERO; problem.len()]);
+        let mut evaluator = Evaluator { problem, contacts: &contacts, evaluations: 0 };
+        let mut found = evaluator.evaluate(vec![DVec3::ZERO; problem.len()]);
         let record = |pass, residual| Record { pass, residual, seconds: started.elapsed().as_secs_f64() };
         let mut history = vec![record(0, found.residual)];
         let (mut passes, mut goal, mut seen) = (0, options.tolerance, f64::INFINITY);
@@ -83,7 +82,7 @@ impl Jacobi {
             // Written so that NaN stops. At 0 nothing would change any more.
             let going = residual > 0.0 && residual <= DIVERGED * least && passes < options.max_iterations;
             if !going || least <= NEAR * options.tolerance && least < seen {
-                let best = judge.judged(relaxation.best()?);
+                let best = evaluator.evaluate(relaxation.best()?);
                 if best.residual <= options.tolerance && least == residual {
                     *history.last_mut().expect("a pass was recorded") = record(passes, best.residual);
                 }
@@ -102,7 +101,7 @@ impl Jacobi {
         Ok(Solution {
             converged: found.residual <= options.tolerance,
             passes,
-            other_passes: POWER + 1 + judge.evaluations,
+            other_passes: POWER + 1 + evaluator.evaluations,
             history,
             ..found
         })
@@ -110,15 +109,15 @@ impl Jacobi {
 }
 
 /// Residuals by the host.
-struct Judge<'a> {
+struct Evaluator<'a> {
     problem: &'a Problem,
     contacts: &'a [Contact],
     evaluations: usize,
 }
 
-impl Judge<'_> {
+impl Evaluator<'_> {
     /// These impulses as a solution.
-    fn judged(&mut self, r: Vec<DVec3>) -> Solution {
+    fn evaluate(&mut self, r: Vec<DVec3>) -> Solution {
         self.evaluations += 1;
         let mut u = vec![DVec3::ZERO; r.len()];
         velocities(self.problem, &mut self.problem.free(), &r, &mut u);
@@ -132,8 +131,7 @@ struct Relaxation<'a> {
     device: &'a Device,
     contacts: usize,
     dims: usize,
-    max_momentum: f64,
-    rounding: f64,
+    limits: MomentumLimits,
     /// What the device counts impulses in.
     unit: f64,
     /// Of a pass, with their workgroups.
@@ -150,14 +148,14 @@ impl<'a> Relaxation<'a> {
         if !double {
             check_range(contacts, weight)?;
         }
+        let floor = if *double { ROUNDING_DOUBLE } else { ROUNDING_SINGLE };
         let programs = programs(dims, *double)?;
         let bindings = programs.iter().flat_map(|program| &program.bindings);
         let mut relaxation = Relaxation {
             device,
             contacts: n,
             dims,
-            max_momentum: f64::from(u8::from(*solver == Solver::JacobiAccelerated)),
-            rounding: (ROUNDING * tolerance).max(if *double { ROUNDING_DOUBLE } else { ROUNDING_SINGLE }),
+            limits: MomentumLimits::of_problem(*solver == Solver::JacobiAccelerated, tolerance, floor),
             unit: problem.reference() / weight,
             layouts: bindings.map(|binding| (binding.name.clone(), binding.layout.clone())).collect(),
             buffers: HashMap::new(),
@@ -243,8 +241,8 @@ impl<'a> Relaxation<'a> {
         Ok((0..length * layout.lanes.len()).map(|_| next()).collect())
     }
 
-    /// So many passes, but none after the one whose number is `limit` or whose residual is at most `goal`: the state after
-    /// them, the least residual, and the residuals of the latest, by turns.
+    /// So many passes, but none after the one whose number is `limit` or whose residual is at most `goal`: the state
+    /// after them, the least residual, and the residuals of the latest, by turns.
     fn advance(&self, passes: usize, limit: usize, goal: f64) -> Result<(SolverState, f64, Vec<f64>)> {
         let count = |value: usize| value as f64;
         self.write_record(
@@ -253,8 +251,8 @@ impl<'a> Relaxation<'a> {
                 ("contacts", count(self.contacts)),
                 ("limit", count(limit)),
                 ("goal", goal),
-                ("max_momentum", self.max_momentum),
-                ("rounding", self.rounding),
+                ("max_momentum", self.limits.max_momentum),
+                ("rounding", self.limits.rounding),
             ],
         );
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
