@@ -12,7 +12,7 @@ struct ContactGeometry {
     bias_velocity: Real, // m/s: the grains may approach each other at most at this speed, which closes the gap
 }
 
-/// What an impulse does to the two.
+/// What an impulse does to the two of a contact.
 struct InverseEffectiveMass {
     arm: Real,        // m, from the centre of the grain of interest to the contact point
     arm_to: Real,     // m, from the centre of the other
@@ -20,8 +20,8 @@ struct InverseEffectiveMass {
     tangential: Real, // 1/kg, W across; of clumps what takes the place of its largest eigenvalue there
 }
 
-var<storage, read_write> contact_geometry: array<ContactGeometry>; // entries
-var<storage, read_write> inverse_effective_mass: array<InverseEffectiveMass>;     // entries
+var<storage, read_write> contact_geometry: array<ContactGeometry>;            // entries
+var<storage, read_write> inverse_effective_mass: array<InverseEffectiveMass>; // entries
 var<storage, read_write> extrapolated_velocity: array<Velocity>;    // N, m/s, 1/kg: what a pass starts from
 var<storage, read_write> pass_velocity: array<Velocity>;    // N, m/s, 1/kg: after the last pass
 var<storage, read_write> pass_velocity_before: array<Velocity>; // N: after the pass before; a pass writes them anew
@@ -103,8 +103,8 @@ fn damping_factor() -> Real {
     return 1 / (1 + params.dt * params.damping);
 }
 
-/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that impulses act
-/// on.
+/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that impulses
+/// act on.
 fn free_velocity(velocity: Velocity) -> Velocity {
     if (velocity.inverse_mass == 0) {
         return velocity;
@@ -146,10 +146,23 @@ fn remove_rounding(i: u32, velocity: Velocity, spin: Spin) {
 }
 
 /// A contact of grains i and j, or of grain i with a wall, at a velocity of i past the other.
-fn contact_at(i: u32, j: u32, geometry: ContactGeometry, inverse_mass: InverseEffectiveMass, v: Vec) -> OrientedContact {
-    let friction = pair_of(i, j).friction;
-    let bias_velocity = geometry.bias_velocity;
-    return OrientedContact(1, 1, geometry.n, bias_velocity, inverse_mass.normal, inverse_mass.tangential, friction, v);
+fn contact_at(
+    i: u32,
+    j: u32,
+    geometry: ContactGeometry,
+    inverse_mass: InverseEffectiveMass,
+    velocity: Vec,
+) -> OrientedContact {
+    var side = OrientedContact();
+    side.sign = 1;
+    side.share = 1;
+    side.n = geometry.n;
+    side.bias_velocity = geometry.bias_velocity;
+    side.normal = inverse_mass.normal;
+    side.tangential = inverse_mass.tangential;
+    side.friction = pair_of(i, j).friction;
+    side.velocity = velocity;
+    return side;
 }
 
 /// The contact at an entry of grain i at the velocities that a pass starts from.

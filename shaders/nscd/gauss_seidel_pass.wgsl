@@ -1,10 +1,10 @@
 // twin: src/nscd/gauss_seidel_pass.rs
-// Contact dynamics 3, coloured: all contacts of the next colour, each updated with a step of its own (of spheres that is
-// Algorithm 1, which solves it exactly) for the velocities that the colours before have left.
+// Contact dynamics 3, coloured: all contacts of the next colour, each updated with a step of its own (of spheres that
+// is Algorithm 1, which solves it exactly) for the velocities that the colours before have left.
 var<storage, read_write> color_count: array<u32>;    // colours: contacts there are of each
 var<storage, read_write> color_cursor: ColorCursor;
 var<storage, read_write> color_cursor_next: ColorCursor;
-var<storage, read_write> pass_residual: array<Real>;      // N, (m/s)²: squares of the natural map that the sweep has met
+var<storage, read_write> pass_residual: array<Real>; // N, (m/s)²: squares of the natural map that the sweep has met
 
 fn update(k: u32) {
     let i = colored_contact[k].first;

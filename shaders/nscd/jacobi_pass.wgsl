@@ -1,6 +1,6 @@
 // twin: src/nscd/jacobi_pass.rs
-// Contact dynamics 3: a pass. Every contact takes a step of Jacobi's kind from the impulses and velocities that momentum
-// has carried ahead, and every grain gathers what its contacts do to it.
+// Contact dynamics 3: a pass. Every contact takes a step of Jacobi's kind from the impulses and velocities that
+// momentum has carried ahead, and every grain gathers what its contacts do to it.
 
 fn jacobi_pass_of(i: u32) -> ResidualSums {
     if (i >= params.bodies) {

@@ -49,9 +49,9 @@ fn project_on_disc(v: Vec, length: Real) -> Vec {
     return v;
 }
 
-/// Impulse on the first side after a projected gradient step from `impulse`: the normal impulse, then the friction within
-/// the disc that it allows. `step` is a fraction of the contact's own scales. Its fixed points are contacts that are open,
-/// stick or slip as Algorithm 1 has them; with step = 1 it is that algorithm for spheres.
+/// Impulse on the first side after a projected gradient step from `impulse`: the normal impulse, then the friction
+/// within the disc that it allows. `step` is a fraction of the contact's own scales. Its fixed points are contacts that
+/// are open, stick or slip as Algorithm 1 has them; with step = 1 it is that algorithm for spheres.
 fn disc_update(side: OrientedContact, impulse: Vec, step: Real) -> Vec {
     let normal_impulse = -dot(impulse, side.n);
     let approach = dot(side.velocity, side.n);

@@ -1,7 +1,7 @@
 // twin: src/solve/jacobi.rs
-// Jacobi's relaxation of contacts whose W is a matrix, u = W r + q: what its kernels share, with the letters of the twin.
-// An invocation is a contact; its vectors are (n, t1, t2), or (n, t) in the plane. Velocities are multiples of |q| and
-// impulses of |q| / (largest eigenvalue of a W_kk), so that no units leave the range of single precision.
+// Jacobi's relaxation of contacts whose W is a matrix, u = W r + q: what its kernels share, with the letters of the
+// twin. An invocation is a contact; its vectors are (n, t1, t2), or (n, t) in the plane. Velocities are multiples of
+// |q| and impulses of |q| / (largest eigenvalue of a W_kk), so that no units leave the range of single precision.
 
 struct ProblemContact {
     q: Packed,

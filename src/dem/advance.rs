@@ -99,8 +99,8 @@ pub struct Sums {
     pub first_wall: [usize; BLOCK],
 }
 
-/// The contacts of a run of `count` grains with grains, and what they remember. Many are computed at a time, and added in
-/// the order of the lists.
+/// The contacts of a run of `count` grains with grains, and what they remember. Many are computed at a time, and added
+/// in the order of the lists.
 #[inline(always)]
 pub fn forces_of_grains(s: &State, first: usize, count: usize, lists: &mut Lists) -> Sums {
     let mut sums = Sums { of_grains: [ForceTorque::default(); BLOCK], first_wall: [0; BLOCK] };

@@ -1,5 +1,5 @@
-//! Twin of `shaders/nscd/after_sweep.wgsl`: velocities after all colours, and what the momentum of the next pass depends
-//! on; of clumps the residual alone, and `sync_members` does the rest.
+//! Twin of `shaders/nscd/after_sweep.wgsl`: velocities after all colours, and what the momentum of the next pass
+//! depends on; of clumps the residual alone, and `sync_members` does the rest.
 
 use crate::{
     body::rotation::inverse_inertia,

@@ -46,8 +46,8 @@ pub fn damping_factor(s: &State) -> f64 {
     1.0 / (1.0 + s.params.dt * s.params.damping)
 }
 
-/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that impulses act
-/// on.
+/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that impulses
+/// act on.
 pub fn free_velocity(s: &State, velocity: &Velocity) -> Velocity {
     if velocity.inverse_mass == 0.0 {
         return *velocity;

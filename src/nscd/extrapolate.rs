@@ -1,5 +1,5 @@
-//! Twin of `shaders/nscd/extrapolate.wgsl`: velocities follow their momentum as impulses do, because they depend on them
-//! linearly.
+//! Twin of `shaders/nscd/extrapolate.wgsl`: velocities follow their momentum as impulses do, because they depend on
+//! them linearly.
 
 use crate::state::{Spin, State, Velocity};
 use glam::DVec3;

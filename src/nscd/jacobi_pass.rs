@@ -55,8 +55,8 @@ fn passes<T: Send>(s: &mut State, then: impl Fn(&State, usize, ForceTorque, Resi
     of_bodies
 }
 
-/// Sum and moment of the impulses that grain i gets from a pass; `before` has those of the pass before from entry `begin`
-/// on, and gets those of this one.
+/// Sum and moment of the impulses that grain i gets from a pass; `before` has those of the pass before from entry
+/// `begin` on, and gets those of this one.
 fn jacobi_pass_of(s: &State, i: usize, before: &mut [Packed], begin: usize) -> (ForceTorque, ResidualSums) {
     let (step, beta) = (s.solver_state[0].step(), s.solver_state[0].beta);
     let mut sums = ResidualSums::default();

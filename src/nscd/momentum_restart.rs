@@ -1,5 +1,5 @@
-//! Twin of `shaders/nscd/momentum_restart.wgsl`: the momentum of the next pass, from what the groups of grains have summed
-//! up.
+//! Twin of `shaders/nscd/momentum_restart.wgsl`: the momentum of the next pass, from what the groups of grains have
+//! summed up.
 
 use crate::{
     nscd::contact::total_sums,

@@ -1,5 +1,5 @@
-//! Twin of `shaders/nscd/response/`: what impulses do to grains in contact dynamics. A sphere answers to those of its own
-//! contacts; members hand theirs to their clump, which answers with its full inertia, and get the velocities of its
+//! Twin of `shaders/nscd/response/`: what impulses do to grains in contact dynamics. A sphere answers to those of its
+//! own contacts; members hand theirs to their clump, which answers with its full inertia, and get the velocities of its
 //! surface.
 
 use crate::{

@@ -1,5 +1,5 @@
-//! Twin of `shaders/nscd/sync_members.wgsl`: members get the velocities that the sweeps have given the first of them, and
-//! what the momentum of the next pass depends on.
+//! Twin of `shaders/nscd/sync_members.wgsl`: members get the velocities that the sweeps have given the first of them,
+//! and what the momentum of the next pass depends on.
 
 use crate::{
     body::{

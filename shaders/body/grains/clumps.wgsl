@@ -130,8 +130,8 @@ fn move_clump(c: u32, here: Clump, v: Vec, w: Spin) {
     store_orientation_low(c, next.low);
 }
 
-/// A member comes to where its clump is, with the velocity of the middle of the step, when the arm was the mean of what it
-/// was and is. As `commit_position`.
+/// A member comes to where its clump is, with the velocity of the middle of the step, when the arm was the mean of what
+/// it was and is. As `commit_position`.
 fn place_member(i: u32) -> bool {
     let member_id = id[i];
     let c = clump_of_id[member_id];

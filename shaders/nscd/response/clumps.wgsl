@@ -1,7 +1,7 @@
 // twin: src/nscd/response.rs
 // Contact dynamics of clumps: members hand the impulses of their contacts to their clump, which answers with its full
-// inertia, and get the velocities of its surface. So a contact sees members only, as in the discrete element method, but
-// for sweeps by colours. From `free_velocities` on the `_next` arrays have the velocities at the end of the step if
+// inertia, and get the velocities of its surface. So a contact sees members only, as in the discrete element method,
+// but for sweeps by colours. From `free_velocities` on the `_next` arrays have the velocities at the end of the step if
 // nothing touched.
 
 var<storage, read_write> delassus_eigenvalue: array<Real>;      // entries, 1/kg: largest eigenvalue of W_kk
@@ -29,7 +29,14 @@ fn delassus_block(i: u32, arm: Vec) -> Columns {
 
 /// What an impulse does to bodies i and j, which have met at an entry; j may be a wall. Keeps the entry's largest
 /// eigenvalue of the Delassus block. Both get the same bits, because the body with the smaller index comes first.
-fn inverse_effective_mass_of(entry: u32, i: u32, j: u32, free: Velocity, there: Velocity, touch: Separation) -> InverseEffectiveMass {
+fn inverse_effective_mass_of(
+    entry: u32,
+    i: u32,
+    j: u32,
+    free: Velocity,
+    there: Velocity,
+    touch: Separation,
+) -> InverseEffectiveMass {
     var inverse_mass = InverseEffectiveMass();
     inverse_mass.arm = position[i].radius + 0.5 * touch.gap;
     let n = touch.n;
