@@ -31,7 +31,8 @@ macro_rules! slot {
 }
 
 slot!(
-    /// Width of `Real` on the device; single precision owns the low parts of the positions. The CPU engine computes in f64 whatever stands here.
+    /// Width of `Real` on the device; single precision owns the low parts of the positions. The CPU engine computes in
+    /// f64 whatever stands here.
     Precision in "space/precision" { Single = "single", Double = "double" }
 );
 impl Precision {
@@ -110,7 +111,8 @@ slot!(
     Grains in "body/grains" { Spheres = "spheres", Clumps = "clumps" }
 );
 slot!(
-    /// Whether products of angular velocities act on clumps, which contact dynamics may leave out; on spheres there are none.
+    /// Whether products of angular velocities act on clumps, which contact dynamics may leave out; on spheres there are
+    /// none.
     Gyroscopic in "nscd/gyroscopic" { Dropped = "dropped", Kept = "kept" }
 );
 slot!(
@@ -261,12 +263,9 @@ impl Model {
                 self.cohesion.file(),
                 "dem/leapfrog.wgsl",
             ]),
-            Method::ContactDynamics => files.extend([
-                "solve/natural_map.wgsl",
-                "solve/momentum.wgsl",
-                "nscd/contact.wgsl",
-                "nscd/impulse.wgsl",
-            ]),
+            Method::ContactDynamics => {
+                files.extend(["solve/natural_map.wgsl", "solve/momentum.wgsl", "solve/sums.wgsl", "nscd/contact.wgsl"])
+            }
         }
         if self.method == Method::DiscreteElements && self.tangential != Tangential::None {
             files.push("contact/tangential/spring.wgsl");

@@ -1,4 +1,5 @@
-//! Nonsmooth contact dynamics, section 2.2: one implicit step, its contacts solved by Jacobi or coloured Gauss-Seidel passes.
+//! Nonsmooth contact dynamics, section 2.2: one implicit step, its contacts solved by Jacobi or coloured Gauss-Seidel
+//! passes.
 
 mod after_sweep;
 mod clump_response;

@@ -125,8 +125,8 @@ record!(
     ContactGeometry { n: DVec3, bias_velocity: f64 }
 );
 record!(
-    /// What an impulse does to the two.
-    EffectiveMass { arm: f64, arm_to: f64, normal: f64, tangential: f64 }
+    /// What an impulse does to the two of a contact.
+    InverseEffectiveMass { arm: f64, arm_to: f64, normal: f64, tangential: f64 }
 );
 record!(
     /// Sums of a group of grains.
@@ -461,8 +461,8 @@ impl Array {
         ARRAYS.iter().copied().find(|a| a.name == name)
     }
 
-    /// The name of the array whose WGSL declaration gives this one its layout: what comes next, or was before, is laid out like
-    /// what is.
+    /// The name of the array whose WGSL declaration gives this one its layout: what comes next, or was before, is laid
+    /// out like what is.
     pub fn original(&self) -> &'static str {
         let name = self.name;
         name.strip_suffix("_next").or_else(|| name.strip_suffix("_before")).unwrap_or(name)
@@ -572,7 +572,7 @@ state! {
     HISTORY_ROLLING_TORQUE history_rolling_torque: Spin, History, "N m", rolling;
     HISTORY_IMPULSE history_impulse: Packed, History, "N s", rigid;
     CONTACT_GEOMETRY contact_geometry: ContactGeometry, Entries, "1, m/s", rigid;
-    EFFECTIVE_MASS effective_mass: EffectiveMass, Entries, "m, m, 1/kg, 1/kg", rigid;
+    INVERSE_EFFECTIVE_MASS inverse_effective_mass: InverseEffectiveMass, Entries, "m, m, 1/kg, 1/kg", rigid;
     DELASSUS_EIGENVALUE delassus_eigenvalue: f64, Entries, "1/kg", rigid_clumped;
     IMPULSE_BEFORE impulse_before: Packed, Entries, "N s", rigid;
     PASS_VELOCITY pass_velocity: Velocity, Bodies, "m/s, 1/kg, after the last pass", rigid;
@@ -587,7 +587,7 @@ state! {
     COLOR_COUNT color_count: u32, Colors, "contacts of each colour", colored;
     COLORED_CONTACT colored_contact: ColoredContact, Contacts, "see nscd/coloring/priority.wgsl", colored;
     COLORED_GEOMETRY colored_geometry: ContactGeometry, Contacts, "1, m/s", colored;
-    COLORED_EFFECTIVE_MASS colored_effective_mass: EffectiveMass, Contacts, "m, m, 1/kg, 1/kg", colored;
+    COLORED_INVERSE_EFFECTIVE_MASS colored_inverse_effective_mass: InverseEffectiveMass, Contacts, "m, m, 1/kg, 1/kg", colored;
     COLORED_IMPULSE colored_impulse: Packed, Contacts, "N s", colored;
     COLORED_IMPULSE_BEFORE colored_impulse_before: Packed, Contacts, "N s", colored;
     COLOR_CURSOR color_cursor: ColorCursor, One, "see nscd/coloring/priority.wgsl", colored;

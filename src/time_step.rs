@@ -163,7 +163,8 @@ impl Deref for Members {
 /// A member of it.
 #[derive(Clone, Copy)]
 struct BodyMember {
-    /// Inverse effective mass of the rotation by a force through its centre, 1/kg: the largest (a × n) J⁻¹ (a × n) of its arm a.
+    /// Inverse effective mass of the rotation by a force through its centre, 1/kg: the largest (a × n) J⁻¹ (a × n) of
+    /// its arm a.
     rotational_inverse_mass: f64,
     radius: f64,
     /// The part of its surface that others may touch.

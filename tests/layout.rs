@@ -63,7 +63,6 @@ const LAYERS: &[(&str, u32)] = &[
 
 /// Where the WGSL of several files is one in Rust, or has its place in another file.
 const ELSEWHERE: &[(&str, &str)] = &[
-    ("nscd/impulse.wgsl", "src/nscd/contact.rs"),
     ("neighbours/scan_reduce.wgsl", "src/neighbours/scan.rs"),
     ("neighbours/scan_top.wgsl", "src/neighbours/scan.rs"),
     ("neighbours/scan_down.wgsl", "src/neighbours/scan.rs"),

@@ -7,7 +7,7 @@ use packstone::{
     solve::{
         Matrix, Operator, Options, Order, Problem, Solution, Solver,
         device::Jacobi,
-        gauss_seidel::colours,
+        gauss_seidel::colors,
         residual::{associated, contacts, relative, residual},
         solve, velocities,
     },
@@ -194,9 +194,9 @@ fn passes_are_few() {
         (PLANE_230, 26, 10),
         (PLANE_2020, 219, 81),
     ];
-    for (name, jacobi, coloured) in bounds {
+    for (name, jacobi, colored) in bounds {
         let Some(problem) = problem(name) else { continue };
-        for (solver, bound) in [(Solver::JacobiAccelerated, jacobi), (Solver::ColouredAccelerated, coloured)] {
+        for (solver, bound) in [(Solver::JacobiAccelerated, jacobi), (Solver::ColouredAccelerated, colored)] {
             let solution = solve(&problem, solver, &options(1e-4)).unwrap();
             let Solution { passes, converged, .. } = solution;
             let limit = (1.2 * bound as f64) as usize;
@@ -260,9 +260,9 @@ fn the_cap_is_told_and_the_best_iterate_returned() {
 fn neighbours_never_share_a_colour() {
     for name in [NE_SPHERES, BOXES_STACK, PLANE_667] {
         let problem = problem(name).unwrap();
-        let colours = colours(&problem);
+        let colors = colors(&problem);
         for k in 0..problem.len() {
-            assert!(problem.neighbours(k).all(|j| j == k || colours[j] != colours[k]), "{name}, contact {k}");
+            assert!(problem.neighbours(k).all(|j| j == k || colors[j] != colors[k]), "{name}, contact {k}");
         }
     }
 }

@@ -1,5 +1,5 @@
-//! Clumps in contact dynamics: impulses against the full inertia, blocks on slopes, solvers among each other, and what becomes of
-//! the spin of a free clump.
+//! Clumps in contact dynamics: impulses against the full inertia, blocks on slopes, solvers among each other, and what
+//! becomes of the spin of a free clump.
 
 mod common;
 
@@ -8,7 +8,7 @@ use glam::{DMat3, DQuat, DVec3, EulerRot};
 use packstone::{
     scene::{Assembly, Clump, Grain, Method, Relaxation, Shape, TimeStep},
     solve::{Solver, natural_map::largest_eigenvalue},
-    state::{ACTIVE, EffectiveMass, NONE, array},
+    state::{ACTIVE, InverseEffectiveMass, NONE, array},
 };
 use std::collections::HashSet;
 
@@ -50,8 +50,9 @@ fn block(c: &Clump, shape: &Shape, arm: DVec3) -> DMat3 {
     DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))
 }
 
-/// A clump that flies and spins touches the floor with one member: what it does after one step is the impulse -W⁻¹ u of its full
-/// W where that is in the cone of friction, and else one at the cone's edge that leaves no normal velocity and acts against the slip.
+/// A clump that flies and spins touches the floor with one member: what it does after one step is the impulse -W⁻¹ u of
+/// its full W where that is in the cone of friction, and else one at the cone's edge that leaves no normal velocity and
+/// acts against the slip.
 #[test]
 fn an_impact_sees_the_full_inertia() {
     let shape = boomerang();
@@ -96,9 +97,11 @@ fn an_impact_sees_the_full_inertia() {
                 solver.label()
             );
             // What passes take for W is nowhere less, and its largest eigenvalue is that of the natural map.
-            let s = simulation.read(&[&array::EFFECTIVE_MASS, &array::DELASSUS_EIGENVALUE, &array::NEIGHBOUR]).unwrap();
+            let s = simulation
+                .read(&[&array::INVERSE_EFFECTIVE_MASS, &array::DELASSUS_EIGENVALUE, &array::NEIGHBOUR])
+                .unwrap();
             let slot = s.neighbour.iter().position(|entry| *entry != NONE && entry & ACTIVE != 0).expect("a contact");
-            let EffectiveMass { normal, tangential, .. } = s.effective_mass[slot];
+            let InverseEffectiveMass { normal, tangential, .. } = s.inverse_effective_mass[slot];
             let scale_of = DMat3::from_diagonal(DVec3::new(tangential, tangential, normal).map(|x| (held / x).sqrt()));
             let largest = largest_eigenvalue(&(scale_of * w * scale_of));
             assert!((0.5..=1.0 + rounding).contains(&largest), "W is {largest} of what stands for it");
@@ -124,8 +127,8 @@ fn an_impact_sees_the_full_inertia() {
     }
 }
 
-/// Rods with a heavy middle are dragged over the floor on their tips, at all angles, with friction of 2 that pushes half of them into
-/// it: no step is left unsolved. (Passes with the steps that W alone allows go in circles here.)
+/// Rods with a heavy middle are dragged over the floor on their tips, at all angles, with friction of 2 that pushes
+/// half of them into it: no step is left unsolved. (Passes with the steps that W alone allows go in circles here.)
 #[test]
 fn dragged_rods_are_solved() {
     let beads = Shape::of_union("rod", &members(&[-4.0, -2.0, 0.0, 2.0, 4.0].map(|x| DVec3::X * x)), 3);
@@ -231,8 +234,8 @@ fn a_clump_of_one_member_is_a_sphere() {
     }
 }
 
-/// Verification R3: a block of four disks on a slope slides at g (sin θ - μ cos θ) and does not turn; on less of a slope it stays; and
-/// a tall one tips over where its weight leaves its base.
+/// Verification R3: a block of four disks on a slope slides at g (sin θ - μ cos θ) and does not turn; on less of a
+/// slope it stays; and a tall one tips over where its weight leaves its base.
 #[test]
 fn blocks_slide_stay_or_tip() {
     let corners = |width: f64, height: f64| {
@@ -325,7 +328,8 @@ fn solvers_agree() {
         for solver in Solver::ALL.into_iter().filter(|solver| dimension == 2 || *solver != Solver::Lemke) {
             let on_device = matches!(solver, Solver::Jacobi | Solver::JacobiAccelerated | Solver::ColouredAccelerated);
             for bench in engines().into_iter().filter(|bench| on_device || bench.name == "cpu") {
-                // Eight feet of a cube on the floor carry what three could: the interior point method does not like that.
+                // Eight feet of a cube on the floor carry what three could: the interior point method does not like
+                // that.
                 let finest = match solver {
                     Solver::Jacobi => 1e-7,
                     Solver::Socp => 1e-6,
@@ -377,7 +381,8 @@ fn steps_taken_back_leave_no_trace() {
     }
 }
 
-/// A rod whose centre is at rest spins into a fixed one, without gravity: its spin alone is what the residual is relative to.
+/// A rod whose centre is at rest spins into a fixed one, without gravity: its spin alone is what the residual is
+/// relative to.
 #[test]
 fn spin_alone_is_a_scale() {
     let rod = Shape::of_union("rod", &members(&[-2.0, -1.0, 0.0, 1.0, 2.0].map(|x| DVec3::X * x)), 3);
@@ -394,8 +399,8 @@ fn spin_alone_is_a_scale() {
     }
 }
 
-/// Contacts of a colour share no clump, all contacts that take part have a colour, and the same scene run again gives the same
-/// bits.
+/// Contacts of a colour share no clump, all contacts that take part have a colour, and the same scene run again gives
+/// the same bits.
 #[test]
 fn contacts_of_a_colour_share_no_clump() {
     for bench in engines() {
@@ -474,8 +479,8 @@ fn a_turned_scene_goes_the_same_way() {
     close("turned", apart, 0.0, 1.0, 1e-6);
 }
 
-/// Powder of a micrometre falls as larger clumps do, all lengths scaled with the squares of all times, though its masses are those
-/// of 1e-14 kg and its inertias those of 1e-27 kg m².
+/// Powder of a micrometre falls as larger clumps do, all lengths scaled with the squares of all times, though its
+/// masses are those of 1e-14 kg and its inertias those of 1e-27 kg m².
 #[test]
 fn small_clumps_fall_as_large_ones() {
     let length = 1e-6 / R;
@@ -514,8 +519,9 @@ fn small_clumps_fall_as_large_ones() {
     }
 }
 
-/// The spin of a free clump, J = (1, 1, 2): as in the source chapter it stays, and the axis goes around it at ω; with the gyroscopic
-/// term the angular momentum stays, the axis goes around it at |L| / J1 to first order of the step, and energy falls.
+/// The spin of a free clump, J = (1, 1, 2): as in the source chapter it stays, and the axis goes around it at ω; with
+/// the gyroscopic term the angular momentum stays, the axis goes around it at |L| / J1 to first order of the step, and
+/// energy falls.
 #[test]
 fn the_gyroscopic_term_keeps_angular_momentum() {
     let top = Shape { gyration: 0.4 * DVec3::new(1.0, 1.0, 2.0), name: "top".into(), ..Shape::sphere(3) };

@@ -20,8 +20,8 @@ fn body(i: u32) -> Body {
     return Body(position[i], position_low_of(i), velocity[i], spin_of(i));
 }
 
-/// Grain i has come to this point by a way of this length, m. Whether the lists may miss a neighbour of it from now on, or the
-/// grain is lost: beyond the domain, or too fast to be followed.
+/// Grain i has come to this point by a way of this length, m. Whether the lists may miss a neighbour of it from now on,
+/// or the grain is lost: beyond the domain or a wall, or too fast to be followed.
 fn commit_position(i: u32, position: Position, low: PositionLow, point: Point, stride: Real, crossed: bool) -> bool {
     position_next[i] = Position(point.x, position.radius);
     store_position_low(i, PositionLow(point.low, low.radius));

@@ -7,8 +7,8 @@ struct Separation {
     n: Vec,
 }
 
-/// Gap and normal of grains i and j, with this branch vector. Coincident centres get an arbitrary axis, opposite for the
-/// two grains.
+/// Gap and normal of grains i and j, with this branch vector. Coincident centres get an arbitrary axis, opposite for
+/// the two grains.
 fn sphere_separation(i: u32, j: u32, branch: Point, a: Real, b: Real, radii_rest: Real) -> Separation {
     let d = branch.x + branch.low;
     let distance = sqrt(dot(d, d));
@@ -16,6 +16,28 @@ fn sphere_separation(i: u32, j: u32, branch: Point, a: Real, b: Real, radii_rest
         return Separation(-(a + b), select(-first_axis(), first_axis(), id[i] < id[j]));
     }
     return Separation(gap_between(branch.x, branch.low, distance, a, b, radii_rest), d * (1 / distance));
+}
+
+/// Two grains from the side from which both compute their contact, so that they agree on it to the last bit.
+struct OrientedPair {
+    back: bool,      // whether that is the side of the other grain
+    branch: Point,   // from the first of the two to the second
+    radius: Real,    // m, of the first
+    radius_to: Real, // m, of the second
+    separation: Separation,
+}
+
+/// Grains i and j.
+fn oriented_pair(i: u32, here: Body, j: u32) -> OrientedPair {
+    let there = position[j];
+    let low = position_low_of(j);
+    let d = nearest_image(here.position.x, there.x, low.x - here.low.x);
+    let back = backward(d.x);
+    let branch = Point(select(d.x, -d.x, back), select(d.low, -d.low, back));
+    let radius = select(here.position.radius, there.radius, back);
+    let radius_to = select(there.radius, here.position.radius, back);
+    let separation = sphere_separation(i, j, branch, radius, radius_to, here.low.radius + low.radius);
+    return OrientedPair(back, branch, radius, radius_to, separation);
 }
 
 /// Unit vector along d; the other one where d has no length.

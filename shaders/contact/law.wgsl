@@ -1,6 +1,7 @@
 // twin: src/contact/law.rs
-// The law of contact of the discrete element method: everything of section 2.1 that acts between two surfaces. Its sub-models are slots:
-// normal, damping, tangential, rolling, cohesion. Each gets the state of the contact and what it remembers of it, and owns that memory.
+// The law of contact of the discrete element method: everything of section 2.1 that acts between two surfaces. Its
+// sub-models are slots: normal, damping, tangential, rolling, cohesion. Each gets the state of the contact and what it
+// remembers of it, and owns that memory.
 
 /// All that the laws of contact know of two surfaces, seen from the first of the two.
 struct ContactState {
@@ -53,30 +54,8 @@ fn stored_energy(pair: Pair, c: ContactState, tangential: TangentialHistory, rol
     return tangential_energy(pair, c, tangential) + rolling_energy(c, normal_stiffness(pair, c), rolling);
 }
 
-/// Two grains, seen from the one that both compute their contact from.
-struct GrainPair {
-    branch: Point, // m, to the centre of the other
-    back: bool,    // seen from the other grain than the one of interest
-    radius: Real,
-    radius_to: Real,
-    separation: Separation,
-}
-
-/// Grain j with grain i.
-fn grain_pair(i: u32, here: Body, j: u32) -> GrainPair {
-    let there = position[j];
-    let low = position_low_of(j);
-    let d = nearest_image(here.position.x, there.x, low.x - here.low.x);
-    let back = backward(d.x);
-    let branch = Point(select(d.x, -d.x, back), select(d.low, -d.low, back));
-    let radius = select(here.position.radius, there.radius, back);
-    let radius_to = select(there.radius, here.position.radius, back);
-    let separation = sphere_separation(i, j, branch, radius, radius_to, here.low.radius + low.radius);
-    return GrainPair(branch, back, radius, radius_to, separation);
-}
-
-/// What the laws are told of them.
-fn grain_state(i: u32, here: Body, j: u32, p: GrainPair) -> ContactState {
+/// What the laws are told of grains i and j.
+fn grain_state(i: u32, here: Body, j: u32, p: OrientedPair) -> ContactState {
     let n = p.separation.n;
     let gap = p.separation.gap;
     // Erratum E7: one shared point, mid-overlap.
@@ -104,10 +83,10 @@ fn grain_state(i: u32, here: Body, j: u32, p: GrainPair) -> ContactState {
 
 /// The contact of grain i with grain j.
 ///
-/// Both compute it from the same side, and the one it is not seen from turns the result around. So what acts on the two is
-/// opposite to the last bit, however a driver fuses and reorders sums.
+/// Both compute it from the same side, and the one it is not seen from turns the result around. So what acts on the two
+/// is opposite to the last bit, however a driver fuses and reorders sums.
 fn grain_contact(i: u32, here: Body, j: u32, tagged: u32, old: History) -> Contact {
-    let p = grain_pair(i, here, j);
+    let p = oriented_pair(i, here, j);
     var contact = Contact();
     contact.gap = p.separation.gap;
     contact.is_active = is_active(pair_index(i, j), contact.gap, (tagged & ACTIVE) != 0u);
@@ -165,7 +144,8 @@ fn wall_contact(i: u32, here: Body, w: u32, tagged: u32, old: History) -> Contac
     return contact;
 }
 
-/// Moment of a contact about the grain's centre, N m. Taken where it is summed, so that a driver may fuse the product into the sum.
+/// Moment of a contact about the grain's centre, N m. Taken where it is summed, so that a driver may fuse the product
+/// into the sum.
 fn contact_torque(contact: Contact) -> Spin {
     return with_couple(moment(contact.arm, contact.force), contact.couple);
 }
@@ -185,7 +165,7 @@ fn forgotten_energy(i: u32, here: Body, entry: u32, tagged: u32) -> Real {
     let j = tagged & INDEX;
     var c = ContactState();
     if (j < params.bodies) {
-        c = grain_state(i, here, j, grain_pair(i, here, j));
+        c = grain_state(i, here, j, oriented_pair(i, here, j));
     } else {
         let w = j - params.bodies;
         c = wall_state(i, here, w, wall_separation(w, here.position, here.low));
@@ -205,8 +185,8 @@ fn spin_now(here: Body, torque: Spin) -> Spin {
     return sphere_spin_at_step(here, torque);
 }
 
-/// Whether a clump's spin is kept along the axes of the scene, and not along its own: no product of angular velocities turns up in
-/// (2.21)-(2.23). So it is with fixed clumps.
+/// Whether a clump's spin is kept along the axes of the scene, and not along its own: no product of angular velocities
+/// turns up in (2.21)-(2.23). So it is with fixed clumps.
 fn spins_in_scene(inverse_moments: Spin) -> bool {
     return all_equal(inverse_moments);
 }
@@ -236,8 +216,8 @@ fn body_forces(i: u32, here: Body) -> BodyForces {
         }
         set_active(entry, tagged, contact.is_active);
     }
-    // Walls come last. Their loop ends in `break if`: where lanes go in step, as on software drivers, it costs those without
-    // walls one pass over the body, and a check at the top would cost all one more.
+    // Walls come last. Their loop ends in `break if`: where lanes go in step, as on software drivers, it costs those
+    // without walls one pass over the body, and a check at the top would cost all one more.
     loop {
         if (entry < end && neighbour[entry] != NONE) {
             let tagged = neighbour[entry];

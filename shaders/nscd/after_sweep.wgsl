@@ -3,7 +3,7 @@
 // clumps the residual alone, and `sync_members` does the rest.
 var<storage, read_write> pass_residual: array<Real>;           // N, (m/s)²
 
-fn placed(i: u32) -> ResidualSums {
+fn after_sweep_of(i: u32) -> ResidualSums {
     if (i >= params.bodies) {
         return ResidualSums();
     }
@@ -17,5 +17,5 @@ fn placed(i: u32) -> ResidualSums {
 @compute @workgroup_size(GROUP)
 fn after_sweep(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
-    store_residual_sums(i, placed(i));
+    store_residual_sums(i, after_sweep_of(i));
 }

@@ -1,6 +1,7 @@
 // twin: src/nscd/clump_response.rs
-// Contact dynamics of clumps, after `setup_contacts` and after a pass: clumps answer to the impulses that their members hold.
-fn responded(c: u32) -> ResidualSums {
+// Contact dynamics of clumps, after `setup_contacts` and after a pass: clumps answer to the impulses that their members
+// hold.
+fn respond_to_members(c: u32) -> ResidualSums {
     if (c >= params.clumps) {
         return ResidualSums();
     }
@@ -24,5 +25,5 @@ fn responded(c: u32) -> ResidualSums {
 @compute @workgroup_size(GROUP)
 fn clump_response(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let c = linear(gid, groups);
-    store_clump_residual_sums(c, responded(c));
+    store_clump_residual_sums(c, respond_to_members(c));
 }

@@ -1,7 +1,7 @@
 // twin: src/nscd/contact.rs
-// Method slot: contact dynamics, section 2.2. Grains are rigid; a step is one implicit Euler step with restitution 0. Here is
-// what its kernels share. Impulses and velocities are those of the whole step; the tangential slot keeps the impulse of a contact
-// where the discrete element method keeps its spring, and hands it on in the same way.
+// What the kernels of contact dynamics share, section 2.2. Grains are rigid; a step is one implicit Euler step with
+// restitution 0. Impulses and velocities are those of the whole step. A contact remembers its impulse, with which the
+// next step begins.
 
 /// Grains whose sums are added up before they leave the processor.
 const GROUP = 64u;
@@ -12,20 +12,26 @@ struct ContactGeometry {
     bias_velocity: Real, // m/s: the grains may approach each other at most at this speed, which closes the gap
 }
 
-/// What an impulse does to the two.
-struct EffectiveMass {
+/// What an impulse does to the two of a contact.
+struct InverseEffectiveMass {
     arm: Real,        // m, from the centre of the grain of interest to the contact point
     arm_to: Real,     // m, from the centre of the other
-    normal: Real,     // 1/kg, W in the direction of n; of clumps what takes its place, see `effective_mass_of`
+    normal: Real,     // 1/kg, W in the direction of n; of clumps what takes its place, see `inverse_effective_mass_of`
     tangential: Real, // 1/kg, W across; of clumps what takes the place of its largest eigenvalue there
 }
 
-var<storage, read_write> contact_geometry: array<ContactGeometry>; // entries
-var<storage, read_write> effective_mass: array<EffectiveMass>;     // entries
+var<storage, read_write> contact_geometry: array<ContactGeometry>;            // entries
+var<storage, read_write> inverse_effective_mass: array<InverseEffectiveMass>; // entries
 var<storage, read_write> extrapolated_velocity: array<Velocity>;    // N, m/s, 1/kg: what a pass starts from
 var<storage, read_write> pass_velocity: array<Velocity>;    // N, m/s, 1/kg: after the last pass
 var<storage, read_write> pass_velocity_before: array<Velocity>; // N: after the pass before; a pass writes them anew
-var<storage, read_write> impulse_before: array<Packed>; // entries, N s: the impulses of the pass before; a pass writes them anew
+var<storage, read_write> impulse: array<Packed>;         // entries, N s: on the grain of interest
+var<storage, read_write> impulse_before: array<Packed>;  // entries, N s: of the pass before; a pass writes them anew
+var<storage, read_write> history_impulse: array<Packed>; // contacts, N s: on the grain with the smaller index
+
+struct History {
+    impulse: Vec, // N s
+}
 
 /// Sums of a workgroup, or of the body or clump of an invocation.
 struct ResidualSums {
@@ -58,8 +64,7 @@ fn combined(a: ResidualSums, b: ResidualSums) -> ResidualSums {
     );
 }
 
-const SUM_LANES = 256u;
-var<workgroup> of_lane: array<ResidualSums, SUM_LANES>;
+alias Sums = ResidualSums;
 var<storage, read_write> residual_sums: array<ResidualSums>; // groups of bodies, then of clumps
 var<storage, read_write> solver_state: SolverState;
 
@@ -69,7 +74,7 @@ fn groups_of(items: u32) -> u32 {
 
 /// Add up the sums of a group of bodies, of which invocation i brings its own.
 fn store_residual_sums(i: u32, sums: ResidualSums) {
-    let sum = sum_of_group(i, sums);
+    let sum = sum_of_lanes(i % GROUP, GROUP, sums);
     if (i % GROUP == 0u && i < params.bodies) {
         residual_sums[i / GROUP] = sum;
     }
@@ -77,24 +82,10 @@ fn store_residual_sums(i: u32, sums: ResidualSums) {
 
 /// The same for a group of clumps.
 fn store_clump_residual_sums(c: u32, sums: ResidualSums) {
-    let sum = sum_of_group(c, sums);
+    let sum = sum_of_lanes(c % GROUP, GROUP, sums);
     if (c % GROUP == 0u && c < params.clumps) {
         residual_sums[groups_of(params.bodies) + c / GROUP] = sum;
     }
-}
-
-/// In the first lane only.
-fn sum_of_group(item: u32, sums: ResidualSums) -> ResidualSums {
-    let lane = item % GROUP;
-    of_lane[lane] = sums;
-    workgroupBarrier();
-    var sum = sums;
-    if (lane == 0u) {
-        for (var l = 1u; l < GROUP; l++) {
-            sum = combined(sum, of_lane[l]);
-        }
-    }
-    return sum;
 }
 
 /// The sum over all groups, in a single workgroup; in lane 0 only.
@@ -104,14 +95,7 @@ fn total_sums(lane: u32) -> ResidualSums {
     for (var g = lane; g < groups; g += SUM_LANES) {
         sum = combined(sum, residual_sums[g]);
     }
-    of_lane[lane] = sum;
-    workgroupBarrier();
-    if (lane == 0u) {
-        for (var l = 1u; l < SUM_LANES; l++) {
-            sum = combined(sum, of_lane[l]);
-        }
-    }
-    return sum;
+    return sum_of_lanes(lane, SUM_LANES, sum);
 }
 
 /// What global damping, implicit like all else, leaves of velocities and to impulses.
@@ -119,12 +103,14 @@ fn damping_factor() -> Real {
     return 1 / (1 + params.dt * params.damping);
 }
 
-/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that impulses act on.
+/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that impulses
+/// act on.
 fn free_velocity(velocity: Velocity) -> Velocity {
     if (velocity.inverse_mass == 0) {
         return velocity;
     }
-    return Velocity(damping_factor() * (velocity.v + params.dt * params.gravity), damping_factor() * velocity.inverse_mass);
+    let v = damping_factor() * (velocity.v + params.dt * params.gravity);
+    return Velocity(v, damping_factor() * velocity.inverse_mass);
 }
 
 /// The same for the spin.
@@ -135,7 +121,7 @@ fn free_spin_of(velocity: Velocity, spin: Spin) -> Spin {
     return damping_factor() * spin;
 }
 
-/// What residuals are relative to: the square of a grain's free velocity, m²/s²; and `crowd`.
+/// What residuals are relative to: the square of a grain's free velocity, m²/s²; and a bound on the eigenvalues of W.
 fn residual_scale_of(lipschitz_bound: u32, squared: Real, inverse_mass: Real) -> ResidualSums {
     var sums = ResidualSums();
     sums.lipschitz_bound = Real(lipschitz_bound);
@@ -146,8 +132,8 @@ fn residual_scale_of(lipschitz_bound: u32, squared: Real, inverse_mass: Real) ->
     return sums;
 }
 
-/// Velocities of body i, after a pass and as carried ahead from it, by what its impulses make of them: freed of the rounding that
-/// updates in place have left.
+/// Velocities of body i, after a pass and as carried ahead from it, by what its impulses make of them: freed of the
+/// rounding that updates in place have left.
 fn remove_rounding(i: u32, velocity: Velocity, spin: Spin) {
     let off = velocity.v - pass_velocity[i].v;
     let spin_off = spin - pass_spin_of(i);
@@ -159,20 +145,32 @@ fn remove_rounding(i: u32, velocity: Velocity, spin: Spin) {
     store_extrapolated_spin(i, extrapolated_spin_of(i) + spin_off);
 }
 
+/// A contact of grains i and j, or of grain i with a wall, at a velocity of i past the other.
+fn contact_at(
+    i: u32,
+    j: u32,
+    geometry: ContactGeometry,
+    inverse_mass: InverseEffectiveMass,
+    velocity: Vec,
+) -> OrientedContact {
+    var side = OrientedContact();
+    side.sign = 1;
+    side.share = 1;
+    side.n = geometry.n;
+    side.bias_velocity = geometry.bias_velocity;
+    side.normal = inverse_mass.normal;
+    side.tangential = inverse_mass.tangential;
+    side.friction = pair_of(i, j).friction;
+    side.velocity = velocity;
+    return side;
+}
+
 /// The contact at an entry of grain i at the velocities that a pass starts from.
 fn oriented_contact(i: u32, entry: u32, j: u32, here: Velocity, spin: Spin) -> OrientedContact {
-    let m = contact_geometry[entry];
-    let l = effective_mass[entry];
-    var side = OrientedContact();
-    side.friction = pair_of(i, j).friction;
-    side.bias_velocity = m.bias_velocity;
-    side.normal = l.normal;
-    side.tangential = l.tangential;
+    let inverse_mass = inverse_effective_mass[entry];
+    var side = contact_at(i, j, contact_geometry[entry], inverse_mass, Vec());
     if (j >= params.bodies) {
-        side.sign = 1;
-        side.share = 1;
-        side.n = m.n;
-        let arm = l.arm * m.n;
+        let arm = inverse_mass.arm * side.n;
         side.velocity = (here.v - wall_velocity(j - params.bodies, position[i].x + arm)) + surface_velocity(spin, arm);
         return side;
     }
@@ -181,9 +179,11 @@ fn oriented_contact(i: u32, entry: u32, j: u32, here: Velocity, spin: Spin) -> O
     let spin_to = extrapolated_spin_of(j);
     side.sign = select(Real(-1), Real(1), first);
     side.share = 0.5;
-    side.n = side.sign * m.n;
-    let surface = surface_velocity(select(spin_to, spin, first), select(l.arm_to, l.arm, first) * side.n);
-    let surface_to = surface_velocity(select(spin, spin_to, first), -select(l.arm, l.arm_to, first) * side.n);
+    side.n = side.sign * side.n;
+    let arm = select(inverse_mass.arm_to, inverse_mass.arm, first) * side.n;
+    let arm_to = -select(inverse_mass.arm, inverse_mass.arm_to, first) * side.n;
+    let surface = surface_velocity(select(spin_to, spin, first), arm);
+    let surface_to = surface_velocity(select(spin, spin_to, first), arm_to);
     side.velocity = select(there.v - here.v, here.v - there.v, first) + (surface - surface_to);
     return side;
 }
@@ -226,15 +226,48 @@ fn contact_of(i: u32, here: Body, entry: u32, tagged: u32) -> Contact {
 
 /// Gap and normal of grains i and j, opposite to the last bit for the two.
 fn sphere_separation_of(i: u32, here: Body, j: u32) -> Separation {
-    let there = position[j];
-    let low = position_low_of(j);
-    let d = nearest_image(here.position.x, there.x, low.x - here.low.x);
-    let back = backward(d.x);
-    let branch = Point(select(d.x, -d.x, back), select(d.low, -d.low, back));
-    let radius = select(here.position.radius, there.radius, back);
-    let radius_to = select(there.radius, here.position.radius, back);
-    let touch = sphere_separation(i, j, branch, radius, radius_to, here.low.radius + low.radius);
-    return Separation(touch.gap, select(touch.n, -touch.n, back));
+    let pair = oriented_pair(i, here, j);
+    return Separation(pair.separation.gap, select(pair.separation.n, -pair.separation.n, pair.back));
+}
+
+/// The entry of neighbour j in the list of grain i.
+fn entry_of(i: u32, j: u32) -> u32 {
+    var entry = list_start[i];
+    while ((neighbour[entry] & INDEX) != j) {
+        entry++;
+    }
+    return entry;
+}
+
+/// The impulse at this entry.
+fn impulse_of(entry: u32) -> Vec {
+    return unpacked(impulse[entry]);
+}
+
+fn store_impulse(entry: u32, r: Vec) {
+    impulse[entry] = packed(r);
+}
+
+/// That of the last step, N s.
+fn warm_start_impulse(entry: u32, tagged: u32) -> Vec {
+    if ((tagged & ACTIVE) == 0u) {
+        return Vec();
+    }
+    return impulse_of(entry);
+}
+
+fn store_lanes(at: u32, entry: u32) {
+    history_impulse[at] = impulse[entry];
+}
+
+fn restore_lanes(entry: u32, at: u32, same: bool) {
+    let r = unpacked(history_impulse[at]);
+    store_impulse(entry, select(-r, r, same));
+}
+
+/// Nothing: rigid grains store no energy.
+fn forgotten_energy(i: u32, here: Body, entry: u32, tagged: u32) -> Real {
+    return 0;
 }
 
 /// Velocities are those of the positions.

@@ -9,6 +9,7 @@ fn extrapolate(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workg
     }
     let last = pass_velocity[i];
     let spin = pass_spin_of(i);
-    extrapolated_velocity[i] = Velocity(last.v + solver_state.beta * (last.v - pass_velocity_before[i].v), last.inverse_mass);
+    let v = last.v + solver_state.beta * (last.v - pass_velocity_before[i].v);
+    extrapolated_velocity[i] = Velocity(v, last.inverse_mass);
     store_extrapolated_spin(i, spin + solver_state.beta * (spin - pass_spin_before_of(i)));
 }

@@ -1,6 +1,6 @@
 // twin: src/nscd/gather_impulses.rs
-// Colors 5: velocities freed of the rounding that the updates in place have left in them; members of clumps hold what `refresh_members`
-// needs for that.
+// Colors 5: velocities freed of the rounding that the updates in place have left in them; members of clumps hold what
+// `refresh_members` needs for that.
 
 @compute @workgroup_size(WG)
 fn gather_impulses(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
@@ -19,7 +19,7 @@ fn gather_impulses(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_w
         if ((tagged & ACTIVE) != 0u) {
             let mine = impulse_of(entry);
             impulse += mine;
-            torque_impulse += moment(effective_mass[entry].arm * contact_geometry[entry].n, mine);
+            torque_impulse += moment(inverse_effective_mass[entry].arm * contact_geometry[entry].n, mine);
         }
     }
     respond_to_gather(i, ForceTorque(impulse, torque_impulse));

@@ -1,10 +1,10 @@
 // twin: src/nscd/gauss_seidel_pass.rs
-// Contact dynamics 3, coloured: all contacts of the next colour, each updated with a step of its own (of spheres that is
-// Algorithm 1, which solves it exactly) for the velocities that the colours before have left.
+// Contact dynamics 3, coloured: all contacts of the next colour, each updated with a step of its own (of spheres that
+// is Algorithm 1, which solves it exactly) for the velocities that the colours before have left.
 var<storage, read_write> color_count: array<u32>;    // colours: contacts there are of each
 var<storage, read_write> color_cursor: ColorCursor;
 var<storage, read_write> color_cursor_next: ColorCursor;
-var<storage, read_write> pass_residual: array<Real>;      // N, (m/s)²: natural map that the sweep has met
+var<storage, read_write> pass_residual: array<Real>; // N, (m/s)²: squares of the natural map that the sweep has met
 
 fn update(k: u32) {
     let i = colored_contact[k].first;
@@ -12,29 +12,23 @@ fn update(k: u32) {
     if (i == NONE) {
         return;
     }
-    let met = colored_geometry[k];
-    let l = colored_effective_mass[k];
-    let arm = l.arm * met.n;
+    let geometry = colored_geometry[k];
+    let inverse_mass = colored_inverse_effective_mass[k];
+    let arm = inverse_mass.arm * geometry.n;
     let here = contact_body(i, arm);
     var there = ContactBody();
     if (j < params.bodies) {
-        there = contact_body(j, -l.arm_to * met.n);
+        there = contact_body(j, -inverse_mass.arm_to * geometry.n);
     } else {
         there.velocity.v = wall_velocity(j - params.bodies, position[i].x + arm);
     }
-    var side = OrientedContact();
-    side.n = met.n;
-    side.bias_velocity = met.bias_velocity;
-    side.normal = l.normal;
-    side.tangential = l.tangential;
-    side.friction = pair_of(i, j).friction;
     let surface = surface_velocity(here.spin, here.arm) - surface_velocity(there.spin, there.arm);
-    side.velocity = (here.velocity.v - there.velocity.v) + surface;
+    let side = contact_at(i, j, geometry, inverse_mass, (here.velocity.v - there.velocity.v) + surface);
     let old = unpacked(colored_impulse[k]);
     let start = old + solver_state.beta * (old - unpacked(colored_impulse_before[k]));
     let next = disc_update(side, start, Real(1));
-    let far = natural_map(side, start, natural_map_scale(colored_contact[k].entry, side.tangential));
-    pass_residual[i] += dot(far, far);
+    let error = natural_map(side, start, natural_map_scale(colored_contact[k].entry, side.tangential));
+    pass_residual[i] += dot(error, error);
     colored_impulse_before[k] = packed(next);
     let change = next - start;
     apply_impulse(i, here, change);

@@ -1,8 +1,8 @@
 // twin: src/nscd/jacobi_pass.rs
-// Contact dynamics 3: a pass. Every contact takes a step of Jacobi's kind from the impulses and velocities that momentum has
-// carried ahead, and every grain gathers what its contacts do to it.
+// Contact dynamics 3: a pass. Every contact takes a step of Jacobi's kind from the impulses and velocities that
+// momentum has carried ahead, and every grain gathers what its contacts do to it.
 
-fn pass_of(i: u32) -> ResidualSums {
+fn jacobi_pass_of(i: u32) -> ResidualSums {
     if (i >= params.bodies) {
         return ResidualSums();
     }
@@ -27,11 +27,11 @@ fn pass_of(i: u32) -> ResidualSums {
         let mine = side.sign * next;
         impulse_before[entry] = packed(mine);
         sum.force += mine;
-        sum.torque += moment(effective_mass[entry].arm * contact_geometry[entry].n, mine);
+        sum.torque += moment(inverse_effective_mass[entry].arm * contact_geometry[entry].n, mine);
         let back = start - next;
         let on = next - old;
-        let far = natural_map(side, start, natural_map_scale(entry, side.tangential));
-        sums.residual_squared += side.share * dot(far, far);
+        let error = natural_map(side, start, natural_map_scale(entry, side.tangential));
+        sums.residual_squared += side.share * dot(error, error);
         sums.restart_criterion += side.share * scaled_product(side, back, on);
         sums.step_squared += side.share * scaled_product(side, back, back);
     }
@@ -42,5 +42,5 @@ fn pass_of(i: u32) -> ResidualSums {
 @compute @workgroup_size(GROUP)
 fn jacobi_pass(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
-    store_residual_sums(i, pass_of(i));
+    store_residual_sums(i, jacobi_pass_of(i));
 }

@@ -21,7 +21,7 @@ fn member_impulses(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_w
         set_active(entry, tagged, pressed);
         if (pressed) {
             sum.force += impulse;
-            sum.torque += moment(effective_mass[entry].arm * contact_geometry[entry].n, impulse);
+            sum.torque += moment(inverse_effective_mass[entry].arm * contact_geometry[entry].n, impulse);
         }
     }
     store_member_load(i, sum);

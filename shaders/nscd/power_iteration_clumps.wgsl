@@ -1,7 +1,7 @@
 // twin: src/nscd/power_iteration_clumps.rs
-// Contact dynamics of clumps, after a pass of the power iteration: the impulses that their members hold alone give clumps
-// velocities.
-fn echoed(c: u32) -> ResidualSums {
+// Contact dynamics of clumps, after a pass of the power iteration: the impulses that their members hold alone give
+// clumps velocities.
+fn power_iteration_of_clump(c: u32) -> ResidualSums {
     if (c >= params.clumps) {
         return ResidualSums();
     }
@@ -16,5 +16,5 @@ fn echoed(c: u32) -> ResidualSums {
 @compute @workgroup_size(GROUP)
 fn power_iteration_clumps(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let c = linear(gid, groups);
-    store_clump_residual_sums(c, echoed(c));
+    store_clump_residual_sums(c, power_iteration_of_clump(c));
 }

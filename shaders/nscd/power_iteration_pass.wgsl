@@ -1,8 +1,8 @@
 // twin: src/nscd/power_iteration_pass.rs
-// Contact dynamics, the step's length 2: a pass of the power iteration. Contacts turn velocities into the impulses that would
-// undo them one by one, and these give the grains velocities.
+// Contact dynamics, the step's length 2: a pass of the power iteration. Contacts turn velocities into the impulses that
+// would undo them one by one, and these give the grains velocities.
 
-fn probed(i: u32) -> ResidualSums {
+fn power_iteration_of(i: u32) -> ResidualSums {
     if (i >= params.bodies) {
         return ResidualSums();
     }
@@ -24,13 +24,14 @@ fn probed(i: u32) -> ResidualSums {
         let j = tagged & INDEX;
         var velocity = side.velocity;
         if (j >= params.bodies) {
-            velocity += wall_velocity(j - params.bodies, position[i].x + effective_mass[entry].arm * side.n); // as if it stood
+            // As if it stood.
+            velocity += wall_velocity(j - params.bodies, position[i].x + inverse_effective_mass[entry].arm * side.n);
         }
         let approach = dot(velocity, side.n);
         let slip = velocity - approach * side.n;
         let mine = (side.sign * scale) * (approach / side.normal * side.n + slip * (1 / side.tangential));
         sum.force += mine;
-        sum.torque += moment(effective_mass[entry].arm * contact_geometry[entry].n, mine);
+        sum.torque += moment(inverse_effective_mass[entry].arm * contact_geometry[entry].n, mine);
         sums.step_squared += side.share * (approach * approach / side.normal + dot(slip, slip) / side.tangential);
     }
     sums.curvature = respond_to_power_iteration(i, sum, here, spin);
@@ -40,5 +41,5 @@ fn probed(i: u32) -> ResidualSums {
 @compute @workgroup_size(GROUP)
 fn power_iteration_pass(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
-    store_residual_sums(i, probed(i));
+    store_residual_sums(i, power_iteration_of(i));
 }

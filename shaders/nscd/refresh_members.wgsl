@@ -1,5 +1,6 @@
 // twin: src/nscd/refresh_members.rs
-// Colors of clumps, after `gather_impulses`: the velocities of members freed of the rounding that the updates in place have left in them.
+// Colors of clumps, after `gather_impulses`: the velocities of members freed of the rounding that the updates in place
+// have left in them.
 @compute @workgroup_size(WG)
 fn refresh_members(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let c = linear(gid, groups);

@@ -1,6 +1,6 @@
 // twin: src/nscd/residual.rs
-// Contact dynamics 6: how far the impulses are from a solution, by the natural map, which anyone can compute again. Pairs that
-// were left out and meet after all take part from now on.
+// Contact dynamics 6: how far the impulses are from a solution, by the natural map, which anyone can compute again.
+// Pairs that were left out and meet after all take part from now on.
 
 fn residual_sums_of(i: u32) -> ResidualSums {
     if (i >= params.bodies) {
@@ -21,14 +21,15 @@ fn residual_sums_of(i: u32) -> ResidualSums {
             sums.late_contacts++;
         }
         let impulse = side.sign * impulse_of(entry);
-        let far = natural_map(side, impulse, natural_map_scale(entry, side.tangential));
+        let error = natural_map(side, impulse, natural_map_scale(entry, side.tangential));
         let normal_impulse = -dot(impulse, side.n);
         let friction = impulse + normal_impulse * side.n;
-        sums.residual_squared += side.share * dot(far, far);
+        sums.residual_squared += side.share * dot(error, error);
         sums.max_normal_impulse = max(sums.max_normal_impulse, normal_impulse);
         // In m/s, because squares of a small grain's impulses are beyond single precision.
         let across = side.tangential * friction;
-        sums.coulomb_excess = max(sums.coulomb_excess, sqrt(dot(across, across)) / side.tangential - side.friction * normal_impulse);
+        let excess = sqrt(dot(across, across)) / side.tangential - side.friction * normal_impulse;
+        sums.coulomb_excess = max(sums.coulomb_excess, excess);
     }
     return sums;
 }

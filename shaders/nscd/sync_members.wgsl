@@ -1,7 +1,7 @@
 // twin: src/nscd/sync_members.rs
-// Contact dynamics of clumps 3, coloured: members get the velocities that the sweeps have given the first of them, and what the
-// momentum of the next pass depends on.
-fn fallen_in(c: u32) -> ResidualSums {
+// Contact dynamics of clumps 3, coloured: members get the velocities that the sweeps have given the first of them, and
+// what the momentum of the next pass depends on.
+fn sync_members_of(c: u32) -> ResidualSums {
     if (c >= params.clumps) {
         return ResidualSums();
     }
@@ -20,7 +20,8 @@ fn fallen_in(c: u32) -> ResidualSums {
     for (var member_id = first_member[c]; member_id < first_member[c + 1u]; member_id++) {
         let member = index_of_id[member_id];
         let from_first = arm_of(q, member_id) - member_arm;
-        pass_velocity_before[member] = Velocity(extrapolated_velocity[i].v + surface_velocity(now.spin, from_first), extrapolated_velocity[i].inverse_mass);
+        let v = extrapolated_velocity[i].v + surface_velocity(now.spin, from_first);
+        pass_velocity_before[member] = Velocity(v, extrapolated_velocity[i].inverse_mass);
         pass_spin_before[member] = now.spin;
     }
     return sums;
@@ -29,5 +30,5 @@ fn fallen_in(c: u32) -> ResidualSums {
 @compute @workgroup_size(GROUP)
 fn sync_members(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let c = linear(gid, groups);
-    store_clump_residual_sums(c, fallen_in(c));
+    store_clump_residual_sums(c, sync_members_of(c));
 }

@@ -1,11 +1,11 @@
 // twin: src/solve/jacobi.rs
-// A pass, 2 of 3: u = W r + q where the steps have ended, with a row of blocks of the Delassus operator W for each contact, and what
-// it says of the steps.
+// A pass, 2 of 3: u = W r + q where the steps have ended, with a row of blocks of the Delassus operator W for each
+// contact, and what it says of the steps.
 var<storage, read> row_start: array<u32>; // contacts + 1
 var<storage, read> column: array<u32>;    // blocks, ascending in every row
 var<storage, read> w: array<Packed>;      // columns of blocks, one block after the other
 
-fn applied(k: u32) -> PassSums {
+fn pass_sums_of(k: u32) -> PassSums {
     if (k >= rule.contacts || paused()) {
         return PassSums();
     }
@@ -23,9 +23,9 @@ fn applied(k: u32) -> PassSums {
     let back = unpacked(y[k].r) - r;
     let on = r - unpacked(x[k].r);
     let side = contact_at(c, u);
-    let far = natural_map(side, r, c.lambda);
+    let error = natural_map(side, r, c.lambda);
     return PassSums(
-        dot(far, far),
+        dot(error, error),
         scaled_product(side, back, on),
         dot(back, unpacked(y[k].u) - u),
         scaled_product(side, back, back),
@@ -35,7 +35,7 @@ fn applied(k: u32) -> PassSums {
 @compute @workgroup_size(WG)
 fn apply_delassus(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let k = linear(id, groups);
-    let sum = sum_of_lanes(k % WG, WG, applied(k));
+    let sum = sum_of_lanes(k % WG, WG, pass_sums_of(k));
     if (k % WG == 0u && k < rule.contacts) {
         pass_sums[k / WG] = sum;
     }

@@ -1,9 +1,10 @@
 // twin: src/solve/momentum.rs
-// How a relaxation goes on after a pass, in scenes and for problems from files. A pass leads from y to x⁺, and the next one sets out
-// from y = x⁺ + beta (x⁺ - x) with beta of Nesterov (1983). Momentum begins anew when it carries the wrong way (O'Donoghue and Candès
-// 2015), when the residual has risen, or when the curvature of W along the step shows that it was too long. Steps that are not too
-// long for W may be for friction: passes then go in circles, and come no nearer in as many as it took to get there. (Updates in place
-// have no such steps, and no sums `curvature` and `step_squared`.)
+// How a relaxation goes on after a pass, in scenes and for problems from files. A pass leads from y to x⁺, and the next
+// one sets out from y = x⁺ + beta (x⁺ - x) with beta of Nesterov (1983). Momentum begins anew when it carries the wrong
+// way (O'Donoghue and Candès 2015), when the residual has risen, or when the curvature of W along the step shows that
+// it was too long. Steps that are not too long for W may be for friction: passes then go in circles, and come no nearer
+// in as many as it took to get there. (Updates in place have no such steps, and no sums `curvature` and
+// `step_squared`.)
 
 /// L is raised by so much more than what was seen of it, which comes from below.
 const LIPSCHITZ_MARGIN = 1.02;
@@ -29,10 +30,10 @@ struct SolverState {
     lowest_pass: u32,        // after so many passes
     step_divisor: Real,      // by this factor steps are shorter than W asks for
     residual: Real,          // of scenes: relative residual of the natural map, as last computed
-    coulomb_excess: Real,    // of scenes: largest friction beyond the Coulomb limit, over the largest normal impulse, as last computed
+    coulomb_excess: Real,    // of scenes, as last computed: largest friction beyond its limit, over the largest push
     passes: u32,
     late_contacts: u32,      // of scenes: pairs found by the last residual to meet after all, counted from both sides
-    step_too_long: u32,      // 1: the last step was too long for W, and the next one will be shorter; problems take it back
+    step_too_long: u32,      // 1: the last step was too long for W, the next one is shorter; problems take it back
 }
 
 /// What a pass from y to x⁺ tells, after one that led to x: sums over contacts.
@@ -46,6 +47,11 @@ struct PassSums {
 struct MomentumLimits {
     max_momentum: Real, // the largest beta: 0 for passes without momentum
     rounding: Real,     // relative residual below which the curvature of a pass may be rounding
+}
+
+/// Of a scene.
+fn limits_of_scene(max_momentum: Real, tolerance: Real) -> MomentumLimits {
+    return MomentumLimits(max_momentum, ROUNDING * tolerance);
 }
 
 /// The state before the first pass.

@@ -1,11 +1,11 @@
 // twin: src/solve/natural_map.rs
-// The laws of Signorini and Coulomb at one contact, as pure functions: its natural map, its disc update, and the scales of both.
-// Scenes and problems from files share them. Impulse and velocity are those of the first of the two sides, relative to the
-// second; a normal impulse points against n, and a positive velocity along n is an approach. A problem u = W r + q, whose u_n > 0
-// opens, is of this form with n = -(1, 0, 0).
+// The laws of Signorini and Coulomb at one contact, as pure functions: its natural map, its disc update, and the scales
+// of both. Scenes and problems from files share them. Impulse and velocity are those of the first of the two sides,
+// relative to the second; a normal impulse points against n, and a positive velocity along n is an approach. A problem
+// u = W r + q, whose u_n > 0 opens, is of this form with n = -(1, 0, 0).
 
-/// A contact as its first side sees it, the grain with the smaller index: both grains compute it from there, so that they get
-/// the same bits, and turn what comes of it to their own side.
+/// A contact as its first side sees it, the grain with the smaller index: both grains compute it from there, so that
+/// they get the same bits, and turn what comes of it to their own side.
 struct OrientedContact {
     sign: Real,          // 1: the grain of interest is that side; -1: the other
     share: Real,         // 1/2 of a contact that two grains add to a sum
@@ -23,9 +23,9 @@ struct UpdateScales {
     tangential: Real,
 }
 
-/// Scales for a contact with the block W_kk and normal n: W_nn and λmax(W_tt), and more where W joins the two. So much more that
-/// the scales are nowhere less than W, and that friction at its limit, which answers to the normal impulse, makes it overshoot by
-/// half at most.
+/// Scales for a contact with the block W_kk and normal n: W_nn and λmax(W_tt), and more where W joins the two. So much
+/// more that the scales are nowhere less than W, and that friction at its limit, which answers to the normal impulse,
+/// makes it overshoot by half at most.
 fn update_scales(w: Columns, n: Vec, friction: Real) -> UpdateScales {
     var scales = UpdateScales();
     let across = times(w, n);
@@ -49,9 +49,9 @@ fn project_on_disc(v: Vec, length: Real) -> Vec {
     return v;
 }
 
-/// Impulse on the first side after a projected gradient step from `impulse`: the normal impulse, then the friction within the disc
-/// that it allows. `step` is a fraction of the contact's own scales. Its fixed points are contacts that are open, stick or slip as
-/// Algorithm 1 has them; with step = 1 it is that algorithm for spheres.
+/// Impulse on the first side after a projected gradient step from `impulse`: the normal impulse, then the friction
+/// within the disc that it allows. `step` is a fraction of the contact's own scales. Its fixed points are contacts that
+/// are open, stick or slip as Algorithm 1 has them; with step = 1 it is that algorithm for spheres.
 fn disc_update(side: OrientedContact, impulse: Vec, step: Real) -> Vec {
     let normal_impulse = -dot(impulse, side.n);
     let approach = dot(side.velocity, side.n);
@@ -60,12 +60,13 @@ fn disc_update(side: OrientedContact, impulse: Vec, step: Real) -> Vec {
     let normal_impulse_next = max(normal_impulse + step / side.normal * (approach - side.bias_velocity), Real(0));
     // In m/s, because squares of a small grain's impulses are beyond single precision.
     let weight = side.tangential;
-    let friction_next = project_on_disc(weight * friction - step * slip, side.friction * (weight * normal_impulse_next));
+    let limit = side.friction * (weight * normal_impulse_next);
+    let friction_next = project_on_disc(weight * friction - step * slip, limit);
     return (1 / weight) * friction_next - normal_impulse_next * side.n;
 }
 
-/// The natural map of a contact, m/s: (r - P_K(r - rho (u + mu |u_T| n))) / rho with rho = 1/weight, De Saxcé's form of Coulomb's
-/// law: zero when and only when the laws hold. The weight is λmax(W_kk).
+/// The natural map of a contact, m/s: (r - P_K(r - rho (u + mu |u_T| n))) / rho with rho = 1/weight, De Saxcé's form of
+/// Coulomb's law: zero when and only when the laws hold. The weight is λmax(W_kk).
 fn natural_map(side: OrientedContact, impulse: Vec, weight: Real) -> Vec {
     let normal_impulse = -dot(impulse, side.n);
     let approach = dot(side.velocity, side.n);

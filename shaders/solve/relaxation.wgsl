@@ -1,7 +1,7 @@
 // twin: src/solve/jacobi.rs
-// Jacobi's relaxation of contacts whose W is a matrix, u = W r + q: what its kernels share, with the letters of the twin. An
-// invocation is a contact; its vectors are (n, t1, t2), or (n, t) in the plane. Velocities are multiples of |q| and impulses of
-// |q| / (largest eigenvalue of a W_kk), so that no units leave the range of single precision.
+// Jacobi's relaxation of contacts whose W is a matrix, u = W r + q: what its kernels share, with the letters of the
+// twin. An invocation is a contact; its vectors are (n, t1, t2), or (n, t) in the plane. Velocities are multiples of
+// |q| and impulses of |q| / (largest eigenvalue of a W_kk), so that no units leave the range of single precision.
 
 struct ProblemContact {
     q: Packed,
@@ -50,8 +50,7 @@ fn contact_at(c: ProblemContact, u: Vec) -> OrientedContact {
     return OrientedContact(1, 1, -first_axis(), 0, c.normal, c.tangential, c.mu, u);
 }
 
-const SUM_LANES = 256u;
-var<workgroup> of_lane: array<PassSums, SUM_LANES>;
+alias Sums = PassSums;
 var<storage, read_write> pass_sums: array<PassSums>; // groups
 
 fn combined(a: PassSums, b: PassSums) -> PassSums {
@@ -61,17 +60,4 @@ fn combined(a: PassSums, b: PassSums) -> PassSums {
         a.curvature + b.curvature,
         a.step_squared + b.step_squared,
     );
-}
-
-/// Lane 0 gets the sum of what the lanes bring, always in the same order.
-fn sum_of_lanes(lane: u32, lanes: u32, sums: PassSums) -> PassSums {
-    of_lane[lane] = sums;
-    workgroupBarrier();
-    var sum = sums;
-    if (lane == 0u) {
-        for (var l = 1u; l < lanes; l++) {
-            sum = combined(sum, of_lane[l]);
-        }
-    }
-    return sum;
 }

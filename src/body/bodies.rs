@@ -1,10 +1,65 @@
 //! Twin of `shaders/body/bodies.wgsl`.
 
 use super::{Body, rotation::spin_of};
-use crate::{space::precision::position_low_of, state::State};
+use crate::{
+    space::{
+        dimension::outside,
+        precision::{Point, position_low_of},
+    },
+    state::{Position, PositionLow, State},
+};
 
 /// Grain i.
 #[inline(always)]
 pub fn body(s: &State, i: usize) -> Body {
     Body { position: s.position[i], low: position_low_of(s, i), velocity: s.velocity[i], spin: spin_of(s, i) }
+}
+
+/// Where a run of bodies comes to.
+pub struct NextPositions<'a> {
+    pub position: &'a mut [Position],
+    /// Empty where the model has none.
+    pub low: &'a mut [PositionLow],
+    /// m, way since the lists were made
+    pub displacement: &'a mut [f64],
+}
+
+/// What the places that bodies have come to say of the run.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Limits {
+    /// Mark of the first lost body (0: none): one that is beyond the domain or a wall, or too fast to be followed.
+    pub lost_body: u32,
+    /// Whether the lists may miss a neighbour from now on, or a body is lost.
+    pub halt: bool,
+}
+
+impl Limits {
+    #[inline(always)]
+    pub fn and(self, other: Limits) -> Limits {
+        Limits { lost_body: self.lost_body.max(other.lost_body), halt: self.halt | other.halt }
+    }
+}
+
+impl NextPositions<'_> {
+    /// Body i, the k-th of the run, has come to this point by a way of this length, m.
+    #[inline(always)]
+    pub fn commit_position(
+        &mut self,
+        s: &State,
+        (i, k): (usize, usize),
+        point: Point,
+        stride: f64,
+        crossed: bool,
+    ) -> Limits {
+        self.position[k] = Position { x: point.x, radius: s.position[i].radius };
+        if let Some(low) = self.low.get_mut(k) {
+            *low = PositionLow { x: point.low, radius: position_low_of(s, i).radius };
+        }
+        self.displacement[k] += stride;
+        let lost = crossed || outside(point.x, s.params.lower, s.params.upper) || !(stride <= s.params.step_limit);
+        Limits {
+            lost_body: if lost { s.params.bodies - s.id[i] } else { 0 },
+            halt: lost || !(self.displacement[k] <= s.params.displacement_limit),
+        }
+    }
 }

@@ -44,7 +44,8 @@ pub struct Clump {
     pub inverse_moments: DVec3,
 }
 
-/// A position that one array has the leading digits of, and another the rest; the rest is there in single precision only.
+/// Clump c, of whose position one array has the leading digits and another the rest; the rest is there in single
+/// precision only.
 pub fn clump(s: &State, c: usize) -> Clump {
     let low = s.center_low.get(c).copied().unwrap_or_default();
     let rest = s.orientation_low.get(c).map_or(DVec4::ZERO, |r| r.0);
@@ -62,8 +63,8 @@ pub fn member_ids(s: &State, c: usize) -> Range<usize> {
     s.first_member[c] as usize..s.first_member[c + 1] as usize
 }
 
-/// Whether a clump's spin is kept along the axes of the scene, and not along its own: where no product of angular velocities turns up
-/// in (2.21)-(2.23), and in contact dynamics, where impulses change it there.
+/// Whether a clump's spin is kept along the axes of the scene, and not along its own: where no product of angular
+/// velocities turns up in (2.21)-(2.23), and in contact dynamics, where impulses change it there.
 pub fn spins_in_scene(model: &Model, inverse_moments: DVec3) -> bool {
     model.method == Method::ContactDynamics || all_equal(model.dimension, inverse_moments)
 }
@@ -96,8 +97,8 @@ pub fn clump_load(s: &State, c: usize, q: DVec4) -> ForceTorque {
     sum
 }
 
-/// How far the attitude turns in a step (2.40): a turn about the axes of the scene comes from the left, one about those of the
-/// body from the right. What rounding has done to its length is undone.
+/// How far the attitude turns in a step (2.40): a turn about the axes of the scene comes from the left, one about those
+/// of the body from the right. What rounding has done to its length is undone.
 pub fn orientation_increment(s: &State, c: usize, here: &Clump, w: DVec3) -> DVec4 {
     let q = here.orientation;
     let rest = s.orientation_low.get(c).map_or(DVec4::ZERO, |r| r.0);
@@ -138,7 +139,7 @@ impl Moved {
         }
     }
 
-    pub fn keep(self, s: &mut State, c: usize) {
+    pub fn store(self, s: &mut State, c: usize) {
         s.center_next[c] = self.center.x;
         s.clump_velocity_next[c] = self.velocity;
         s.clump_spin_next[c].0 = self.spin;

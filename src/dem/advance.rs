@@ -1,8 +1,13 @@
-//! Twin of `shaders/dem/advance.wgsl`: contact forces at step n, then leapfrog: n - 1/2 to n + 1/2 (2.19), n to n + 1 (2.20).
+//! Twin of `shaders/dem/advance.wgsl`: contact forces at step n, then leapfrog: n - 1/2 to n + 1/2 (2.19), n to n + 1
+//! (2.20).
 
 use crate::body::blocks::{BLOCK, by_body};
 use crate::{
-    body::{Body, ForceTorque, bodies::body, rotation::integrate_sphere_spin},
+    body::{
+        Body, ForceTorque,
+        bodies::{Limits, NextPositions, body},
+        rotation::integrate_sphere_spin,
+    },
     contact::{
         batch::{Batch, LANES, ListEntry, Outcome},
         geometry::closer_than,
@@ -10,8 +15,8 @@ use crate::{
         law::wall_contact,
     },
     dem::leapfrog::integrate_velocity,
-    space::{boundary::wrap, dimension::outside, precision::displaced},
-    state::{INDEX, NONE, Position, PositionLow, Spin, State, Velocity},
+    space::{boundary::wrap, precision::displaced},
+    state::{INDEX, NONE, Spin, State, Velocity},
 };
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -19,11 +24,9 @@ use std::{mem::take, ops::Range};
 
 /// What a task writes: a run of grains, and their lists.
 struct Block<'a> {
-    position: &'a mut [Position],
-    low: &'a mut [PositionLow],
+    next: NextPositions<'a>,
     velocity: &'a mut [Velocity],
     spin: &'a mut [Spin],
-    displacement: &'a mut [f64],
     lists: Lists<'a>,
 }
 
@@ -42,14 +45,14 @@ pub fn advance(s: &mut State) {
         .zip(by_body(&mut spin, s))
         .zip(by_body(&mut displacement, s));
     let work = |s: &State, k: usize, ((((position, low), velocity), spin), displacement), lists: Lists| {
-        let block = Block { position, low, velocity, spin, displacement, lists };
+        let block = Block { next: NextPositions { position, low, displacement }, velocity, spin, lists };
         Arch::new().dispatch(Work { s, first: k * BLOCK, block })
     };
-    let (bad, spent) = with_lists(s, blocks, work, |a, b| (a.0.max(b.0), a.1 | b.1), || (0, false));
+    let limits = with_lists(s, blocks, work, Limits::and, Limits::default);
     (s.position_next, s.position_low_next, s.velocity_next, s.spin_next) = (position, low, velocity, spin);
     s.displacement = displacement;
-    s.counters[0].lost_body = s.counters[0].lost_body.max(bad);
-    s.halt_next[0] = s.halt_next[0].max(u32::from(spent));
+    s.counters[0].lost_body = s.counters[0].lost_body.max(limits.lost_body);
+    s.halt_next[0] = s.halt_next[0].max(u32::from(limits.halt));
 }
 
 /// A task. It is compiled for the vectors that machines have, with all that is inlined into it.
@@ -60,44 +63,33 @@ struct Work<'a> {
 }
 
 impl WithSimd for Work<'_> {
-    type Output = (u32, bool);
+    type Output = Limits;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, _: S) -> (u32, bool) {
+    fn with_simd<S: Simd>(mut self, _: S) -> Limits {
         advance_block(self.s, self.first, &mut self.block)
     }
 }
 
-/// A run of grains, the first of which is `first`: the mark of the first bad one, and whether the lists are spent.
+/// A run of grains, the first of which is `first`.
 #[inline(always)]
-fn advance_block(s: &State, first: usize, block: &mut Block) -> (u32, bool) {
-    let (mut bad, mut spent) = (0, false);
-    let Sums { of_grains, first_wall } = forces_of_grains(s, first, block.position.len(), &mut block.lists);
-    for k in 0..block.position.len() {
+fn advance_block(s: &State, first: usize, block: &mut Block) -> Limits {
+    let mut limits = Limits::default();
+    let Sums { of_grains, first_wall } = forces_of_grains(s, first, block.velocity.len(), &mut block.lists);
+    for k in 0..block.velocity.len() {
         let (i, mut sum) = (first + k, of_grains[k]);
         let here = body(s, i);
         let walls = first_wall[k]..row_in_block(s, first, i).end;
         let crossed = forces_of_walls(s, i, &here, walls, &mut block.lists, &mut sum);
         let v = integrate_velocity(s, &here.velocity, sum.force);
         let point = wrap(s, displaced(s, here.position.x, here.low.x, s.params.dt * v));
-        block.position[k] = Position { x: point.x, radius: here.position.radius };
-        if let Some(low) = block.low.get_mut(k) {
-            low.x = point.low;
-            low.radius = here.low.radius;
-        }
         block.velocity[k] = Velocity { v, inverse_mass: here.velocity.inverse_mass };
         if let Some(spin) = block.spin.get_mut(k) {
             spin.0 = integrate_sphere_spin(s, &here, sum.torque);
         }
-        let stride = s.params.dt * v.length();
-        block.displacement[k] += stride;
-        let lost = crossed || outside(point.x, s.params.lower, s.params.upper) || !(stride <= s.params.step_limit);
-        if lost {
-            bad = bad.max(s.params.bodies - s.id[i]);
-        }
-        spent |= lost || !(block.displacement[k] <= s.params.displacement_limit);
+        limits = limits.and(block.next.commit_position(s, (i, k), point, s.params.dt * v.length(), crossed));
     }
-    (bad, spent)
+    limits
 }
 
 /// What grains do to the grains of a block, and the entries where their walls begin.
@@ -106,8 +98,8 @@ pub struct Sums {
     pub first_wall: [usize; BLOCK],
 }
 
-/// The contacts of a run of `count` grains with grains, and what they remember. Many are computed at a time, and added in the order of
-/// the lists.
+/// The contacts of a run of `count` grains with grains, and what they remember. Many are computed at a time, and added
+/// in the order of the lists.
 #[inline(always)]
 pub fn forces_of_grains(s: &State, first: usize, count: usize, lists: &mut Lists) -> Sums {
     let mut sums = Sums { of_grains: [ForceTorque::default(); BLOCK], first_wall: [0; BLOCK] };

@@ -20,7 +20,7 @@ pub fn integrate_clumps(s: &mut State) {
     let next: Vec<(Moved, Option<SpinIncrement>)> =
         (0..s.sizes.clumps).into_par_iter().with_min_len(64).map(|c| driven(s, c)).collect();
     for (c, (moved, gain)) in next.into_iter().enumerate() {
-        moved.keep(s, c);
+        moved.store(s, c);
         if let Some(SpinIncrement { spin, rounds, settled }) = gain {
             s.spin_increment[c] = Spin(spin);
             count_iterations(s, rounds, settled);

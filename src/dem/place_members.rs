@@ -3,22 +3,23 @@
 use crate::body::blocks::{BLOCK, by_body};
 use crate::{
     body::{
+        bodies::{Limits, NextPositions},
         grains::{arm_of, clump, global_spin},
         rotation::surface_velocity,
     },
     space::{
         boundary::wrap,
-        dimension::{arm_increment, outside, rotation_increment},
-        precision::{Point, arm_end, position_low_of},
+        dimension::{arm_increment, rotation_increment},
+        precision::{Point, arm_end},
     },
-    state::{Position, PositionLow, Spin, State, Velocity},
+    state::{Spin, State, Velocity},
 };
 use glam::DVec4;
 use rayon::prelude::*;
 use std::mem::take;
 
 /// What a member is after a step, and how far it went.
-struct Next {
+struct Placed {
     point: Point,
     velocity: Velocity,
     spin: Spin,
@@ -30,49 +31,40 @@ pub fn place_members(s: &mut State) {
         s.halt_next[0] = 1;
         return;
     }
-    let spent = place_all_members(s);
-    s.halt_next[0] = s.halt_next[0].max(u32::from(spent));
+    let halt = place_all_members(s);
+    s.halt_next[0] = s.halt_next[0].max(u32::from(halt));
 }
 
-/// Members come to where their clumps are. Whether the lists are spent, or a member is lost.
+/// Members come to where their clumps are. Whether the run has to halt.
 pub fn place_all_members(s: &mut State) -> bool {
     let (mut position, mut low) = (take(&mut s.position_next), take(&mut s.position_low_next));
     let (mut velocity, mut spin) = (take(&mut s.velocity_next), take(&mut s.spin_next));
     let mut displacement = take(&mut s.displacement);
-    let (bad, spent) = by_body(&mut position, s)
+    let limits = by_body(&mut position, s)
         .zip(by_body(&mut low, s))
         .zip(by_body(&mut velocity, s))
         .zip(by_body(&mut spin, s))
         .zip(by_body(&mut displacement, s))
         .enumerate()
         .map(|(block, ((((position, low), velocity), spin), displacement))| {
-            let (mut bad, mut spent) = (0, false);
-            for k in 0..position.len() {
+            let members = 0..position.len();
+            let mut next = NextPositions { position, low, displacement };
+            let of_member = |k| {
                 let i = block * BLOCK + k;
-                let next = placed(s, i);
-                position[k] = Position { x: next.point.x, radius: s.position[i].radius };
-                if let Some(low) = low.get_mut(k) {
-                    *low = PositionLow { x: next.point.low, radius: position_low_of(s, i).radius };
-                }
-                (velocity[k], spin[k]) = (next.velocity, next.spin);
-                displacement[k] += next.stride;
-                let lost =
-                    outside(next.point.x, s.params.lower, s.params.upper) || !(next.stride <= s.params.step_limit);
-                if lost {
-                    bad = bad.max(s.params.bodies - s.id[i]);
-                }
-                spent |= lost || !(displacement[k] <= s.params.displacement_limit);
-            }
-            (bad, spent)
+                let placed = place_member(s, i);
+                (velocity[k], spin[k]) = (placed.velocity, placed.spin);
+                next.commit_position(s, (i, k), placed.point, placed.stride, false)
+            };
+            members.map(of_member).fold(Limits::default(), Limits::and)
         })
-        .reduce(|| (0, false), |a, b| (a.0.max(b.0), a.1 | b.1));
+        .reduce(Limits::default, Limits::and);
     (s.position_next, s.position_low_next, s.velocity_next, s.spin_next, s.displacement) =
         (position, low, velocity, spin, displacement);
-    s.counters[0].lost_body = s.counters[0].lost_body.max(bad);
-    spent
+    s.counters[0].lost_body = s.counters[0].lost_body.max(limits.lost_body);
+    limits.halt
 }
 
-fn placed(s: &State, i: usize) -> Next {
+fn place_member(s: &State, i: usize) -> Placed {
     let member_id = s.id[i] as usize;
     let c = s.clump_of_id[member_id] as usize;
     let before = clump(s, c);
@@ -84,7 +76,7 @@ fn placed(s: &State, i: usize) -> Next {
     let rest = s.orientation_low_next.get(c).map_or(DVec4::ZERO, |r| r.0);
     let center = Point { x: s.center_next[c], low };
     let stride = s.params.dt * v + gain;
-    Next {
+    Placed {
         point: wrap(s, arm_end(s, center, s.orientation_next[c].0, rest, s.member_offset[member_id].0)),
         velocity: Velocity {
             v: v + surface_velocity(spin, arm + 0.5 * gain),

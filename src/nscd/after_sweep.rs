@@ -1,5 +1,5 @@
-//! Twin of `shaders/nscd/after_sweep.wgsl`: velocities after all colours, and what the momentum of the next pass depends on; of
-//! clumps the residual alone, and `sync_members` does the rest.
+//! Twin of `shaders/nscd/after_sweep.wgsl`: velocities after all colours, and what the momentum of the next pass
+//! depends on; of clumps the residual alone, and `sync_members` does the rest.
 
 use crate::{
     body::rotation::inverse_inertia,
@@ -10,7 +10,7 @@ use crate::{
 };
 
 pub fn after_sweep(s: &mut State) {
-    store_residual_sums(s, swept);
+    store_residual_sums(s, after_sweep_of);
     s.pass_residual.fill(0.0);
     if s.model.grains == Grains::Spheres {
         s.pass_velocity_before.clone_from(&s.extrapolated_velocity);
@@ -18,13 +18,13 @@ pub fn after_sweep(s: &mut State) {
     }
 }
 
-fn swept(s: &State, i: usize) -> ResidualSums {
+fn after_sweep_of(s: &State, i: usize) -> ResidualSums {
     let beta = s.solver_state[0].beta;
     let mut sums = ResidualSums { residual_squared: s.pass_residual[i], ..ResidualSums::default() };
     if s.model.grains == Grains::Clumps {
-        return sums; // members will fall in with the first of them
+        return sums; // members will get the velocities of the first of them
     }
-    // From where the sweeps set out to where they led, along the way from the pass before.
+    // From where the sweeps set out to where they led, along the change from the pass before.
     let (now, last) = (s.extrapolated_velocity[i], s.pass_velocity[i].v);
     if now.inverse_mass != 0.0 {
         let start = last + beta * (last - s.pass_velocity_before[i].v);

@@ -14,17 +14,17 @@ use crate::{
 
 /// After `setup_contacts`: velocities in `pass_velocity`.
 pub fn clump_response_first(s: &mut State) {
-    let velocities = responded(s);
+    let velocities = respond_to_members(s);
     set_member_velocities(s, &velocities, |s| (&mut s.pass_velocity, &mut s.pass_spin));
 }
 
 /// After a pass: velocities in `pass_velocity_before`.
 pub fn clump_response(s: &mut State) {
-    let velocities = responded(s);
+    let velocities = respond_to_members(s);
     set_member_velocities(s, &velocities, |s| (&mut s.pass_velocity_before, &mut s.pass_spin_before));
 }
 
-fn responded(s: &mut State) -> Vec<RigidVelocity> {
+fn respond_to_members(s: &mut State) -> Vec<RigidVelocity> {
     let velocities = clump_velocities(s, clump_response_of);
     store_clump_residual_sums(s, |s, c| {
         let here = clump(s, c);

@@ -2,7 +2,7 @@
 //! implicit Euler step with restitution 0.
 
 use crate::solve::natural_map::OrientedContact;
-use crate::state::{ACTIVE, ContactGeometry, GROUP, INDEX, NONE, ResidualSums, State, Velocity};
+use crate::state::{ACTIVE, ContactGeometry, GROUP, INDEX, InverseEffectiveMass, NONE, ResidualSums, State, Velocity};
 use crate::{
     body::{Body, ForceTorque, rotation::surface_velocity},
     contact::{
@@ -46,7 +46,8 @@ pub fn damping_factor(s: &State) -> f64 {
     1.0 / (1.0 + s.params.dt * s.params.damping)
 }
 
-/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that impulses act on.
+/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that impulses
+/// act on.
 pub fn free_velocity(s: &State, velocity: &Velocity) -> Velocity {
     if velocity.inverse_mass == 0.0 {
         return *velocity;
@@ -65,7 +66,7 @@ pub fn free_spin(s: &State, velocity: &Velocity, spin: DVec3) -> DVec3 {
     damping_factor(s) * spin
 }
 
-/// What residuals are relative to: the square of a grain's free velocity, m²/s²; and `crowd`.
+/// What residuals are relative to: the square of a grain's free velocity, m²/s²; and a bound on the eigenvalues of W.
 pub fn residual_scale_of(s: &State, lipschitz_bound: usize, squared: f64, inverse_mass: f64) -> ResidualSums {
     let mut sums = ResidualSums { lipschitz_bound: lipschitz_bound as f64, ..ResidualSums::default() };
     if inverse_mass != 0.0 {
@@ -75,8 +76,8 @@ pub fn residual_scale_of(s: &State, lipschitz_bound: usize, squared: f64, invers
     sums
 }
 
-/// Velocities of body i, after a pass and as carried ahead from it, by what its impulses make of them: freed of the rounding
-/// that updates in place have left.
+/// Velocities of body i, after a pass and as carried ahead from it, by what its impulses make of them: freed of the
+/// rounding that updates in place have left.
 pub fn remove_rounding(s: &mut State, i: usize, velocity: Velocity, spin: DVec3) {
     let off = velocity.v - s.pass_velocity[i].v;
     for velocities in [&mut s.pass_velocity, &mut s.pass_velocity_before, &mut s.extrapolated_velocity] {
@@ -90,34 +91,49 @@ pub fn remove_rounding(s: &mut State, i: usize, velocity: Velocity, spin: DVec3)
     }
 }
 
+/// A contact of grains i and j, or of grain i with a wall, at a velocity of i past the other.
+pub fn contact_at(
+    s: &State,
+    (i, j): (usize, usize),
+    geometry: &ContactGeometry,
+    inverse_mass: &InverseEffectiveMass,
+    velocity: DVec3,
+) -> OrientedContact {
+    OrientedContact {
+        sign: 1.0,
+        share: 1.0,
+        n: geometry.n,
+        bias_velocity: geometry.bias_velocity,
+        normal: inverse_mass.normal,
+        tangential: inverse_mass.tangential,
+        friction: pair_of(s, i, j).friction,
+        velocity,
+    }
+}
+
 /// The contact at an entry of grain i at the velocities that `at` gives for a grain: translation and spin.
 pub fn oriented_contact(s: &State, i: usize, entry: usize, at: impl Fn(usize) -> (DVec3, DVec3)) -> OrientedContact {
     let j = (s.neighbour[entry] & INDEX) as usize;
-    let (ContactGeometry { n, bias_velocity }, l) = (s.contact_geometry[entry], s.effective_mass[entry]);
-    let (v, spin) = at(i);
-    let friction = pair_of(s, i, j).friction;
-    let side = OrientedContact {
-        sign: 1.0,
-        share: 1.0,
-        n,
-        bias_velocity,
-        normal: l.normal,
-        tangential: l.tangential,
-        friction,
-        velocity: DVec3::ZERO,
-    };
+    let (geometry, inverse_mass) = (s.contact_geometry[entry], s.inverse_effective_mass[entry]);
+    let (here, arm, arm_to) = (at(i), inverse_mass.arm, inverse_mass.arm_to);
+    let side = |velocity| contact_at(s, (i, j), &geometry, &inverse_mass, velocity);
     if let Some(w) = j.checked_sub(s.sizes.bodies) {
-        let arm = l.arm * n;
-        let velocity = (v - wall_velocity(&s.wall[w], s.position[i].x + arm)) + surface_velocity(spin, arm);
-        return OrientedContact { velocity, ..side };
+        let arm = arm * geometry.n;
+        let wall = wall_velocity(&s.wall[w], s.position[i].x + arm);
+        return side(relative_velocity(here, arm, (wall, DVec3::ZERO), DVec3::ZERO));
     }
-    let there = at(j);
     let sign = if i < j { 1.0 } else { -1.0 };
-    let n = sign * n;
-    let ((first, arm), (second, arm_to)) =
-        if i < j { (((v, spin), l.arm), (there, l.arm_to)) } else { ((there, l.arm_to), ((v, spin), l.arm)) };
-    let surface = surface_velocity(first.1, arm * n) - surface_velocity(second.1, -arm_to * n);
-    OrientedContact { sign, share: 0.5, n, velocity: (first.0 - second.0) + surface, ..side }
+    let n = sign * geometry.n;
+    let velocity = match i < j {
+        true => relative_velocity(here, arm * n, at(j), -arm_to * n),
+        false => relative_velocity(at(j), arm_to * n, here, -arm * n),
+    };
+    OrientedContact { sign, share: 0.5, n, ..side(velocity) }
+}
+
+/// Velocity in the contact point of the first of two grains past the second, of translation and spin of both.
+pub fn relative_velocity(first: (DVec3, DVec3), arm: DVec3, second: (DVec3, DVec3), arm_to: DVec3) -> DVec3 {
+    (first.0 - second.0) + (surface_velocity(first.1, arm) - surface_velocity(second.1, arm_to))
 }
 
 /// The speed that closes a gap within the step; an overlap opens at a bounded one. Gaps within rounding are none.
@@ -154,7 +170,7 @@ pub fn separation_with(s: &State, i: usize, here: &Body, j: usize) -> Separation
     }
 }
 
-/// The slots of grain i that hold a neighbour.
+/// The entries of grain i that hold a neighbour.
 pub fn list_entries(s: &State, i: usize) -> impl Iterator<Item = usize> + '_ {
     s.row(i).take_while(|&entry| s.neighbour[entry] != NONE)
 }
@@ -164,10 +180,15 @@ pub fn active_entries(s: &State, i: usize) -> impl Iterator<Item = usize> + '_ {
     list_entries(s, i).filter(|&entry| s.neighbour[entry] & ACTIVE != 0)
 }
 
-/// Sum and moment of the impulses of grain i, N s and N m s.
-pub fn gathered(s: &State, i: usize) -> ForceTorque {
+/// The entry of neighbour j in the list of grain i.
+pub fn entry_of(s: &State, i: usize, j: usize) -> usize {
+    list_entries(s, i).find(|&entry| (s.neighbour[entry] & INDEX) as usize == j).expect("it is a neighbour")
+}
+
+/// Sum and moment of the impulses at these entries of a grain, N s and N m s.
+pub fn impulse_sum(s: &State, entries: impl Iterator<Item = usize>) -> ForceTorque {
     let mut sum = ForceTorque::default();
-    for entry in list_entries(s, i) {
+    for entry in entries {
         add_impulse(&mut sum, s, entry, s.impulse[entry].0);
     }
     sum
@@ -176,7 +197,7 @@ pub fn gathered(s: &State, i: usize) -> ForceTorque {
 /// One more impulse.
 pub fn add_impulse(sum: &mut ForceTorque, s: &State, entry: usize, impulse: DVec3) {
     sum.force += impulse;
-    sum.torque += moment(s.effective_mass[entry].arm * s.contact_geometry[entry].n, impulse);
+    sum.torque += moment(s.inverse_effective_mass[entry].arm * s.contact_geometry[entry].n, impulse);
 }
 
 /// Keep the sums over the bodies of every group.

@@ -1,4 +1,5 @@
-//! Twin of `shaders/nscd/extrapolate.wgsl`: velocities follow their momentum as impulses do, because they depend on them linearly.
+//! Twin of `shaders/nscd/extrapolate.wgsl`: velocities follow their momentum as impulses do, because they depend on
+//! them linearly.
 
 use crate::state::{Spin, State, Velocity};
 use glam::DVec3;
@@ -13,8 +14,8 @@ pub fn extrapolate(s: &mut State) {
         },
     );
     s.extrapolated_spin.par_iter_mut().zip(&s.pass_spin).zip(&s.pass_spin_before).for_each(
-        |((extrapolated_velocity, last), before)| {
-            *extrapolated_velocity = Spin(carried(last.0, before.0));
+        |((extrapolated_spin, last), before)| {
+            *extrapolated_spin = Spin(carried(last.0, before.0));
         },
     );
 }

@@ -1,4 +1,5 @@
-//! Twin of `shaders/nscd/free_velocities.wgsl`: velocities of clumps and their members at the end of the step if nothing touched.
+//! Twin of `shaders/nscd/free_velocities.wgsl`: velocities of clumps and their members at the end of the step if
+//! nothing touched.
 
 use crate::{
     body::grains::{Clump, clump, count_iterations, set_clump_velocity},

@@ -1,11 +1,11 @@
-//! Twin of `shaders/nscd/gather_impulses.wgsl`: velocities freed of the rounding that the updates in place have left in them; members of clumps
-//! hold what `refresh_members` needs for that.
+//! Twin of `shaders/nscd/gather_impulses.wgsl`: velocities freed of the rounding that the updates in place have left in
+//! them; members of clumps hold what `refresh_members` needs for that.
 
 use crate::{
     body::ForceTorque,
     model::Grains,
     nscd::{
-        contact::{active_entries, add_impulse, remove_rounding},
+        contact::{active_entries, impulse_sum, remove_rounding},
         response::{response, store_member_load},
     },
     state::State,
@@ -13,7 +13,8 @@ use crate::{
 use rayon::prelude::*;
 
 pub fn gather_impulses(s: &mut State) {
-    let sums: Vec<ForceTorque> = (0..s.sizes.bodies).into_par_iter().map(|i| gathered(s, i)).collect();
+    let sums: Vec<ForceTorque> =
+        (0..s.sizes.bodies).into_par_iter().map(|i| impulse_sum(s, active_entries(s, i))).collect();
     match s.model.grains {
         Grains::Spheres => sums.iter().enumerate().for_each(|(i, sum)| {
             let (velocity, spin) = response(s, i, sum);
@@ -21,13 +22,4 @@ pub fn gather_impulses(s: &mut State) {
         }),
         Grains::Clumps => store_member_load(s, sums.into_iter()),
     }
-}
-
-/// Its impulses on body i.
-fn gathered(s: &State, i: usize) -> ForceTorque {
-    let mut sum = ForceTorque::default();
-    for entry in active_entries(s, i) {
-        add_impulse(&mut sum, s, entry, s.impulse[entry].0);
-    }
-    sum
 }

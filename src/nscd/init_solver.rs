@@ -1,4 +1,5 @@
-//! Twin of `shaders/nscd/init_solver.wgsl`: the relaxation of a step begins. What is known of the largest eigenvalue of W serves on.
+//! Twin of `shaders/nscd/init_solver.wgsl`: the relaxation of a step begins. What is known of the largest eigenvalue of
+//! W serves on.
 
 use crate::{
     nscd::contact::total_sums,

@@ -1,5 +1,5 @@
-//! Twin of `shaders/nscd/jacobi_pass.wgsl`: a pass. Every contact takes a step of Jacobi's kind from the impulses and velocities that
-//! momentum has carried ahead, and every grain gathers what its contacts do to it.
+//! Twin of `shaders/nscd/jacobi_pass.wgsl`: a pass. Every contact takes a step of Jacobi's kind from the impulses and
+//! velocities that momentum has carried ahead, and every grain gathers what its contacts do to it.
 
 use crate::body::blocks::{BLOCK, by_entry};
 use crate::{
@@ -16,18 +16,18 @@ use rayon::prelude::*;
 
 pub fn jacobi_pass(s: &mut State) {
     if s.model.grains == Grains::Clumps {
-        let (sums, efforts): (Vec<ForceTorque>, Vec<ResidualSums>) =
+        let (impulses, sums): (Vec<ForceTorque>, Vec<ResidualSums>) =
             passes(s, |_, _, sum, sums| (sum, sums)).into_iter().unzip();
-        store_residual_sums(s, |_, i| efforts[i]);
-        return store_member_load(s, sums.into_iter());
+        store_residual_sums(s, |_, i| sums[i]);
+        return store_member_load(s, impulses.into_iter());
     }
-    let answers = passes(s, |s, i, sum, sums| {
+    let responses = passes(s, |s, i, sum, sums| {
         let ((velocity, spin), (v, w)) = (response(s, i, &sum), extrapolated_velocity_of(s, i));
         let curvature = kinetic_metric(s, i, velocity.inverse_mass, velocity.v - v, spin - w);
         (velocity, spin, ResidualSums { curvature, ..sums })
     });
-    store_residual_sums(s, |_, i| answers[i].2);
-    for (i, (velocity, spin, _)) in answers.into_iter().enumerate() {
+    store_residual_sums(s, |_, i| responses[i].2);
+    for (i, (velocity, spin, _)) in responses.into_iter().enumerate() {
         s.pass_velocity_before[i] = velocity;
         if let Some(kept) = s.pass_spin_before.get_mut(i) {
             *kept = Spin(spin);
@@ -38,26 +38,26 @@ pub fn jacobi_pass(s: &mut State) {
 /// A pass over the contacts of all bodies, and what becomes of each body's impulses and sums.
 fn passes<T: Send>(s: &mut State, then: impl Fn(&State, usize, ForceTorque, ResidualSums) -> T + Sync) -> Vec<T> {
     let mut before = std::mem::take(&mut s.impulse_before);
-    let answers = by_entry(&mut before, s)
+    let of_bodies = by_entry(&mut before, s)
         .enumerate()
-        .flat_map_iter(|(k, springs)| {
+        .flat_map_iter(|(k, before)| {
             let first = k * BLOCK;
             let begin = s.list_start[first] as usize;
             let bodies = first..(first + BLOCK).min(s.sizes.bodies);
             let of_body = |i| {
-                let (sum, sums) = pass_of(s, i, springs, begin);
+                let (sum, sums) = jacobi_pass_of(s, i, before, begin);
                 then(s, i, sum, sums)
             };
             bodies.map(of_body).collect::<Vec<_>>()
         })
         .collect();
     s.impulse_before = before;
-    answers
+    of_bodies
 }
 
-/// Sum and moment of the impulses that grain i gets from a pass; `before` has those of the pass before from slot `begin` on, and
-/// gets those of this one.
-fn pass_of(s: &State, i: usize, before: &mut [Packed], begin: usize) -> (ForceTorque, ResidualSums) {
+/// Sum and moment of the impulses that grain i gets from a pass; `before` has those of the pass before from entry
+/// `begin` on, and gets those of this one.
+fn jacobi_pass_of(s: &State, i: usize, before: &mut [Packed], begin: usize) -> (ForceTorque, ResidualSums) {
     let (step, beta) = (s.solver_state[0].step(), s.solver_state[0].beta);
     let mut sums = ResidualSums::default();
     let mut sum = ForceTorque::default();
@@ -71,8 +71,8 @@ fn pass_of(s: &State, i: usize, before: &mut [Packed], begin: usize) -> (ForceTo
         before.0 = mine;
         add_impulse(&mut sum, s, entry, mine);
         let (back, on) = (start - next, next - old);
-        sums.residual_squared +=
-            side.share * natural_map(&side, start, natural_map_scale(s, entry, side.tangential)).length_squared();
+        let error = natural_map(&side, start, natural_map_scale(s, entry, side.tangential));
+        sums.residual_squared += side.share * error.length_squared();
         sums.restart_criterion += side.share * scaled_product(&side, back, on);
         sums.step_squared += side.share * scaled_product(&side, back, back);
     }

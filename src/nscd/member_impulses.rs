@@ -4,7 +4,7 @@ use crate::{
     body::ForceTorque,
     contact::history::set_active,
     nscd::{
-        contact::{gathered, list_entries},
+        contact::{impulse_sum, list_entries},
         response::store_member_load,
     },
     state::State,
@@ -14,7 +14,8 @@ use rayon::prelude::*;
 
 pub fn member_impulses(s: &mut State) {
     s.counters[0].steps_done += 1;
-    let sums: Vec<ForceTorque> = (0..s.sizes.bodies).into_par_iter().map(|i| gathered(s, i)).collect();
+    let sums: Vec<ForceTorque> =
+        (0..s.sizes.bodies).into_par_iter().map(|i| impulse_sum(s, list_entries(s, i))).collect();
     store_member_load(s, sums.into_iter());
     for i in 0..s.sizes.bodies {
         for entry in list_entries(s, i).collect::<Vec<_>>() {

@@ -1,8 +1,9 @@
-//! Twin of `shaders/nscd/momentum_restart.wgsl`: the momentum of the next pass, from what the groups of grains have summed up.
+//! Twin of `shaders/nscd/momentum_restart.wgsl`: the momentum of the next pass, from what the groups of grains have
+//! summed up.
 
 use crate::{
     nscd::contact::total_sums,
-    solve::momentum::{MomentumLimits, PassSums, ROUNDING, next_momentum},
+    solve::momentum::{MomentumLimits, PassSums, next_momentum},
     state::State,
 };
 
@@ -14,6 +15,6 @@ pub fn momentum_restart(s: &mut State) {
         curvature: sum.curvature,
         step_squared: sum.step_squared,
     };
-    let limits = MomentumLimits { max_momentum: s.params.max_momentum, rounding: ROUNDING * s.params.tolerance };
+    let limits = MomentumLimits::of_scene(s.params.max_momentum, s.params.tolerance);
     s.solver_state[0] = next_momentum(&s.solver_state[0], &sums, &limits);
 }

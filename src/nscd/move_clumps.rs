@@ -14,5 +14,5 @@ pub fn move_clumps(s: &mut State) {
         Moved::of(s, c, &here, velocity.v, velocity.spin)
     };
     let next: Vec<Moved> = (0..s.sizes.clumps).into_par_iter().with_min_len(64).map(of).collect();
-    next.into_iter().enumerate().for_each(|(c, moved)| moved.keep(s, c));
+    next.into_iter().enumerate().for_each(|(c, moved)| moved.store(s, c));
 }

@@ -1,4 +1,5 @@
-//! Twin of `shaders/nscd/power_iteration_clumps.wgsl`: the impulses that their members hold alone give clumps velocities.
+//! Twin of `shaders/nscd/power_iteration_clumps.wgsl`: the impulses that their members hold alone give clumps
+//! velocities.
 
 use crate::nscd::clump_response::set_member_velocities;
 use crate::{
@@ -11,10 +12,12 @@ use crate::{
 };
 
 pub fn power_iteration_clumps(s: &mut State) {
-    store_clump_residual_sums(s, |s, c| {
-        let here = clump(s, c);
-        let start = extrapolated_clump(s, c, &here);
-        ResidualSums { curvature: clump_kinetic_metric(s, &here, &start, &start), ..ResidualSums::default() }
-    });
+    store_clump_residual_sums(s, power_iteration_of_clump);
     set_member_velocities(s, &clump_velocities(s, impulse_response), |s| (&mut s.pass_velocity, &mut s.pass_spin));
+}
+
+fn power_iteration_of_clump(s: &State, c: usize) -> ResidualSums {
+    let here = clump(s, c);
+    let start = extrapolated_clump(s, c, &here);
+    ResidualSums { curvature: clump_kinetic_metric(s, &here, &start, &start), ..ResidualSums::default() }
 }

@@ -13,17 +13,17 @@ use crate::{
 use rayon::prelude::*;
 
 pub fn power_iteration_pass(s: &mut State) {
-    let (sums, efforts): (Vec<ForceTorque>, Vec<ResidualSums>) =
-        (0..s.sizes.bodies).into_par_iter().map(|i| probed(s, i)).unzip();
+    let (impulses, sums): (Vec<ForceTorque>, Vec<ResidualSums>) =
+        (0..s.sizes.bodies).into_par_iter().map(|i| power_iteration_of(s, i)).unzip();
     if s.model.grains == Grains::Clumps {
-        store_residual_sums(s, |_, i| efforts[i]);
-        return store_member_load(s, sums.into_iter());
+        store_residual_sums(s, |_, i| sums[i]);
+        return store_member_load(s, impulses.into_iter());
     }
     store_residual_sums(s, |s, i| {
         let (v, w) = extrapolated_velocity_of(s, i);
-        ResidualSums { curvature: kinetic_metric(s, i, s.extrapolated_velocity[i].inverse_mass, v, w), ..efforts[i] }
+        ResidualSums { curvature: kinetic_metric(s, i, s.extrapolated_velocity[i].inverse_mass, v, w), ..sums[i] }
     });
-    for (i, sum) in sums.into_iter().enumerate() {
+    for (i, sum) in impulses.into_iter().enumerate() {
         let inverse_mass = s.extrapolated_velocity[i].inverse_mass;
         let inertia = inverse_inertia(s, &s.position[i], inverse_mass);
         s.pass_velocity[i] = Velocity { v: inverse_mass * sum.force, inverse_mass };
@@ -33,7 +33,7 @@ pub fn power_iteration_pass(s: &mut State) {
     }
 }
 
-fn probed(s: &State, i: usize) -> (ForceTorque, ResidualSums) {
+fn power_iteration_of(s: &State, i: usize) -> (ForceTorque, ResidualSums) {
     let scale = 1.0 / s.solver_state[0].lipschitz.max(1.0);
     let mut sums = ResidualSums::default();
     let mut sum = ForceTorque::default();
@@ -42,7 +42,8 @@ fn probed(s: &State, i: usize) -> (ForceTorque, ResidualSums) {
         let j = (s.neighbour[entry] & INDEX) as usize;
         let mut velocity = side.velocity;
         if let Some(w) = j.checked_sub(s.sizes.bodies) {
-            velocity += wall_velocity(&s.wall[w], s.position[i].x + s.effective_mass[entry].arm * side.n); // as if it stood
+            // As if it stood.
+            velocity += wall_velocity(&s.wall[w], s.position[i].x + s.inverse_effective_mass[entry].arm * side.n);
         }
         let approach = velocity.dot(side.n);
         let slip = velocity - approach * side.n;

@@ -1,4 +1,5 @@
-//! Twin of `shaders/nscd/refresh_members.wgsl`: the velocities of members freed of the rounding that the updates in place have left in them.
+//! Twin of `shaders/nscd/refresh_members.wgsl`: the velocities of members freed of the rounding that the updates in
+//! place have left in them.
 
 use crate::{
     body::grains::{clump, member_ids},

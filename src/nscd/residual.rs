@@ -1,4 +1,5 @@
-//! Twin of `shaders/nscd/residual.wgsl`: how far the impulses are from a solution, by the natural map, which anyone can compute again.
+//! Twin of `shaders/nscd/residual.wgsl`: how far the impulses are from a solution, by the natural map, which anyone can
+//! compute again.
 
 use crate::{
     contact::history::set_active,
@@ -23,7 +24,7 @@ fn at(s: &State, i: usize) -> (DVec3, DVec3) {
     (s.pass_velocity[i].v, s.pass_spin.get(i).map_or(DVec3::ZERO, |spin| spin.0))
 }
 
-/// Slots of pairs that were left out and meet after all: they take part from now on.
+/// Entries of pairs that were left out and meet after all: they take part from now on.
 fn late(s: &State, i: usize) -> impl Iterator<Item = usize> + '_ {
     list_entries(s, i).filter(move |&entry| is_late(s, entry, &oriented_contact(s, i, entry, |i| at(s, i))))
 }
@@ -40,8 +41,8 @@ fn residual_sums_of(s: &State, i: usize) -> ResidualSums {
         let impulse = side.sign * s.impulse[entry].0;
         let normal_impulse = -impulse.dot(side.n);
         let friction = impulse + normal_impulse * side.n;
-        sums.residual_squared +=
-            side.share * natural_map(&side, impulse, natural_map_scale(s, entry, side.tangential)).length_squared();
+        let error = natural_map(&side, impulse, natural_map_scale(s, entry, side.tangential));
+        sums.residual_squared += side.share * error.length_squared();
         sums.max_normal_impulse = sums.max_normal_impulse.max(normal_impulse);
         sums.coulomb_excess = sums.coulomb_excess.max(friction.length() - side.friction * normal_impulse);
     }

@@ -1,5 +1,6 @@
-//! Twin of `shaders/nscd/response/`: what impulses do to grains in contact dynamics. A sphere answers to those of its own contacts; members
-//! hand theirs to their clump, which answers with its full inertia, and get the velocities of its surface.
+//! Twin of `shaders/nscd/response/`: what impulses do to grains in contact dynamics. A sphere answers to those of its
+//! own contacts; members hand theirs to their clump, which answers with its full inertia, and get the velocities of its
+//! surface.
 
 use crate::{
     body::{
@@ -14,10 +15,11 @@ use crate::{
 use crate::{
     model::Grains,
     solve::natural_map::{UpdateScales, largest_eigenvalue, update_scales},
-    state::{EffectiveMass, Spin, State, Velocity},
+    state::{InverseEffectiveMass, Spin, State, Velocity},
 };
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
+use std::ops::Mul;
 
 /// Velocity of body i at the end of the step if nothing touched it, and the inverse mass that impulses act on.
 pub fn free_velocity_of(s: &State, i: usize) -> Velocity {
@@ -52,12 +54,22 @@ fn delassus_block(s: &State, i: usize, arm: DVec3) -> DMat3 {
     let here = clump(s, s.clump_of_id[member_id] as usize);
     let (inverse_mass, inertia) = (free_velocity_of(s, i).inverse_mass, inverse_inertia_of(s, &here));
     let arm = arm_of(s, here.orientation, member_id) + arm;
-    let of = |axis: DVec3| inverse_mass * axis + (inertia * arm.cross(axis)).cross(arm);
-    DMat3::from_cols(of(DVec3::X), of(DVec3::Y), of(DVec3::Z))
+    let column = |axis: DVec3| point_response(inverse_mass, inertia, arm, axis);
+    DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))
+}
+
+/// Velocity, m/s, that an impulse, N s, gives the point of a grain where it acts, at the end of an arm from its centre.
+pub fn point_response(
+    inverse_mass: f64,
+    inverse_inertia: impl Mul<DVec3, Output = DVec3>,
+    arm: DVec3,
+    impulse: DVec3,
+) -> DVec3 {
+    inverse_mass * impulse + (inverse_inertia * arm.cross(impulse)).cross(arm)
 }
 
 /// What an impulse does to bodies i and j, which may be a wall, and the largest eigenvalue of W, 1/kg.
-pub fn effective_mass_of(s: &State, i: usize, j: usize, gap: f64, n: DVec3) -> (EffectiveMass, f64) {
+pub fn inverse_effective_mass_of(s: &State, i: usize, j: usize, gap: f64, n: DVec3) -> (InverseEffectiveMass, f64) {
     let arms = |i: usize| s.position.get(i).map_or(0.0, |position| position.radius + 0.5 * gap);
     let (own, other) = (arms(i), arms(j));
     match s.model.grains {
@@ -68,7 +80,7 @@ pub fn effective_mass_of(s: &State, i: usize, j: usize, gap: f64, n: DVec3) -> (
             };
             let normal = weight(i) + weight(j);
             let tangential = normal + (rotational(j, other) + rotational(i, own));
-            (EffectiveMass { arm: own, arm_to: other, normal, tangential }, tangential)
+            (InverseEffectiveMass { arm: own, arm_to: other, normal, tangential }, tangential)
         }
         Grains::Clumps => {
             let mut w = delassus_block(s, i, own * n);
@@ -80,7 +92,7 @@ pub fn effective_mass_of(s: &State, i: usize, j: usize, gap: f64, n: DVec3) -> (
                 (w.x_axis.z, w.y_axis.z, w.z_axis) = (0.0, 0.0, DVec3::ZERO);
             }
             let UpdateScales { normal, tangential } = update_scales(&w, n, pair_of(s, i, j).friction);
-            (EffectiveMass { arm: own, arm_to: other, normal, tangential }, largest_eigenvalue(&w))
+            (InverseEffectiveMass { arm: own, arm_to: other, normal, tangential }, largest_eigenvalue(&w))
         }
     }
 }
@@ -172,7 +184,7 @@ pub struct VelocityUpdate {
 }
 
 impl VelocityUpdate {
-    pub fn keep(&self, s: &mut State) {
+    pub fn store(&self, s: &mut State) {
         s.extrapolated_velocity[self.first].v = self.v;
         if let Some(spin) = s.extrapolated_spin.get_mut(self.first) {
             spin.0 = self.spin;

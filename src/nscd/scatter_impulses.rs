@@ -4,14 +4,14 @@ use crate::state::{NONE, State};
 
 pub fn scatter_impulses(s: &mut State) {
     for k in 0..s.coloring_state[0].contacts as usize {
-        let turn = s.colored_contact[k];
-        if turn.first == NONE {
+        let contact = s.colored_contact[k];
+        if contact.first == NONE {
             continue;
         }
         let impulse = s.colored_impulse[k].0;
-        s.impulse[turn.entry as usize].0 = impulse;
-        if turn.back != NONE {
-            s.impulse[turn.back as usize].0 = -impulse;
+        s.impulse[contact.entry as usize].0 = impulse;
+        if contact.back != NONE {
+            s.impulse[contact.back as usize].0 = -impulse;
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Twin of `shaders/nscd/setup_contacts.wgsl`: the contacts of a step, and the velocities that the impulses of the last step would give it.
+//! Twin of `shaders/nscd/setup_contacts.wgsl`: the contacts of a step, and the velocities that the impulses of the last
+//! step would give it.
 
 use crate::{
     body::{ForceTorque, bodies::body, rotation::spin_of},
@@ -6,10 +7,10 @@ use crate::{
     model::Grains,
     nscd::{
         contact::{
-            active_entries, bias_velocity_of, combined, gathered, list_entries, residual_scale_of, separation_with,
+            active_entries, bias_velocity_of, combined, impulse_sum, list_entries, residual_scale_of, separation_with,
             store_residual_sums, warm_start_impulse,
         },
-        response::{effective_mass_of, free_velocity_of, response, store_member_load},
+        response::{free_velocity_of, inverse_effective_mass_of, response, store_member_load},
     },
     space::walls::wall_velocity,
     state::{ACTIVE, ContactGeometry, INDEX, ResidualSums, State},
@@ -24,31 +25,32 @@ pub fn setup_contacts(s: &mut State) {
         for entry in list_entries(s, i).collect::<Vec<_>>() {
             let (tagged, old) = (s.neighbour[entry], warm_start_impulse(s, entry));
             let j = (tagged & INDEX) as usize;
-            let met = separation_with(s, i, &here, j);
-            let bias_velocity = bias_velocity_of(s, met.gap);
+            let touch = separation_with(s, i, &here, j);
+            let bias_velocity = bias_velocity_of(s, touch.gap);
             let velocity_to = match j.checked_sub(s.sizes.bodies) {
                 None => free_velocity_of(s, j).v,
                 Some(w) => wall_velocity(&s.wall[w], here.position.x),
             };
             // Pairs that are not about to touch take no part in passes, unless the residual finds that they should.
-            let approach = (free_velocity_of(s, i).v - velocity_to).dot(met.n);
+            let approach = (free_velocity_of(s, i).v - velocity_to).dot(touch.n);
             set_active(&mut s.neighbour[entry], tagged & ACTIVE != 0 || bias_velocity <= approach + slack);
-            s.contact_geometry[entry] = ContactGeometry { n: met.n, bias_velocity };
-            let (effective_mass, delassus_eigenvalue) = effective_mass_of(s, i, j, met.gap, met.n);
-            s.effective_mass[entry] = effective_mass;
+            s.contact_geometry[entry] = ContactGeometry { n: touch.n, bias_velocity };
+            let (inverse_effective_mass, delassus_eigenvalue) = inverse_effective_mass_of(s, i, j, touch.gap, touch.n);
+            s.inverse_effective_mass[entry] = inverse_effective_mass;
             if let Some(kept) = s.delassus_eigenvalue.get_mut(entry) {
                 *kept = delassus_eigenvalue;
             }
             s.impulse[entry].0 = old;
             s.impulse_before[entry].0 = old;
-            if j >= s.sizes.bodies && met.gap < -here.position.radius {
+            if j >= s.sizes.bodies && touch.gap < -here.position.radius {
                 bad = bad.max(s.params.bodies - s.id[i]);
             }
         }
     }
-    store_residual_sums(s, |s, i| combined(imposed_speed(s, i), first(s, i)));
+    store_residual_sums(s, |s, i| combined(imposed_speed(s, i), residual_scale(s, i)));
     s.counters[0].lost_body = s.counters[0].lost_body.max(bad);
-    let sums: Vec<ForceTorque> = (0..s.sizes.bodies).into_par_iter().map(|i| gathered(s, i)).collect();
+    let sums: Vec<ForceTorque> =
+        (0..s.sizes.bodies).into_par_iter().map(|i| impulse_sum(s, list_entries(s, i))).collect();
     if s.model.grains == Grains::Clumps {
         return store_member_load(s, sums.into_iter());
     }
@@ -66,7 +68,7 @@ pub fn setup_contacts(s: &mut State) {
 /// The largest velocity that a wall, a fixed grain, a spin or an overlap asks for.
 fn imposed_speed(s: &State, i: usize) -> ResidualSums {
     let mut sums = ResidualSums::default();
-    let rim = s.position[i].radius * spin_of(s, i).length();
+    let rim_speed = s.position[i].radius * spin_of(s, i).length();
     for entry in active_entries(s, i) {
         let j = (s.neighbour[entry] & INDEX) as usize;
         let speed = match j.checked_sub(s.sizes.bodies) {
@@ -74,13 +76,13 @@ fn imposed_speed(s: &State, i: usize) -> ResidualSums {
             None if s.velocity[j].inverse_mass == 0.0 => free_velocity_of(s, j).v.length(),
             None => 0.0,
         };
-        sums.imposed_speed = sums.imposed_speed.max(speed.max(rim).max(-s.contact_geometry[entry].bias_velocity));
+        sums.imposed_speed = sums.imposed_speed.max(speed.max(rim_speed).max(-s.contact_geometry[entry].bias_velocity));
     }
     sums
 }
 
 /// What a sphere adds; for members, clumps do.
-fn first(s: &State, i: usize) -> ResidualSums {
+fn residual_scale(s: &State, i: usize) -> ResidualSums {
     if s.model.grains == Grains::Clumps {
         return ResidualSums::default();
     }

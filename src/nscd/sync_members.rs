@@ -1,5 +1,5 @@
-//! Twin of `shaders/nscd/sync_members.wgsl`: members get the velocities that the sweeps have given the first of them, and what the momentum of
-//! the next pass depends on.
+//! Twin of `shaders/nscd/sync_members.wgsl`: members get the velocities that the sweeps have given the first of them,
+//! and what the momentum of the next pass depends on.
 
 use crate::{
     body::{
@@ -14,19 +14,7 @@ use crate::{
 };
 
 pub fn sync_members(s: &mut State) {
-    store_clump_residual_sums(s, |s, c| {
-        let here = clump(s, c);
-        let i = s.index_of_id[s.first_member[c] as usize] as usize;
-        let now = extrapolated_clump(s, c, &here);
-        let last = from_first_member(s, c, &here, s.pass_velocity[i].v, s.pass_spin[i].0);
-        let before = from_first_member(s, c, &here, s.pass_velocity_before[i].v, s.pass_spin_before[i].0);
-        // From where the sweeps set out to where they led, along the change from the pass before.
-        let beta = s.solver_state[0].beta;
-        let change = velocity_change(&before, &last);
-        let start = RigidVelocity { v: last.v + beta * change.v, spin: last.spin + beta * change.spin };
-        let turn = clump_kinetic_metric(s, &here, &velocity_change(&now, &start), &velocity_change(&last, &now));
-        ResidualSums { restart_criterion: turn, ..ResidualSums::default() }
-    });
+    store_clump_residual_sums(s, sync_members_of);
     for c in 0..s.sizes.clumps {
         let (q, first) = (clump(s, c).orientation, s.first_member[c] as usize);
         let i = s.index_of_id[first] as usize;
@@ -39,4 +27,19 @@ pub fn sync_members(s: &mut State) {
             s.pass_spin_before[member] = spin;
         }
     }
+}
+
+fn sync_members_of(s: &State, c: usize) -> ResidualSums {
+    let here = clump(s, c);
+    let i = s.index_of_id[s.first_member[c] as usize] as usize;
+    let now = extrapolated_clump(s, c, &here);
+    let last = from_first_member(s, c, &here, s.pass_velocity[i].v, s.pass_spin[i].0);
+    let before = from_first_member(s, c, &here, s.pass_velocity_before[i].v, s.pass_spin_before[i].0);
+    // From where the sweeps set out to where they led, along the change from the pass before.
+    let beta = s.solver_state[0].beta;
+    let change = velocity_change(&before, &last);
+    let start = RigidVelocity { v: last.v + beta * change.v, spin: last.spin + beta * change.spin };
+    let restart_criterion =
+        clump_kinetic_metric(s, &here, &velocity_change(&now, &start), &velocity_change(&last, &now));
+    ResidualSums { restart_criterion, ..ResidualSums::default() }
 }

@@ -10,8 +10,8 @@ use crate::{
     error::Result,
     model::Grains as Kind,
     nscd::{
-        contact::{active_entries, list_entries},
-        response::{free_spin_of, free_velocity_of, grain_of, inverse_inertia_of},
+        contact::{active_entries, entry_of, relative_velocity},
+        response::{free_spin_of, free_velocity_of, grain_of, inverse_inertia_of, point_response},
     },
     scene::Relaxation,
     solve::{Operator, Options, Problem, Solution, Solver, gauss_seidel, solve},
@@ -79,7 +79,8 @@ struct Grains<I> {
 }
 
 impl<I: Inertia> Grains<I> {
-    /// The contacts of a state. Body i belongs to the grain `of_body(i).0`, from whose centre it lies `of_body(i).1` away.
+    /// The contacts of a state. Body i belongs to the grain `of_body(i).0`, from whose centre it lies `of_body(i).1`
+    /// away.
     fn new(s: &State, grains: Vec<Grain<I>>, of_body: impl Fn(usize) -> (usize, DVec3)) -> Grains<I> {
         let mut grains =
             Grains { dims: s.model.dims(), contact_ids: Vec::new(), grains, reference: s.solver_state[0].scale };
@@ -95,13 +96,12 @@ impl<I: Inertia> Grains<I> {
     }
 
     fn add_contact(&mut self, s: &State, i: usize, j: usize, entry: usize, of_body: impl Fn(usize) -> (usize, DVec3)) {
-        let (geometry, effective_mass) = (s.contact_geometry[entry], s.effective_mass[entry]);
+        let (geometry, inverse_effective_mass) = (s.contact_geometry[entry], s.inverse_effective_mass[entry]);
         let tangents = match self.dims {
             2 => (DVec3::new(-geometry.n.y, geometry.n.x, 0.0), DVec3::Z),
             _ => geometry.n.any_orthonormal_pair(),
         };
         let wall = j.checked_sub(s.sizes.bodies);
-        let back = |j: usize| list_entries(s, j).find(|&back| (s.neighbour[back] & INDEX) as usize == i);
         let (first, to_first) = of_body(i);
         let second = wall.is_none().then(|| of_body(j));
         let k = self.contact_ids.len();
@@ -112,13 +112,14 @@ impl<I: Inertia> Grains<I> {
         self.contact_ids.push(Contact {
             first,
             second: second.map(|(second, _)| second),
-            wall: wall
-                .map_or(DVec3::ZERO, |w| wall_velocity(&s.wall[w], s.position[i].x + effective_mass.arm * geometry.n)),
+            wall: wall.map_or(DVec3::ZERO, |w| {
+                wall_velocity(&s.wall[w], s.position[i].x + inverse_effective_mass.arm * geometry.n)
+            }),
             entry,
-            entry_to: if wall.is_none() { back(j) } else { None },
+            entry_to: wall.is_none().then(|| entry_of(s, j, i)),
             axes: [geometry.n, tangents.0, tangents.1],
-            arm: to_first + effective_mass.arm * geometry.n,
-            arm_to: second.map_or(DVec3::ZERO, |(_, to_second)| to_second - effective_mass.arm_to * geometry.n),
+            arm: to_first + inverse_effective_mass.arm * geometry.n,
+            arm_to: second.map_or(DVec3::ZERO, |(_, to_second)| to_second - inverse_effective_mass.arm_to * geometry.n),
             bias_velocity: geometry.bias_velocity,
             friction: pair_of(s, i, j).friction,
         });
@@ -141,7 +142,7 @@ impl<I: Inertia> Operator for Grains<I> {
         let m = &self.contact_ids[k];
         let velocity = |grain: usize, arm: DVec3, impulse: DVec3| {
             let Grain { inverse_mass, inverse_inertia, .. } = self.grains[grain];
-            inverse_mass * impulse + (inverse_inertia * arm.cross(impulse)).cross(arm)
+            point_response(inverse_mass, inverse_inertia, arm, impulse)
         };
         let column = |axis: DVec3| {
             let impulse = m.impulse(axis);
@@ -171,10 +172,8 @@ impl<I: Inertia> Operator for Grains<I> {
 
     fn velocity(&self, state: &Self::State, k: usize) -> DVec3 {
         let m = &self.contact_ids[k];
-        let (v, spin) = state[m.first];
-        let (v_to, spin_to) = m.second.map_or((m.wall, DVec3::ZERO), |j| state[j]);
-        let surface = surface_velocity(spin, m.arm) - surface_velocity(spin_to, m.arm_to);
-        m.in_frame((v - v_to) + surface) + m.bias_velocity * DVec3::X
+        let second = m.second.map_or((m.wall, DVec3::ZERO), |j| state[j]);
+        m.in_frame(relative_velocity(state[m.first], m.arm, second, m.arm_to)) + m.bias_velocity * DVec3::X
     }
 
     fn add(&self, state: &mut Self::State, k: usize, change: DVec3) {
@@ -315,7 +314,7 @@ pub fn solve_step(runner: &mut Runner, relaxation: &Relaxation, began: Instant) 
         &LIST_START,
         &NEIGHBOUR,
         &CONTACT_GEOMETRY,
-        &EFFECTIVE_MASS,
+        &INVERSE_EFFECTIVE_MASS,
         &IMPULSE,
         &SOLVER_STATE,
     ];

@@ -111,6 +111,7 @@ impl Contact {
             return (DVec3::ZERO, true);
         }
         if self.isotropic {
+            // `disc_update` is the same, but for the rounding of its reciprocals and of scales that are not quite W.
             let (p, t) = (-b.x / self.w.x_axis.x, -tangent(b) / self.tangent);
             let (length, limit) = (t.length(), self.mu * p);
             return (join(p, if length > limit { t * (limit / length) } else { t }), true);

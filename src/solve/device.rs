@@ -1,16 +1,17 @@
 //! Jacobi's relaxation of a [`Problem`] on a device: the kernels of `shaders/solve/`, whose twin is [`super::jacobi`].
 //!
-//! The kernels that relax scenes cannot serve. They apply W by way of the bodies in neighbour lists, and know of its blocks
-//! what spheres make of them, two numbers for a contact. Here W is a matrix with any blocks, and there are no bodies.
+//! The kernels that relax scenes cannot serve. They apply W by way of the bodies in neighbour lists, and know of its
+//! blocks what spheres make of them, two numbers for a contact. Here W is a matrix with any blocks, and there are no
+//! bodies.
 //!
-//! A pass is a step of all contacts, a product with W, and a decision on step length and momentum, none of which asks the
-//! host. It reads residuals once in `BATCH` passes, finds L beforehand (reading W from a file takes longer than 40
+//! A pass is a step of all contacts, a product with W, and a decision on step length and momentum, none of which asks
+//! the host. It reads residuals once in `BATCH` passes, finds L beforehand (reading W from a file takes longer than 40
 //! products), and believes no residual that it has not computed itself in f64.
 
 use crate::solve::{
     contact::Contact,
     jacobi::initial_state,
-    momentum::{NONE_YET, POWER_ITERATIONS, ROUNDING, ROUNDING_DOUBLE, ROUNDING_SINGLE, SolverState},
+    momentum::{MomentumLimits, NONE_YET, POWER_ITERATIONS, ROUNDING_DOUBLE, ROUNDING_SINGLE, SolverState},
     operator::{Operator, velocities},
     options::{Options, Solver},
     problem::Problem,
@@ -64,8 +65,8 @@ impl Jacobi {
         options.check(self.solver)?;
         let started = Instant::now();
         let contacts = contacts(problem);
-        let mut judge = Judge { problem, contacts: &contacts, evaluations: 0 };
-        let mut found = judge.judged(vec![DVec3::ZERO; problem.len()]);
+        let mut evaluator = Evaluator { problem, contacts: &contacts, evaluations: 0 };
+        let mut found = evaluator.evaluate(vec![DVec3::ZERO; problem.len()]);
         let record = |pass, residual| Record { pass, residual, seconds: started.elapsed().as_secs_f64() };
         let mut history = vec![record(0, found.residual)];
         let (mut passes, mut goal, mut seen) = (0, options.tolerance, f64::INFINITY);
@@ -81,7 +82,7 @@ impl Jacobi {
             // Written so that NaN stops. At 0 nothing would change any more.
             let going = residual > 0.0 && residual <= DIVERGED * least && passes < options.max_iterations;
             if !going || least <= NEAR * options.tolerance && least < seen {
-                let best = judge.judged(relaxation.best()?);
+                let best = evaluator.evaluate(relaxation.best()?);
                 if best.residual <= options.tolerance && least == residual {
                     *history.last_mut().expect("a pass was recorded") = record(passes, best.residual);
                 }
@@ -100,7 +101,7 @@ impl Jacobi {
         Ok(Solution {
             converged: found.residual <= options.tolerance,
             passes,
-            other_passes: POWER_ITERATIONS as usize + 1 + judge.evaluations,
+            other_passes: POWER_ITERATIONS as usize + 1 + evaluator.evaluations,
             history,
             ..found
         })
@@ -108,15 +109,15 @@ impl Jacobi {
 }
 
 /// Residuals by the host.
-struct Judge<'a> {
+struct Evaluator<'a> {
     problem: &'a Problem,
     contacts: &'a [Contact],
     evaluations: usize,
 }
 
-impl Judge<'_> {
+impl Evaluator<'_> {
     /// These impulses as a solution.
-    fn judged(&mut self, r: Vec<DVec3>) -> Solution {
+    fn evaluate(&mut self, r: Vec<DVec3>) -> Solution {
         self.evaluations += 1;
         let mut u = vec![DVec3::ZERO; r.len()];
         velocities(self.problem, &mut self.problem.free(), &r, &mut u);
@@ -130,8 +131,7 @@ struct Relaxation<'a> {
     device: &'a Device,
     contacts: usize,
     dims: usize,
-    max_momentum: f64,
-    rounding: f64,
+    limits: MomentumLimits,
     /// What the device counts impulses in.
     unit: f64,
     /// Of a pass, with their workgroups.
@@ -148,14 +148,14 @@ impl<'a> Relaxation<'a> {
         if !double {
             check_range(contacts, weight)?;
         }
+        let floor = if *double { ROUNDING_DOUBLE } else { ROUNDING_SINGLE };
         let programs = programs(dims, *double)?;
         let bindings = programs.iter().flat_map(|program| &program.bindings);
         let mut relaxation = Relaxation {
             device,
             contacts: n,
             dims,
-            max_momentum: f64::from(u8::from(*solver == Solver::JacobiAccelerated)),
-            rounding: (ROUNDING * tolerance).max(if *double { ROUNDING_DOUBLE } else { ROUNDING_SINGLE }),
+            limits: MomentumLimits::of_problem(*solver == Solver::JacobiAccelerated, tolerance, floor),
             unit: problem.reference() / weight,
             layouts: bindings.map(|binding| (binding.name.clone(), binding.layout.clone())).collect(),
             buffers: HashMap::new(),
@@ -240,8 +240,8 @@ impl<'a> Relaxation<'a> {
         Ok((0..length * layout.lanes.len()).map(|_| next()).collect())
     }
 
-    /// So many passes, but none after the one whose number is `limit` or whose residual is at most `goal`: the state after
-    /// them, the least residual, and the residuals of the latest, by turns.
+    /// So many passes, but none after the one whose number is `limit` or whose residual is at most `goal`: the state
+    /// after them, the least residual, and the residuals of the latest, by turns.
     fn advance(&self, passes: usize, limit: usize, goal: f64) -> Result<(SolverState, f64, Vec<f64>)> {
         let count = |value: usize| value as f64;
         self.write_record(
@@ -250,8 +250,8 @@ impl<'a> Relaxation<'a> {
                 ("contacts", count(self.contacts)),
                 ("limit", count(limit)),
                 ("goal", goal),
-                ("max_momentum", self.max_momentum),
-                ("rounding", self.rounding),
+                ("max_momentum", self.limits.max_momentum),
+                ("rounding", self.limits.rounding),
             ],
         );
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
@@ -285,8 +285,9 @@ type Sink<'a> = &'a mut dyn FnMut(f64);
 fn programs(dims: usize, double: bool) -> Result<Vec<Program>> {
     let scalar = if double { "space/scalar/double.wgsl" } else { "space/scalar/single.wgsl" };
     let dimension = if dims == 2 { "space/dimension/plane.wgsl" } else { "space/dimension/space.wgsl" };
-    let shared = ["gpu/pipeline.wgsl", "solve/natural_map.wgsl", "solve/momentum.wgsl", "solve/relaxation.wgsl"];
-    let shared: Vec<_> = [scalar, dimension].into_iter().chain(shared).map(shaders::file).collect();
+    let shared = ["gpu/pipeline", "solve/natural_map", "solve/momentum", "solve/sums", "solve/relaxation"]
+        .map(|name| shaders::file(&format!("{name}.wgsl")));
+    let shared: Vec<_> = [scalar, dimension].map(shaders::file).into_iter().chain(shared).collect();
     let kernels = PASS.map(|kernel| (kernel, shaders::file(&format!("solve/{kernel}.wgsl"))));
     compose(&shared, &kernels, |_, _| false)
 }

@@ -1,5 +1,5 @@
-//! One contact after the other with all others as they are: each solved exactly, in various orders, or colour by colour by
-//! the disc update of scenes, with momentum.
+//! One contact after the other with all others as they are: each solved exactly, in various orders, or colour by colour
+//! by the disc update of scenes, with momentum.
 
 use crate::solve::{
     contact::Contact,
@@ -18,8 +18,8 @@ use std::time::Instant;
 /// Sweeps after which velocities are computed anew from the impulses.
 const REFRESH: u32 = 64;
 
-/// Updates of a contact whenever a sweep by colours comes to it. The first one solves spheres exactly, as in scenes; blocks
-/// of files, which join normal and tangent, leave something to a second one, which costs no pass.
+/// Updates of a contact whenever a sweep by colours comes to it. The first one solves spheres exactly, as in scenes;
+/// blocks of files, which join normal and tangent, leave something to a second one, which costs no pass.
 const UPDATES: usize = 2;
 
 /// Contacts with their impulses and the state that belongs to them.
@@ -94,13 +94,13 @@ pub fn solve<O: Operator>(operator: &O, start: Vec<DVec3>, options: &Options) ->
 
 /// Sweeps colour by colour from `start`, with momentum between them. Contacts of one colour do not see each other, so
 /// that they could be updated all at once.
-pub fn coloured<O: Operator>(operator: &O, start: Vec<DVec3>, options: &Options) -> Solution {
+pub fn colored<O: Operator>(operator: &O, start: Vec<DVec3>, options: &Options) -> Solution {
     let started = Instant::now();
     let contacts = contacts(operator);
     let mut monitor = Monitor::new(operator, &contacts, options, started);
-    let colours = colours(operator);
+    let colors = colors(operator);
     let mut order: Vec<usize> = (0..contacts.len()).collect();
-    order.sort_by_key(|&k| colours[k]);
+    order.sort_by_key(|&k| colors[k]);
     let mut sweep = Sweep { operator, contacts: &contacts, r: start, state: operator.free() };
     sweep.refresh();
     monitor.other_passes += 1;
@@ -146,15 +146,15 @@ pub fn coloured<O: Operator>(operator: &O, start: Vec<DVec3>, options: &Options)
 
 /// The smallest colour that no neighbour has, contact by contact: at most one more colour than the largest number of
 /// neighbours, and no contact without.
-pub fn colours<O: Operator>(operator: &O) -> Vec<usize> {
-    let mut colours = vec![usize::MAX; operator.len()];
+pub fn colors<O: Operator>(operator: &O) -> Vec<usize> {
+    let mut colors = vec![usize::MAX; operator.len()];
     let mut taken = Vec::new();
     for k in 0..operator.len() {
         taken.clear();
-        taken.extend(operator.neighbours(k).filter(|&j| j != k).map(|j| colours[j]));
+        taken.extend(operator.neighbours(k).filter(|&j| j != k).map(|j| colors[j]));
         taken.sort_unstable();
         taken.dedup();
-        colours[k] = taken.iter().enumerate().find(|&(c, &used)| c != used).map_or(taken.len(), |(c, _)| c);
+        colors[k] = taken.iter().enumerate().find(|&(c, &used)| c != used).map_or(taken.len(), |(c, _)| c);
     }
-    colours
+    colors
 }

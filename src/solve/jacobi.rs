@@ -3,15 +3,14 @@
 //! `momentum_restart.wgsl`, which
 //! [`super::device`] runs.
 //!
-//! Each contact is scaled by its [`UpdateScales`](super::natural_map::UpdateScales); for spheres the scaled blocks are the
-//! identity. The step is 1/L with the largest eigenvalue L of the scaled operator, whatever the number of contacts of a
-//! grain.
+//! Each contact is scaled by its [`UpdateScales`](super::natural_map::UpdateScales); for spheres the scaled blocks are
+//! the identity. The step is 1/L with the largest eigenvalue L of the scaled operator, whatever the number of contacts
+//! of a grain.
 
 use crate::solve::{
     contact::Contact,
     momentum::{
-        LIPSCHITZ_MARGIN, MomentumLimits, POWER_ITERATIONS, PassSums, ROUNDING, ROUNDING_DOUBLE, SolverState,
-        next_momentum,
+        LIPSCHITZ_MARGIN, MomentumLimits, POWER_ITERATIONS, PassSums, ROUNDING_DOUBLE, SolverState, next_momentum,
     },
     natural_map::{disc_update, scaled_product},
     operator::{Operator, velocities},
@@ -36,10 +35,7 @@ pub fn solve<O: Operator>(operator: &O, start: Vec<DVec3>, accelerated: bool, op
     let (mut u_y, mut u_next) = (u_x.clone(), u_x.clone());
     monitor.other_passes = POWER_ITERATIONS as usize + 1;
     let mut state = initial_state(operator, &contacts);
-    let limits = MomentumLimits {
-        max_momentum: f64::from(u8::from(accelerated)),
-        rounding: (ROUNDING * options.tolerance).max(ROUNDING_DOUBLE),
-    };
+    let limits = MomentumLimits::of_problem(accelerated, options.tolerance, ROUNDING_DOUBLE);
     let mut stop = monitor.stop(0, relative(&contacts, &x, &u_x, operator.reference()), &x);
     while !stop {
         for k in 0..n {
@@ -73,8 +69,8 @@ pub fn solve<O: Operator>(operator: &O, start: Vec<DVec3>, accelerated: bool, op
     monitor.finish()
 }
 
-/// The state before the first pass. No eigenvalue of the scaled operator exceeds twice the largest number of blocks in a
-/// row, because none of a block on the diagonal exceeds 2: its parts along and across the normal are at most 1.
+/// The state before the first pass. No eigenvalue of the scaled operator exceeds twice the largest number of blocks in
+/// a row, because none of a block on the diagonal exceeds 2: its parts along and across the normal are at most 1.
 pub fn initial_state<O: Operator>(operator: &O, contacts: &[Contact]) -> SolverState {
     let blocks = (0..contacts.len()).map(|k| operator.neighbours(k).count()).max().unwrap_or(0);
     let lipschitz = LIPSCHITZ_MARGIN * largest_eigenvalue(operator, contacts, POWER_ITERATIONS);

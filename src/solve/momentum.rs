@@ -22,8 +22,9 @@ const RISEN: f64 = 1.5;
 /// Passes that may always go by without a smaller residual.
 const PATIENCE: u32 = 100;
 /// The part of the tolerance below which velocities may change by rounding alone.
-pub const ROUNDING: f64 = 0.1;
-/// Relative residual below which the curvature of a pass is the rounding of a precision, whatever the tolerance.
+const ROUNDING: f64 = 0.1;
+/// Relative residuals of problems below which the curvature of a pass is the rounding of double and of single
+/// precision, whatever the tolerance.
 pub const ROUNDING_DOUBLE: f64 = 1e-10;
 pub const ROUNDING_SINGLE: f64 = 1e-5;
 /// Larger than any residual.
@@ -51,8 +52,8 @@ record!(
         lowest_pass: u32,
         /// By this factor steps are shorter than W asks for.
         step_divisor: f64,
-        /// Of scenes, as last computed: relative residual of the natural map, and the largest friction beyond the Coulomb
-        /// limit over the largest normal impulse.
+        /// Of scenes, as last computed: relative residual of the natural map, and the largest friction beyond the
+        /// Coulomb limit over the largest normal impulse.
         residual: f64,
         coulomb_excess: f64,
         passes: u32,
@@ -104,6 +105,22 @@ pub struct MomentumLimits {
     pub max_momentum: f64,
     /// Relative residual below which the curvature of a pass may be rounding.
     pub rounding: f64,
+}
+
+impl MomentumLimits {
+    /// Of a scene. It goes on from a step that was too long, so that rounding taken for curvature costs it a restart
+    /// and shorter steps at most. With the floor of problems a scene with a tolerance of 1e-5 in single precision would
+    /// no longer see that its steps are too long before it is solved.
+    pub fn of_scene(max_momentum: f64, tolerance: f64) -> MomentumLimits {
+        MomentumLimits { max_momentum, rounding: ROUNDING * tolerance }
+    }
+
+    /// Of a problem. It takes a step back that was too long, which rounding must not make it do again and again: hence
+    /// the floor, that of the precision.
+    pub fn of_problem(accelerated: bool, tolerance: f64, floor: f64) -> MomentumLimits {
+        let scene = MomentumLimits::of_scene(f64::from(u8::from(accelerated)), tolerance);
+        MomentumLimits { rounding: scene.rounding.max(floor), ..scene }
+    }
 }
 
 /// The state after a pass.

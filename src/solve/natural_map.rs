@@ -33,9 +33,9 @@ pub struct UpdateScales {
     pub tangential: f64,
 }
 
-/// Scales for a contact with the block `W_kk` and normal n: W_nn and λmax(W_tt), and more where W joins the two. So much
-/// more that the scales are nowhere less than W, and that friction at its limit, which answers to the normal impulse,
-/// makes it overshoot by half at most.
+/// Scales for a contact with the block `W_kk` and normal n: W_nn and λmax(W_tt), and more where W joins the two. So
+/// much more that the scales are nowhere less than W, and that friction at its limit, which answers to the normal
+/// impulse, makes it overshoot by half at most.
 pub fn update_scales(w: &DMat3, n: DVec3, friction: f64) -> UpdateScales {
     let across = DMat3::IDENTITY - DMat3::from_cols(n * n.x, n * n.y, n * n.z);
     let (normal, tangential) = (n.dot(*w * n), largest_eigenvalue(&(across * *w * across)));
@@ -51,9 +51,9 @@ fn project_on_disc(v: DVec3, length: f64) -> DVec3 {
     if squared > length * length { v * (length / squared.sqrt()) } else { v }
 }
 
-/// Impulse on the first side after a projected gradient step from `impulse`: the normal impulse, then the friction within
-/// the disc that it allows. `step` is a fraction of the contact's own scales. Its fixed points are contacts that are open,
-/// stick or slip as Algorithm 1 has them; with `step` = 1 it is that algorithm for spheres.
+/// Impulse on the first side after a projected gradient step from `impulse`: the normal impulse, then the friction
+/// within the disc that it allows. `step` is a fraction of the contact's own scales. Its fixed points are contacts that
+/// are open, stick or slip as Algorithm 1 has them; with `step` = 1 it is that algorithm for spheres.
 pub fn disc_update(side: &OrientedContact, impulse: DVec3, step: f64) -> DVec3 {
     let normal_impulse = -impulse.dot(side.n);
     let approach = side.velocity.dot(side.n);

@@ -23,7 +23,7 @@ pub fn solve(problem: &Problem, solver: Solver, options: &Options) -> Result<Sol
         Solver::GaussSeidel => Ok(gauss_seidel::solve(problem, start, options)),
         Solver::Jacobi => Ok(jacobi::solve(problem, start, false, options)),
         Solver::JacobiAccelerated => Ok(jacobi::solve(problem, start, true, options)),
-        Solver::ColouredAccelerated => Ok(gauss_seidel::coloured(problem, start, options)),
+        Solver::ColouredAccelerated => Ok(gauss_seidel::colored(problem, start, options)),
         #[cfg(feature = "socp")]
         Solver::Socp => Ok(socp::solve(problem, options)),
         #[cfg(not(feature = "socp"))]

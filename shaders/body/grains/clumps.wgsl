@@ -1,24 +1,24 @@
 // twin: src/body/grains.rs
-// Grains slot: bodies are the members of clumps, rigid sets of spheres or disks. Contacts are those of members; a clump gathers
-// what acts on its members, moves and turns by (2.40), and its members follow from where it is. They are never
+// Grains slot: bodies are the members of clumps, rigid sets of spheres or disks. Contacts are those of members; a clump
+// gathers what acts on its members, moves and turns by (2.40), and its members follow from where it is. They are never
 // moved on their own, so they cannot drift apart. Owns the clumps, in the order of the scene.
 
-var<storage, read> clump_of_id: array<u32>;                       // N, by number: the member's clump
-var<storage, read> member_offset: array<Packed>;                   // N, by number, m: from the clump's centre, along its principal axes
-var<storage, read_write> index_of_id: array<u32>;           // N, by number: the member's index
-var<storage, read> first_member: array<u32>;                // C + 1: number of a clump's first member
-var<storage, read> inverse_moments: array<Spin>;            // C, 1/(kg m²), 1/J1, 1/J2, 1/J3; 0 of a fixed clump
-var<storage, read> center: array<Vec>;                      // C, m, centre of mass, at step n
-var<storage, read_write> center_next: array<Vec>;           // C
-var<storage, read> orientation: array<Orientation>;               // C, from the principal axes to those of the scene, at step n
-var<storage, read_write> orientation_next: array<Orientation>;    // C
-var<storage, read> clump_velocity: array<Velocity>;             // C, at n - 1/2
-var<storage, read_write> clump_velocity_next: array<Velocity>;  // C
-var<storage, read> clump_spin: array<Spin>;                 // C, rad/s, at n - 1/2, along the principal axes; of round clumps x, y, z
-var<storage, read_write> clump_spin_next: array<Spin>;      // C
-var<storage, read_write> spin_increment: array<Spin>;            // C, rad/s: Δω of the last step, where the next predictor starts
-var<storage, read_write> member_force: array<Vec>;                  // N, N: force of all contacts of a member; N s in contact dynamics
-var<storage, read_write> member_torque: array<Spin>;                // N, N m or N m s: their moment about the member's centre
+var<storage, read> clump_of_id: array<u32>;                    // N, by number: the member's clump
+var<storage, read> member_offset: array<Packed>;               // N, by number, m: from the clump's centre, in its axes
+var<storage, read_write> index_of_id: array<u32>;              // N, by number: the member's index
+var<storage, read> first_member: array<u32>;                   // C + 1: number of a clump's first member
+var<storage, read> inverse_moments: array<Spin>;               // C, 1/(kg m²), 1/J1, 1/J2, 1/J3; 0 of a fixed clump
+var<storage, read> center: array<Vec>;                         // C, m, centre of mass, at step n
+var<storage, read_write> center_next: array<Vec>;              // C
+var<storage, read> orientation: array<Orientation>;            // C, from its principal axes to x, y, z, at step n
+var<storage, read_write> orientation_next: array<Orientation>; // C
+var<storage, read> clump_velocity: array<Velocity>;            // C, at n - 1/2
+var<storage, read_write> clump_velocity_next: array<Velocity>; // C
+var<storage, read> clump_spin: array<Spin>;                    // C, rad/s, at n - 1/2, see `spins_in_scene`
+var<storage, read_write> clump_spin_next: array<Spin>;         // C
+var<storage, read_write> spin_increment: array<Spin>;          // C, rad/s: Δω of the last step, the next prediction
+var<storage, read_write> member_force: array<Vec>;             // N, N; N s in contact dynamics: of a member's contacts
+var<storage, read_write> member_torque: array<Spin>;           // N, N m or N m s: their moment about its centre
 var<storage, read_write> rotation_iterations: RotationIterations;
 
 /// How hard the iterations for the rotation had to work.
@@ -108,12 +108,13 @@ fn clump_load(c: u32, q: Orientation) -> ForceTorque {
     return sum;
 }
 
-/// How far the attitude turns in a step (2.40): a turn about the axes of the scene comes from the left, one about those of the
-/// body from the right. What rounding has done to its length is undone.
+/// How far the attitude turns in a step (2.40): a turn about the axes of the scene comes from the left, one about those
+/// of the body from the right. What rounding has done to its length is undone.
 fn orientation_increment(c: u32, here: Clump, w: Spin) -> Orientation {
     let q = here.orientation;
     let turn = rotation_increment(0.25 * params.dt * w);
-    let increment = select(quaternion_product(q, turn), quaternion_product(turn, q), spins_in_scene(here.inverse_moments));
+    let in_scene = spins_in_scene(here.inverse_moments);
+    let increment = select(quaternion_product(q, turn), quaternion_product(turn, q), in_scene);
     return increment + (0.5 * norm_defect(orientation[c], orientation_low_of(c))) * q;
 }
 
@@ -129,8 +130,8 @@ fn move_clump(c: u32, here: Clump, v: Vec, w: Spin) {
     store_orientation_low(c, next.low);
 }
 
-/// A member comes to where its clump is, with the velocity of the middle of the step, when the arm was the mean of what it was and
-/// is. As `commit_position`.
+/// A member comes to where its clump is, with the velocity of the middle of the step, when the arm was the mean of what
+/// it was and is. As `commit_position`.
 fn place_member(i: u32) -> bool {
     let member_id = id[i];
     let c = clump_of_id[member_id];
@@ -143,7 +144,8 @@ fn place_member(i: u32) -> bool {
     velocity_next[i] = Velocity(velocity.v + surface_velocity(spin, arm + 0.5 * gain), velocity.inverse_mass);
     store_spin(i, spin);
     let center = Point(center_next[c], center_low_next_of(c));
-    let point = wrap(arm_end(center, orientation_next[c], orientation_low_next_of(c), unpacked(member_offset[member_id])));
+    let offset = unpacked(member_offset[member_id]);
+    let point = wrap(arm_end(center, orientation_next[c], orientation_low_next_of(c), offset));
     let stride = params.dt * velocity.v + gain;
     return commit_position(i, position[i], position_low_of(i), point, sqrt(dot(stride, stride)), false);
 }
@@ -155,7 +157,8 @@ fn set_clump_velocity(c: u32, here: Clump, v: Vec, w: Spin) {
     let spin = global_spin(here.inverse_moments, here.orientation, w);
     for (var member_id = first_member[c]; member_id < first_member[c + 1u]; member_id++) {
         let i = index_of_id[member_id];
-        velocity_next[i] = Velocity(v + surface_velocity(spin, arm_of(here.orientation, member_id)), here.velocity.inverse_mass);
+        let member_v = v + surface_velocity(spin, arm_of(here.orientation, member_id));
+        velocity_next[i] = Velocity(member_v, here.velocity.inverse_mass);
         store_spin(i, spin);
     }
 }

@@ -5,7 +5,7 @@ var<storage, read_write> proposal: array<u32>; // N
 var<storage, read_write> coloring_state: ColoringState;
 var<storage, read_write> color_count: array<atomic<u32>>; // colours: contacts there are of each
 
-/// Bits of the colours from `first` to first + 31 that the grain of body i has, without that of the contact of i with j.
+/// Bits of the colours from `first` to first + 31 that the grain of body i has, the contact of i with j left out.
 fn colors_of(i: u32, j: u32, first: u32) -> u32 {
     var taken = 0u;
     let members = member_count(i);
@@ -24,15 +24,6 @@ fn colors_of(i: u32, j: u32, first: u32) -> u32 {
         }
     }
     return taken;
-}
-
-/// The entry of neighbour j in the list of grain i.
-fn slot_of(i: u32, j: u32) -> u32 {
-    var entry = list_start[i];
-    while ((neighbour[entry] & INDEX) != j) {
-        entry++;
-    }
-    return entry;
 }
 
 @compute @workgroup_size(WG)
@@ -74,5 +65,5 @@ fn assign_colors(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_wor
         rank = atomicAdd(&color_count[color - 1u], 1u);
         atomicAdd(&coloring_state.contacts, 1u);
     }
-    contact_color[slot_of(i, j)] = ContactColor(color, rank);
+    contact_color[entry_of(i, j)] = ContactColor(color, rank);
 }

@@ -25,14 +25,11 @@ fn order_by_color(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_wo
         }
         var back = NONE;
         if (j < params.bodies) {
-            back = list_start[j];
-            while ((neighbour[back] & INDEX) != i) {
-                back++;
-            }
+            back = entry_of(j, i);
         }
         colored_contact[at] = ColoredContact(select(NONE, i, (tagged & ACTIVE) != 0u), j, entry, back);
         colored_geometry[at] = contact_geometry[entry];
-        colored_effective_mass[at] = effective_mass[entry];
+        colored_inverse_effective_mass[at] = inverse_effective_mass[entry];
         let impulse = packed(impulse_of(entry));
         colored_impulse[at] = impulse;
         colored_impulse_before[at] = impulse;

@@ -1,9 +1,11 @@
 // twin: src/nscd/coloring/priority.rs
-// Coloured Gauss-Seidel: contacts of one colour share no grain, so that all of them may be updated in place at once. Colors are
-// given out on the device and last as long as the lists; contacts that come to take part later get theirs then. Passes work on
-// copies of the contacts in the order of the colours, because those of a colour lie far apart in the lists.
+// Coloured Gauss-Seidel: contacts of one colour share no grain, so that all of them may be updated in place at once.
+// Colors are given out on the device and last as long as the lists; contacts that come to take part later get theirs
+// then. Passes work on copies of the contacts in the order of the colours, because those of a colour lie far apart in
+// the lists.
 
-/// The colour of a contact, from 1; 0: none yet. Its place among those of the colour counts at the entry of the smaller index.
+/// The colour of a contact, from 1; 0: none yet. Its place among those of the colour counts at the entry of the smaller
+/// index.
 struct ContactColor {
     color: u32,
     rank: u32,
@@ -17,12 +19,14 @@ struct ColoredContact {
     back: u32,   // in the list of the second; NONE for a wall
 }
 
-var<storage, read_write> contact_color: array<ContactColor>;              // entries
-var<storage, read_write> colored_contact: array<ColoredContact>;            // contacts, colour by colour
-var<storage, read_write> colored_geometry: array<ContactGeometry>; // contacts, from the first grain
-var<storage, read_write> colored_effective_mass: array<EffectiveMass>;     // contacts, from the first grain
-var<storage, read_write> colored_impulse: array<Packed>;        // contacts, N s: impulse on the first grain after the last pass
-var<storage, read_write> colored_impulse_before: array<Packed>; // contacts, N s: after the pass before; a pass writes them anew
+var<storage, read_write> contact_color: array<ContactColor>; // entries
+// Of contacts colour by colour, from the first grain; impulses, N s, are those on it. A pass writes those of the pass
+// before anew.
+var<storage, read_write> colored_contact: array<ColoredContact>;
+var<storage, read_write> colored_geometry: array<ContactGeometry>;
+var<storage, read_write> colored_inverse_effective_mass: array<InverseEffectiveMass>;
+var<storage, read_write> colored_impulse: array<Packed>;
+var<storage, read_write> colored_impulse_before: array<Packed>;
 
 /// How far the colouring is.
 struct ColoringState {
@@ -37,8 +41,8 @@ struct ColorCursor {
     contacts: u32, // of these colours
 }
 
-/// A rank of contacts on which two grains agree, and that neighbours in space do not share: so that many contacts are the first
-/// of both of their grains. a and b are numbers of bodies, or bodies + w for wall w.
+/// A rank of contacts on which two grains agree, and that neighbours in space do not share: so that many contacts are
+/// the first of both of their grains. a and b are numbers of bodies, or bodies + w for wall w.
 fn priority(a: u32, b: u32) -> u32 {
     var bits = (min(a, b) + 1u) * 2654435769u + (max(a, b) + 1u) * 2246822519u;
     bits = (bits ^ (bits >> 15u)) * 2246822519u;

@@ -1,6 +1,6 @@
 // twin: src/nscd/coloring/resolve.rs
-// Colors of clumps, after `propose`: of the contacts that its members have named a clump keeps one, because contacts of a colour
-// share no clump.
+// Colors of clumps, after `propose`: of the contacts that its members have named a clump keeps one, because contacts of
+// a colour share no clump.
 var<storage, read_write> proposal: array<u32>; // N
 
 @compute @workgroup_size(WG)
@@ -9,7 +9,7 @@ fn resolve(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
     if (c >= params.clumps) {
         return;
     }
-    var elected = NONE;
+    var selected = NONE;
     var best = 0u;
     var ends = vec2<u32>();
     for (var member_id = first_member[c]; member_id < first_member[c + 1u]; member_id++) {
@@ -27,11 +27,11 @@ fn resolve(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
         let high = max(member_id, other);
         let low = min(member_id, other);
         let later = high > ends.x || (high == ends.x && low > ends.y);
-        if (elected == NONE || rank > best || (rank == best && later)) {
-            if (elected != NONE) {
-                proposal[elected] = NONE;
+        if (selected == NONE || rank > best || (rank == best && later)) {
+            if (selected != NONE) {
+                proposal[selected] = NONE;
             }
-            elected = i;
+            selected = i;
             best = rank;
             ends = vec2<u32>(high, low);
         } else {

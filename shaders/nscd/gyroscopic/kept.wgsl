@@ -1,6 +1,6 @@
 // twin: src/nscd/gyroscopic.rs
-// Gyration slot: a free clump keeps its angular momentum for a step of contact dynamics. As all else there it is an implicit Euler
-// step: the spin is the one that belongs to the angular momentum when the clump has turned.
+// Gyroscopic slot: a free clump keeps its angular momentum for a step of contact dynamics. As all else there it is an
+// implicit Euler step: the spin is the one that belongs to the angular momentum when the clump has turned.
 
 /// Spin of a clump at the end of the step if nothing touched it, rad/s along the axes of the scene.
 fn free_spin_of_clump(here: Clump) -> Spin {

@@ -1,7 +1,8 @@
 // twin: src/nscd/response.rs
-// Contact dynamics of clumps: members hand the impulses of their contacts to their clump, which answers with its full inertia, and
-// get the velocities of its surface. So a contact sees members only, as in the discrete element method, but for sweeps by colours.
-// From `free_velocities` on the `_next` arrays have the velocities at the end of the step if nothing touched.
+// Contact dynamics of clumps: members hand the impulses of their contacts to their clump, which answers with its full
+// inertia, and get the velocities of its surface. So a contact sees members only, as in the discrete element method,
+// but for sweeps by colours. From `free_velocities` on the `_next` arrays have the velocities at the end of the step if
+// nothing touched.
 
 var<storage, read_write> delassus_eigenvalue: array<Real>;      // entries, 1/kg: largest eigenvalue of W_kk
 var<storage, read_write> response: array<Velocity>;    // N, m/s, 1/kg: what members get from their clumps
@@ -26,27 +27,34 @@ fn delassus_block(i: u32, arm: Vec) -> Columns {
     return plus(turning, velocity_next[i].inverse_mass, identity());
 }
 
-/// What an impulse does to bodies i and j, which have met at an entry; j may be a wall. Keeps the entry's largest eigenvalue of the Delassus block. Both get the same
-/// bits, because the body with the smaller index comes first.
-fn effective_mass_of(entry: u32, i: u32, j: u32, free: Velocity, there: Velocity, touch: Separation) -> EffectiveMass {
-    var l = EffectiveMass();
-    l.arm = position[i].radius + 0.5 * touch.gap;
+/// What an impulse does to bodies i and j, which have met at an entry; j may be a wall. Keeps the entry's largest
+/// eigenvalue of the Delassus block. Both get the same bits, because the body with the smaller index comes first.
+fn inverse_effective_mass_of(
+    entry: u32,
+    i: u32,
+    j: u32,
+    free: Velocity,
+    there: Velocity,
+    touch: Separation,
+) -> InverseEffectiveMass {
+    var inverse_mass = InverseEffectiveMass();
+    inverse_mass.arm = position[i].radius + 0.5 * touch.gap;
     let n = touch.n;
     let first = i < j;
-    let arm = l.arm * n;
+    let arm = inverse_mass.arm * n;
     var arm_to = Vec();
     var w = Columns();
     if (j < params.bodies) {
-        l.arm_to = position[j].radius + 0.5 * touch.gap;
-        arm_to = -l.arm_to * n;
+        inverse_mass.arm_to = position[j].radius + 0.5 * touch.gap;
+        arm_to = -inverse_mass.arm_to * n;
         w = delassus_block(select(i, j, first), select(arm, arm_to, first));
     }
     w = plus(delassus_block(select(j, i, first), select(arm_to, arm, first)), 1, w);
     let scales = update_scales(w, n, pair_of(i, j).friction);
-    l.normal = scales.normal;
-    l.tangential = scales.tangential;
+    inverse_mass.normal = scales.normal;
+    inverse_mass.tangential = scales.tangential;
     delassus_eigenvalue[entry] = largest_eigenvalue(w);
-    return l;
+    return inverse_mass;
 }
 
 /// The largest eigenvalue of W_kk, 1/kg.
@@ -93,7 +101,8 @@ fn contact_body(i: u32, arm: Vec) -> ContactBody {
     let q = orientation[c] + orientation_low_of(c);
     let first = index_of_id[first_member[c]];
     let member_arm = arm_of(q, first_member[c]);
-    return ContactBody(extrapolated_velocity[first], extrapolated_spin[first], (arm_of(q, member_id) + arm) - member_arm, member_arm, first, c, q);
+    let from_first = (arm_of(q, member_id) + arm) - member_arm;
+    return ContactBody(extrapolated_velocity[first], extrapolated_spin[first], from_first, member_arm, first, c, q);
 }
 
 /// An impulse there.
@@ -104,7 +113,7 @@ fn apply_impulse(i: u32, body: ContactBody, impulse: Vec) {
     extrapolated_spin[body.first] = body.spin + spin;
 }
 
-/// Members will fall in with the first of them.
+/// Members will get the velocities of the first of them.
 fn respond_to_sweep(i: u32) -> Real {
     return 0;
 }
@@ -141,7 +150,8 @@ fn velocity_change(a: RigidVelocity, b: RigidVelocity) -> RigidVelocity {
 /// What the impulses that its members hold add to how a clump moves.
 fn impulse_response(c: u32, here: Clump) -> RigidVelocity {
     let sum = clump_load(c, here.orientation);
-    return RigidVelocity(free_velocity(here.velocity).inverse_mass * sum.force, spin_from(here.orientation, here.inverse_moments, sum.torque));
+    let v = free_velocity(here.velocity).inverse_mass * sum.force;
+    return RigidVelocity(v, spin_from(here.orientation, here.inverse_moments, sum.torque));
 }
 
 /// How a clump moves with them.

@@ -11,17 +11,27 @@ fn grain_of(i: u32) -> u32 {
     return id[i];
 }
 
-/// What an impulse does to bodies i and j, which have met at an entry; j may be a wall, of which `there` says that it stands.
-fn effective_mass_of(entry: u32, i: u32, j: u32, free: Velocity, there: Velocity, touch: Separation) -> EffectiveMass {
-    var l = EffectiveMass();
-    l.arm = position[i].radius + 0.5 * touch.gap;
-    l.normal = free.inverse_mass + there.inverse_mass;
+/// What an impulse does to bodies i and j at an entry; j may be a wall, which `there` gives no inverse mass.
+fn inverse_effective_mass_of(
+    entry: u32,
+    i: u32,
+    j: u32,
+    free: Velocity,
+    there: Velocity,
+    touch: Separation,
+) -> InverseEffectiveMass {
+    var inverse_mass = InverseEffectiveMass();
+    inverse_mass.arm = position[i].radius + 0.5 * touch.gap;
+    inverse_mass.normal = free.inverse_mass + there.inverse_mass;
     if (j < params.bodies) {
-        l.arm_to = position[j].radius + 0.5 * touch.gap;
-        l.tangential = l.arm_to * l.arm_to * inverse_inertia(position[j], there.inverse_mass);
+        inverse_mass.arm_to = position[j].radius + 0.5 * touch.gap;
+        let arm_to = inverse_mass.arm_to;
+        inverse_mass.tangential = arm_to * arm_to * inverse_inertia(position[j], there.inverse_mass);
     }
-    l.tangential = l.normal + (l.tangential + l.arm * l.arm * inverse_inertia(position[i], free.inverse_mass));
-    return l;
+    let arm = inverse_mass.arm;
+    let rotational = inverse_mass.tangential + arm * arm * inverse_inertia(position[i], free.inverse_mass);
+    inverse_mass.tangential = inverse_mass.normal + rotational;
+    return inverse_mass;
 }
 
 /// The largest eigenvalue of W_kk, 1/kg.

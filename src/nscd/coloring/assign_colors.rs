@@ -1,9 +1,9 @@
-//! Twin of `shaders/nscd/coloring/assign_colors.wgsl`: contacts that both grains have named get the first colour that neither has, and a place among
-//! those of the colour.
+//! Twin of `shaders/nscd/coloring/assign_colors.wgsl`: contacts that both grains have named get the first colour that
+//! neither has, and a place among those of the colour.
 
 use crate::{
     body::grains::members,
-    nscd::contact::list_entries,
+    nscd::contact::{entry_of, list_entries},
     state::{ContactColor, INDEX, NONE, State},
 };
 use rayon::prelude::*;
@@ -18,7 +18,6 @@ pub fn assign_colors(s: &mut State) {
     let colors: Vec<(usize, u32)> = grains.map(|i| (i, color_of(s, i))).collect();
     for (i, color) in colors {
         let j = s.proposal[i] as usize;
-        let entry = list_entries(s, i).find(|&entry| (s.neighbour[entry] & INDEX) as usize == j);
         s.coloring_state[0].colors = s.coloring_state[0].colors.max(color);
         let mut rank = 0;
         // Of a colour too many nobody counts the contacts; the host makes room, and begins again.
@@ -27,7 +26,8 @@ pub fn assign_colors(s: &mut State) {
             *color_count += 1;
             s.coloring_state[0].contacts += 1;
         }
-        s.contact_color[entry.expect("proposals are neighbours")] = ContactColor { color, rank };
+        let entry = entry_of(s, i, j);
+        s.contact_color[entry] = ContactColor { color, rank };
     }
 }
 

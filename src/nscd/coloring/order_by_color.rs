@@ -1,7 +1,8 @@
-//! Twin of `shaders/nscd/coloring/order_by_color.wgsl`: contacts with the impulses they have now, in the order of the colours. Momentum begins anew.
+//! Twin of `shaders/nscd/coloring/order_by_color.wgsl`: contacts with the impulses they have now, in the order of the
+//! colours. Momentum begins anew.
 
 use crate::{
-    nscd::contact::list_entries,
+    nscd::contact::{entry_of, list_entries},
     state::{ACTIVE, ColoredContact, ContactColor, INDEX, NONE, Packed, State},
 };
 use rayon::prelude::*;
@@ -16,12 +17,13 @@ pub fn order_by_color(s: &mut State) {
         })
         .collect();
     let contacts: Vec<_> = (0..s.sizes.bodies).into_par_iter().flat_map_iter(|i| colored_contacts_of(s, i)).collect();
-    for (contact_color, turn) in contacts {
+    for (contact_color, contact) in contacts {
         let at = begins[contact_color.color as usize - 1] + contact_color.rank as usize;
-        let entry = turn.entry as usize;
+        let entry = contact.entry as usize;
         let impulse = Packed(s.impulse[entry].0);
-        (s.colored_contact[at], s.colored_impulse[at], s.colored_impulse_before[at]) = (turn, impulse, impulse);
-        (s.colored_geometry[at], s.colored_effective_mass[at]) = (s.contact_geometry[entry], s.effective_mass[entry]);
+        (s.colored_contact[at], s.colored_impulse[at], s.colored_impulse_before[at]) = (contact, impulse, impulse);
+        (s.colored_geometry[at], s.colored_inverse_effective_mass[at]) =
+            (s.contact_geometry[entry], s.inverse_effective_mass[entry]);
     }
     s.pass_velocity_before.clone_from(&s.pass_velocity);
     s.extrapolated_velocity.clone_from(&s.pass_velocity);
@@ -39,15 +41,10 @@ fn colored_contacts_of(s: &State, i: usize) -> impl Iterator<Item = (ContactColo
 fn colored_contact_of(s: &State, i: usize, entry: usize) -> ColoredContact {
     let second = s.neighbour[entry] & INDEX;
     let j = second as usize;
-    let back = |j: usize| list_entries(s, j).find(|&back| (s.neighbour[back] & INDEX) as usize == i);
     ColoredContact {
         first: if s.neighbour[entry] & ACTIVE != 0 { i as u32 } else { NONE },
         second,
         entry: entry as u32,
-        back: if j < s.sizes.bodies {
-            back(j).expect("contacts stand in the lists of both grains") as u32
-        } else {
-            NONE
-        },
+        back: if j < s.sizes.bodies { entry_of(s, j, i) as u32 } else { NONE },
     }
 }

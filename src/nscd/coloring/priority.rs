@@ -1,7 +1,7 @@
 //! Twin of `shaders/nscd/coloring/priority.wgsl`: contacts of one colour share no grain.
 
-/// A rank of contacts on which two grains agree, and that neighbours in space do not share: so that many contacts are the
-/// first of both of their grains. `a` and `b` are numbers of bodies, or bodies + w for wall w.
+/// A rank of contacts on which two grains agree, and that neighbours in space do not share: so that many contacts are
+/// the first of both of their grains. `a` and `b` are numbers of bodies, or bodies + w for wall w.
 pub fn priority(a: u32, b: u32) -> u32 {
     let scaled = |x: u32, by: u32| (x + 1).wrapping_mul(by);
     let mut bits = scaled(a.min(b), 2_654_435_769).wrapping_add(scaled(a.max(b), 2_246_822_519));

@@ -1,4 +1,5 @@
-//! Twin of `shaders/nscd/coloring/propose.wgsl`: every body names the neighbour with which it would have a contact coloured next.
+//! Twin of `shaders/nscd/coloring/propose.wgsl`: every body names the neighbour with which it would have a contact
+//! coloured next.
 
 use crate::{
     nscd::coloring::priority::priority,
