@@ -50,7 +50,7 @@ const SCENES: &[(&str, &[&str], u64, f64, Read)] = &[
             "material.glass.youngs_modulus=5e5",
             "solver.damping=40",
         ],
-        8000,
+        14_000,
         0.1,
         Read::Rest(0.9),
     ),
