@@ -44,8 +44,8 @@ struct GrainPairs {
     radius: Row,
     radius_to: Row,
     radii_rest: Row,
+    /// Of both together: the laws served ask for no more.
     inverse_mass: Row,
-    inverse_mass_to: Row,
     stiffness: Row,
     tangential_stiffness: Row,
     friction: Row,
@@ -76,6 +76,7 @@ pub struct Outcome {
 
 impl Outcome {
     /// Of one contact, by whatever law.
+    #[inline(never)]
     pub fn of(s: &State, entry: &ListEntry, lists: &Lists) -> Outcome {
         let (i, j, at) = (entry.i as usize, entry.j as usize, entry.index as usize);
         let pair = grain_pair(s, i, &body(s, i), j, lists.history(at));
@@ -123,7 +124,6 @@ impl Batch {
                 radius_to: row,
                 radii_rest: row,
                 inverse_mass: row,
-                inverse_mass_to: row,
                 stiffness: [stiffness; LANES],
                 tangential_stiffness: [tangential_stiffness; LANES],
                 friction: [friction; LANES],
@@ -190,7 +190,7 @@ impl GrainPairs {
             (self.radius[lane], self.radius_to[lane]) = (s.position[i].radius, s.position[j].radius);
             let (here, there) = (&s.velocity[i], &s.velocity[j]);
             set(&mut self.v, lane, here.v - there.v);
-            (self.inverse_mass[lane], self.inverse_mass_to[lane]) = (here.inverse_mass, there.inverse_mass);
+            self.inverse_mass[lane] = here.inverse_mass + there.inverse_mass;
         }
         if s.model.rotation == Rotation::Sphere {
             for (lane, i, j, _) in entries() {
@@ -231,7 +231,7 @@ impl GrainPairs {
             radius_to: self.radius_to[lane],
             radii_rest: self.radii_rest[lane],
             inverse_mass: self.inverse_mass[lane],
-            inverse_mass_to: self.inverse_mass_to[lane],
+            inverse_mass_to: 0.0,
             materials: 0,
             pair: Pair {
                 stiffness: self.stiffness[lane],

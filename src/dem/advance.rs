@@ -98,6 +98,20 @@ pub struct Sums {
     pub first_wall: [usize; BLOCK],
 }
 
+impl Sums {
+    /// What came of the contact at an entry of a block whose first grain is `first`.
+    #[inline(always)]
+    fn add(&mut self, first: usize, entry: &ListEntry, contact: Outcome, lists: &mut Lists) {
+        let (k, at) = (entry.i as usize - first, entry.index as usize);
+        if contact.is_active {
+            lists.set_history(at, &contact.history);
+            self.of_grains[k].force += contact.sum.force;
+            self.of_grains[k].torque += contact.sum.torque;
+        }
+        lists.set_active(at, contact.is_active);
+    }
+}
+
 /// The contacts of a run of `count` grains with grains, and what they remember. Many are computed at a time, and added
 /// in the order of the lists.
 #[inline(always)]
@@ -107,16 +121,11 @@ pub fn forces_of_grains(s: &State, first: usize, count: usize, lists: &mut Lists
     for entries in near_entries(s, first, lists, &mut sums.first_wall[..count]).chunks(LANES) {
         if many {
             batch.compute(s, entries, lists);
-        }
-        for (lane, entry) in entries.iter().enumerate() {
-            let (k, at) = (entry.i as usize - first, entry.index as usize);
-            let contact = if many { batch.outcome(lane) } else { Outcome::of(s, entry, lists) };
-            if contact.is_active {
-                lists.set_history(at, &contact.history);
-                sums.of_grains[k].force += contact.sum.force;
-                sums.of_grains[k].torque += contact.sum.torque;
+            for (lane, entry) in entries.iter().enumerate() {
+                sums.add(first, entry, batch.outcome(lane), lists);
             }
-            lists.set_active(at, contact.is_active);
+        } else {
+            entries.iter().for_each(|entry| sums.add(first, entry, Outcome::of(s, entry, lists), lists));
         }
     }
     sums
