@@ -14,8 +14,13 @@ pub fn by_body<'a, T: Send>(array: &'a mut [T], s: &State) -> vec::IntoIter<&'a 
 
 /// The same for an array over entries.
 pub fn by_entry<'a, T: Send>(array: &'a mut [T], s: &State) -> vec::IntoIter<&'a mut [T]> {
+    by_entry_of(array, &s.list_start, s.sizes.bodies)
+}
+
+/// The same, where the rest of the state is not at hand.
+pub fn by_entry_of<'a, T: Send>(array: &'a mut [T], list_start: &[u32], bodies: usize) -> vec::IntoIter<&'a mut [T]> {
     let absent = array.is_empty();
-    runs(array, s.sizes.bodies, |i| if absent { 0 } else { s.list_start[i] as usize })
+    runs(array, bodies, |i| if absent { 0 } else { list_start[i] as usize })
 }
 
 fn runs<T: Send>(mut array: &mut [T], bodies: usize, start: impl Fn(usize) -> usize) -> vec::IntoIter<&mut [T]> {

@@ -200,7 +200,7 @@ impl GrainPairs {
         }
         if s.model.tangential == Tangential::Coulomb {
             for (lane, _, _, entry) in entries() {
-                set(&mut self.old_force, lane, lists.history(entry.index as usize).tangential.force);
+                set(&mut self.old_force, lane, lists.tangential_force(entry.index as usize));
             }
         }
         if s.model.precision == Precision::Single {

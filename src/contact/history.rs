@@ -2,7 +2,7 @@
 
 use super::{rolling::RollingHistory, tangential::TangentialHistory};
 use crate::{
-    body::blocks::by_entry,
+    body::blocks::{by_entry, by_entry_of},
     model::History as Slot,
     state::{ACTIVE, INDEX, NONE, Packed, Spin, State},
 };
@@ -30,8 +30,8 @@ pub fn history_of(s: &State, entry: usize) -> History {
 
 /// The entries of a run of grains: neighbours, and what their contacts remember; empty what the model does not have.
 pub struct Lists<'a> {
-    /// Whether contacts remember anything at all.
-    remembers: bool,
+    /// What marks an active contact: nothing, if contacts remember nothing.
+    active: u32,
     pub neighbour: &'a mut [u32],
     pub tangential_force: &'a mut [Packed],
     pub rolling_torque: &'a mut [Spin],
@@ -47,6 +47,12 @@ impl Lists<'_> {
             history.rolling.torque = self.rolling_torque.get(entry).map_or(DVec3::ZERO, |t| t.0);
         }
         history
+    }
+
+    /// N; of scenes that have it.
+    #[inline(always)]
+    pub fn tangential_force(&self, entry: usize) -> DVec3 {
+        if self.is_active(entry) { self.tangential_force[entry].0 } else { DVec3::ZERO }
     }
 
     #[inline(always)]
@@ -67,7 +73,8 @@ impl Lists<'_> {
     /// Whether the contact at this entry is active, so that what it remembers counts.
     #[inline(always)]
     pub fn set_active(&mut self, entry: usize, active: bool) {
-        set_active(&mut self.neighbour[entry], active && self.remembers);
+        let tagged = &mut self.neighbour[entry];
+        *tagged = *tagged & INDEX | if active { self.active } else { 0 };
     }
 }
 
@@ -79,7 +86,7 @@ pub fn with_lists<T: Send, R: Send>(
     reduce: impl Fn(R, R) -> R + Sync + Send,
     zero: impl Fn() -> R + Sync + Send,
 ) -> R {
-    let remembers = s.model.history == Slot::Kept;
+    let active = if s.model.history == Slot::Kept { ACTIVE } else { 0 };
     let (mut neighbour, mut tangential_force) = (take(&mut s.neighbour), take(&mut s.tangential_force));
     let mut rolling_torque = take(&mut s.rolling_torque);
     let result = items
@@ -89,7 +96,7 @@ pub fn with_lists<T: Send, R: Send>(
         .enumerate()
         .with_min_len(2)
         .map(|(k, (((item, neighbour), tangential_force), rolling_torque))| {
-            of(s, k, item, Lists { remembers, neighbour, tangential_force, rolling_torque })
+            of(s, k, item, Lists { active, neighbour, tangential_force, rolling_torque })
         })
         .reduce(zero, reduce);
     (s.neighbour, s.tangential_force, s.rolling_torque) = (neighbour, tangential_force, rolling_torque);
@@ -153,14 +160,25 @@ pub fn store_lanes(s: &mut State, moves: &[(usize, usize)]) {
     });
 }
 
-/// Take contacts from the history: `moves` has entries, their places there, and whether the grain sees the contact as
-/// the history does.
-pub fn restore_lanes(s: &mut State, moves: &[(usize, usize, bool)]) {
+/// A contact that comes back from the history.
+#[derive(Clone, Copy, Debug)]
+pub struct Restored {
+    /// Counted from the first of the run of grains.
+    pub entry: usize,
+    /// Its place there.
+    pub at: usize,
+    /// Whether the grain sees it as the history does.
+    pub same: bool,
+}
+
+/// Take contacts from the history, those of every run of grains.
+pub fn restore_lanes(s: &mut State, contacts: &[Vec<Restored>]) {
     for_lanes!(s, |lane, history, opposite| {
-        if !lane.is_empty() {
-            for &(entry, at, same) in moves {
+        let runs = by_entry_of(lane, &s.list_start, s.sizes.bodies);
+        runs.zip(contacts).filter(|(lane, _)| !lane.is_empty()).for_each(|(lane, contacts)| {
+            for &Restored { entry, at, same } in contacts {
                 lane[entry] = if same { history[at] } else { opposite(history[at]) };
             }
-        }
+        });
     });
 }

@@ -117,15 +117,16 @@ impl Sums {
 #[inline(always)]
 pub fn forces_of_grains(s: &State, first: usize, count: usize, lists: &mut Lists) -> Sums {
     let mut sums = Sums { of_grains: [ForceTorque::default(); BLOCK], first_wall: [0; BLOCK] };
-    let (mut batch, many) = (Batch::new(s), Batch::serves(s));
-    for entries in near_entries(s, first, lists, &mut sums.first_wall[..count]).chunks(LANES) {
-        if many {
-            batch.compute(s, entries, lists);
-            for (lane, entry) in entries.iter().enumerate() {
-                sums.add(first, entry, batch.outcome(lane), lists);
-            }
-        } else {
-            entries.iter().for_each(|entry| sums.add(first, entry, Outcome::of(s, entry, lists), lists));
+    let entries = near_entries(s, first, lists, &mut sums.first_wall[..count]);
+    if !Batch::serves(s) {
+        entries.iter().for_each(|entry| sums.add(first, entry, Outcome::of(s, entry, lists), lists));
+        return sums;
+    }
+    let mut batch = Batch::new(s);
+    for entries in entries.chunks(LANES) {
+        batch.compute(s, entries, lists);
+        for (lane, entry) in entries.iter().enumerate() {
+            sums.add(first, entry, batch.outcome(lane), lists);
         }
     }
     sums

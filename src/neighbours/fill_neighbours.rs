@@ -3,7 +3,7 @@
 
 use crate::body::blocks::{BLOCK, by_entry};
 use crate::{
-    contact::history::{restore_history, restore_lanes, set_active},
+    contact::history::{Restored, restore_history, restore_lanes, set_active},
     model::History,
     neighbours::grid::search,
     space::{precision::position_low_of, walls::wall_separation},
@@ -19,22 +19,23 @@ pub fn fill_neighbours(s: &mut State) {
         return;
     }
     let mut neighbour = std::mem::take(&mut s.neighbour);
-    let moves: Vec<(usize, usize, bool)> = by_entry(&mut neighbour, s)
+    let restored: Vec<Vec<Restored>> = by_entry(&mut neighbour, s)
         .enumerate()
-        .flat_map_iter(|(k, mut neighbour)| {
-            let bodies = k * BLOCK..((k + 1) * BLOCK).min(s.sizes.bodies);
-            let of_body = |i| {
+        .map(|(k, mut neighbour)| {
+            let (mut restored, mut first) = (Vec::new(), 0);
+            for i in k * BLOCK..((k + 1) * BLOCK).min(s.sizes.bodies) {
                 let row;
                 (row, neighbour) = std::mem::take(&mut neighbour).split_at_mut(s.row(i).len());
                 fill(s, i, row);
-                restore(s, i, row)
-            };
-            bodies.flat_map(of_body).collect::<Vec<_>>()
+                restore(s, i, row, first, &mut restored);
+                first += row.len();
+            }
+            restored
         })
         .collect();
     s.neighbour = neighbour;
-    s.counters[0].restored_contacts += moves.iter().filter(|(.., mine)| *mine).count() as u32;
-    restore_lanes(s, &moves);
+    s.counters[0].restored_contacts += restored.iter().flatten().filter(|contact| contact.same).count() as u32;
+    restore_lanes(s, &restored);
 }
 
 /// Grains near grain i in ascending order of their numbers, then walls, then NONE.
@@ -58,18 +59,15 @@ fn fill(s: &State, i: usize, row: &mut [u32]) {
     row[filled..].fill(NONE);
 }
 
-/// The contacts of grain i that the history has: their entries, their places there, and whether they are this grain's
-/// to count.
-fn restore(s: &State, i: usize, row: &mut [u32]) -> Vec<(usize, usize, bool)> {
+/// The contacts of grain i that the history has; its entries begin at `first`.
+fn restore(s: &State, i: usize, row: &mut [u32], first: usize, restored: &mut Vec<Restored>) {
     if s.model.history == History::None {
-        return Vec::new();
+        return;
     }
-    let mut found = Vec::new();
-    for (entry, tagged) in (s.list_start[i] as usize..).zip(row).take_while(|(_, tagged)| **tagged != NONE) {
-        if let Some((at, mine)) = restore_history(s, i, *tagged) {
+    for (entry, tagged) in (first..).zip(row).take_while(|(_, tagged)| **tagged != NONE) {
+        if let Some((at, same)) = restore_history(s, i, *tagged) {
             set_active(tagged, true);
-            found.push((entry, at, mine));
+            restored.push(Restored { entry, at, same });
         }
     }
-    found
 }
