@@ -75,8 +75,8 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Of one contact, by whatever law.
-    #[inline(never)]
+    /// Of one contact, by whatever law. Inlined, so that it is compiled for the vectors that machines have.
+    #[inline(always)]
     pub fn of(s: &State, entry: &ListEntry, lists: &Lists) -> Outcome {
         let (i, j, at) = (entry.i as usize, entry.j as usize, entry.index as usize);
         let pair = grain_pair(s, i, &body(s, i), j, lists.history(at));

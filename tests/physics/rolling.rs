@@ -231,7 +231,7 @@ fn balance(damping: f64, steps: u32) {
     }
     let last = simulation.sample().unwrap();
     let kinetic = first.kinetic_energy;
-    assert!(last.kinetic_energy < 2e-2 * kinetic, "it comes to rest");
+    assert!(last.kinetic_energy < 1e-3 * kinetic, "it comes to rest");
     close(&format!("balance {damping}"), energy(&last) + lost, energy(&first), kinetic, 1e-3);
 }
 
@@ -340,10 +340,10 @@ fn elastic_spheres_tell_their_losses() {
                 rolling: Some(Rolling { friction: 10.0, stiffness, damping: 0.0 }),
                 ..law(0.0)
             }];
-            scene.grains = vec![Grain { spin: 0.05 * DVec3::Y, ..grain(0.0, 0.0, 0.9985 * R) }];
+            scene.grains = vec![Grain { spin: 5.0 * DVec3::Y, ..grain(0.0, 0.0, 0.9985 * R) }];
             let mut simulation = bench.start(&scene);
             let energy = |s: &packstone::measure::Sample| s.kinetic_energy + s.potential_energy + s.elastic_energy;
-            let turning = 0.5 * gyration(3) * mass(3, R) * (0.05 * R).powi(2);
+            let turning = 0.5 * gyration(3) * mass(3, R) * (5.0 * R).powi(2);
             let first = simulation.sample().unwrap();
             let (mut lost, mut before, mut highest) = (0.0, first.dissipation, 0.0_f64);
             for _ in 0..2000 {
@@ -355,9 +355,9 @@ fn elastic_spheres_tell_their_losses() {
             }
             let last = simulation.sample().unwrap();
             let what = format!("{} {stiffness}", bench.name);
-            assert!(highest < 0.05 * 1.001, "{what}: spin grows to {highest}");
-            let normal = first.elastic_energy + first.potential_energy.abs();
-            close(&what, energy(&last) + lost, energy(&first), turning + 1e-4 * normal, bench.pick(0.05, 1.0));
+            assert!(highest < 5.0 * 1.001, "{what}: spin grows to {highest}");
+            assert!(lost > 0.1 * turning, "{what}: there is something to tell, {lost:e} of {turning:e} J");
+            close(&what, energy(&last) + lost, energy(&first), turning, bench.pick(1e-3, 2e-3));
         }
     }
 }
