@@ -72,7 +72,7 @@ pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64) -> R
     let plans = Setup::new(assembly, &options)?.plans;
     // The device's parameters are rounded to its precision; the twin must be asked about the same ones.
     if precision == Precision::Single {
-        state.params = state.params.rounded(state.model.dims());
+        state.params = state.params.rounded(state.model.dims(), &state.units);
     }
     let bodies = state.sizes.bodies;
     for array in [&FORCE, &TORQUE].into_iter().filter(|a| arrays.contains(a)) {

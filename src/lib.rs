@@ -81,6 +81,7 @@ pub(crate) mod space;
 pub mod stage;
 pub mod state;
 pub mod time_step;
+pub mod units;
 
 pub use error::{Error, Result};
 /// Vectors and quaternions of the interface.

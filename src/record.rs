@@ -1,5 +1,6 @@
 //! Values made of scalars, as arrays of the CPU and of a device hold them.
 
+use crate::units::Quantity;
 use glam::{DVec3, UVec3};
 
 /// A value made of scalars ("lanes") in the order in which WGSL declares them.
@@ -25,6 +26,10 @@ pub trait Element: Clone + Default + Send + Sync + 'static {
     /// Number of lanes of each member of a record; anything else is one member.
     fn widths(dims: usize) -> Vec<usize> {
         vec![Self::width(dims)]
+    }
+    /// What the lanes measure; a plain value measures what it is said to, `of`.
+    fn quantities(of: Quantity, dims: usize) -> Vec<Quantity> {
+        vec![of; Self::width(dims)]
     }
     /// Whether this is a whole number.
     const INTEGER: bool = false;
@@ -69,9 +74,12 @@ impl Element for DVec3 {
     }
 }
 
-/// Declares the Rust side of a WGSL struct: same name, same members, same order.
+/// Declares the Rust side of a WGSL struct: same name, same members, same order, each with what it measures; without
+/// that it is a number or a record.
 macro_rules! record {
-    ($(#[$meta:meta])* $name:ident { $($(#[$fmeta:meta])* $field:ident: $ty:ty),* $(,)? }) => {
+    (@quantity) => { $crate::units::Quantity::Number };
+    (@quantity $quantity:ident) => { $crate::units::Quantity::$quantity };
+    ($(#[$meta:meta])* $name:ident { $($(#[$fmeta:meta])* $field:ident: $ty:ty $([$quantity:ident])?),* $(,)? }) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, Default, PartialEq)]
         pub struct $name { $($(#[$fmeta])* pub $field: $ty),* }
@@ -83,6 +91,9 @@ macro_rules! record {
             }
             fn widths(dims: usize) -> Vec<usize> {
                 vec![$(<$ty as $crate::record::Element>::width(dims)),*]
+            }
+            fn quantities(_: $crate::units::Quantity, dims: usize) -> Vec<$crate::units::Quantity> {
+                [$(<$ty as $crate::record::Element>::quantities(record!(@quantity $($quantity)?), dims)),*].concat()
             }
             fn put(&self, dims: usize, sink: &mut impl FnMut(f64)) {
                 $($crate::record::Element::put(&self.$field, dims, sink);)*

@@ -6,6 +6,7 @@
 use crate::{
     model::{Grains, History, Materials, Method, Model, Precision, Rolling, Rotation, Tangential, Walls},
     record::record,
+    units::{Quantity, Units},
 };
 pub use crate::{record::Element, solve::momentum::SolverState};
 use glam::{DVec3, DVec4, UVec3};
@@ -72,19 +73,24 @@ impl Element for Orientation {
 
 record!(
     /// Where a grain is. Units and meaning of all records: `shaders/state.wgsl`.
-    Position { x: DVec3, radius: f64 }
+    Position { x: DVec3 [Length], radius: f64 [Length] }
 );
 record!(
     /// What single precision leaves out of a place.
-    PositionLow { x: DVec3, radius: f64 }
+    PositionLow { x: DVec3 [Length], radius: f64 [Length] }
 );
 record!(
     /// How a grain moves.
-    Velocity { v: DVec3, inverse_mass: f64 }
+    Velocity { v: DVec3 [Velocity], inverse_mass: f64 [InverseMass] }
 );
 record!(
     /// Contact parameters of a pair of materials.
-    Pair { stiffness: f64, tangential_stiffness: f64, friction: f64, dashpot: f64 }
+    Pair {
+        stiffness: f64 [NormalStiffness],
+        tangential_stiffness: f64 [TangentialStiffness],
+        friction: f64,
+        dashpot: f64 [Dashpot],
+    }
 );
 record!(
     /// Parameters of rolling resistance of a pair of materials (`shaders/contact/rolling/elastic_plastic.wgsl`).
@@ -92,7 +98,14 @@ record!(
 );
 record!(
     /// A wall (`shaders/space/walls/some.wgsl`).
-    Wall { point: DVec3, low: DVec3, normal: DVec3, velocity: DVec3, radius: f64, spin: f64 }
+    Wall {
+        point: DVec3 [Length],
+        low: DVec3 [Length],
+        normal: DVec3,
+        velocity: DVec3 [Velocity],
+        radius: f64 [Length],
+        spin: f64 [Rate],
+    }
 );
 record!(
     /// What the device tells the host once per chunk.
@@ -109,12 +122,12 @@ record!(
 record!(
     /// A row of the measurement (`shaders/measure/measure.wgsl`).
     PartialSums {
-        kinetic: f64,
-        potential: f64,
-        elastic: f64,
-        net_force: f64,
-        contact_force: f64,
-        dissipation: f64,
+        kinetic: f64 [Energy],
+        potential: f64 [Energy],
+        elastic: f64 [Energy],
+        net_force: f64 [Force],
+        contact_force: f64 [Force],
+        dissipation: f64 [Power],
         overlap: f64,
         sides: u32,
         single_sides: u32,
@@ -122,25 +135,30 @@ record!(
 );
 record!(
     /// A contact of a step of contact dynamics (this and the next: `shaders/nscd/contact.wgsl`).
-    ContactGeometry { n: DVec3, bias_velocity: f64 }
+    ContactGeometry { n: DVec3, bias_velocity: f64 [Velocity] }
 );
 record!(
     /// What an impulse does to the two of a contact.
-    InverseEffectiveMass { arm: f64, arm_to: f64, normal: f64, tangential: f64 }
+    InverseEffectiveMass {
+        arm: f64 [Length],
+        arm_to: f64 [Length],
+        normal: f64 [InverseMass],
+        tangential: f64 [InverseMass],
+    }
 );
 record!(
     /// Sums of a group of grains.
     ResidualSums {
-        reference: f64,
-        gravity_speed_squared: f64,
-        imposed_speed: f64,
+        reference: f64 [VelocitySquared],
+        gravity_speed_squared: f64 [VelocitySquared],
+        imposed_speed: f64 [Velocity],
         lipschitz_bound: f64,
-        residual_squared: f64,
-        restart_criterion: f64,
-        curvature: f64,
-        step_squared: f64,
-        max_normal_impulse: f64,
-        coulomb_excess: f64,
+        residual_squared: f64 [VelocitySquared],
+        restart_criterion: f64 [Energy],
+        curvature: f64 [Energy],
+        step_squared: f64 [Energy],
+        max_normal_impulse: f64 [Impulse],
+        coulomb_excess: f64 [Impulse],
         late_contacts: u32,
     }
 );
@@ -167,32 +185,32 @@ record!(
 record!(
     /// What every kernel may know.
     Params {
-        gravity: DVec3,
-        lower: DVec3,
-        upper: DVec3,
-        period: DVec3,
-        period_low: DVec3,
-        inverse_period: DVec3,
-        cell_origin: DVec3,
-        inverse_cell: DVec3,
-        dt: f64,
-        history_dt: f64,
-        damping: f64,
-        reach: f64,
-        margin: f64,
-        quantum: f64,
-        inverse_quantum: f64,
-        position_slack: f64,
-        length_unit: f64,
-        inverse_length_unit: f64,
-        arm_unit: f64,
-        inverse_arm_unit: f64,
-        step_limit: f64,
-        displacement_limit: f64,
+        gravity: DVec3 [Acceleration],
+        lower: DVec3 [Length],
+        upper: DVec3 [Length],
+        period: DVec3 [Length],
+        period_low: DVec3 [Length],
+        inverse_period: DVec3 [InverseLength],
+        cell_origin: DVec3 [Length],
+        inverse_cell: DVec3 [InverseLength],
+        dt: f64 [Time],
+        history_dt: f64 [Time],
+        damping: f64 [Rate],
+        reach: f64 [Length],
+        margin: f64 [Length],
+        quantum: f64 [Length],
+        inverse_quantum: f64 [InverseLength],
+        position_slack: f64 [Length],
+        length_unit: f64 [Length],
+        inverse_length_unit: f64 [InverseLength],
+        arm_unit: f64 [Length],
+        inverse_arm_unit: f64 [InverseLength],
+        step_limit: f64 [Length],
+        displacement_limit: f64 [Length],
         tolerance: f64,
         max_momentum: f64,
-        max_correction_velocity: f64,
-        gap_band: f64,
+        max_correction_velocity: f64 [Velocity],
+        gap_band: f64 [Length],
         pair: Pair,
         axes: UVec3,
         cells: UVec3,
@@ -211,10 +229,11 @@ record!(
 
 impl Params {
     /// As a device in single precision sees them.
-    pub fn rounded(&self, dims: usize) -> Params {
-        let mut lanes = Vec::new();
-        self.put(dims, &mut |x| lanes.push(x));
-        let mut lanes = lanes.into_iter().map(|x| if x == x.trunc() && x < 4.3e9 { x } else { f64::from(x as f32) });
+    pub fn rounded(&self, dims: usize, units: &Units) -> Params {
+        let quantities = Params::quantities(Quantity::Number, dims);
+        let lanes = self.lanes(dims).into_iter().zip(quantities);
+        // Counts may be more than f32 has digits for.
+        let mut lanes = lanes.map(|(x, q)| if x == x.trunc() && x.abs() < 4.3e9 { x } else { units.rounded(q, x) });
         Params::take(dims, &mut || lanes.next().expect("as many lanes as were put"))
     }
 }
@@ -235,6 +254,8 @@ pub trait Column {
     fn names(&self, dims: usize) -> &'static [&'static str];
     /// Number of lanes of each member of an element.
     fn widths(&self, dims: usize) -> Vec<usize>;
+    /// What the lanes of an element measure; a plain value measures `of`.
+    fn quantities(&self, of: Quantity, dims: usize) -> Vec<Quantity>;
     /// Whether elements are whole numbers.
     fn integer(&self) -> bool;
     /// All lanes, element by element.
@@ -262,6 +283,9 @@ impl<T: Element> Column for Vec<T> {
     }
     fn widths(&self, dims: usize) -> Vec<usize> {
         T::widths(dims)
+    }
+    fn quantities(&self, of: Quantity, dims: usize) -> Vec<Quantity> {
+        T::quantities(of, dims)
     }
     fn integer(&self) -> bool {
         T::INTEGER
@@ -362,8 +386,10 @@ pub struct Array {
     /// In Rust and in WGSL.
     pub name: &'static str,
     pub length: Length,
-    /// Unit, or what the numbers are.
-    pub unit: &'static str,
+    /// What the numbers measure; those of a record say it themselves.
+    pub quantity: Quantity,
+    /// What else there is to say of them.
+    pub note: &'static str,
     /// Whether the array exists under a model.
     pub needed: fn(&Model) -> bool,
     column: fn(&State) -> &dyn Column,
@@ -390,15 +416,19 @@ impl fmt::Debug for Array {
     }
 }
 
-/// Declares `State` and its dictionary in one table.
+/// Declares `State` and its dictionary in one table; what records measure, they say themselves.
 macro_rules! state {
-    ($($handle:ident $name:ident: $ty:ty, $length:ident, $unit:literal, $needed:expr;)*) => {
+    (@quantity -) => { Quantity::Number };
+    (@quantity $quantity:ident) => { Quantity::$quantity };
+    ($($handle:ident $name:ident: $ty:ty, $length:ident, $quantity:tt, $note:literal, $needed:expr;)*) => {
         /// All arrays, with what the scene chose and the numbers kernels may know.
         #[derive(Clone, Debug)]
         pub struct State {
             pub model: Model,
             pub sizes: Sizes,
             pub params: Params,
+            /// What a device computes in; the numbers here are in SI units.
+            pub units: Units,
             $(pub $name: Vec<$ty>,)*
         }
 
@@ -408,7 +438,8 @@ macro_rules! state {
             $(pub static $handle: Array = Array {
                 name: stringify!($name),
                 length: Length::$length,
-                unit: $unit,
+                quantity: state!(@quantity $quantity),
+                note: $note,
                 needed: $needed,
                 column: |s| &s.$name,
                 column_mut: |s| &mut s.$name,
@@ -426,6 +457,7 @@ macro_rules! state {
                     model,
                     sizes,
                     params,
+                    units: Units::default(),
                     $($name: vec![Default::default(); len(&array::$handle)],)*
                 }
             }
@@ -436,6 +468,26 @@ macro_rules! state {
 impl State {
     pub fn column(&self, array: &Array) -> &dyn Column {
         (array.column)(self)
+    }
+
+    /// The unit of an array, member by member, and what else there is to say of its numbers.
+    pub fn unit_text(&self, array: &Array) -> String {
+        let (quantities, mut lane) = (self.quantities(array), 0);
+        let mut parts: Vec<&str> = Vec::new();
+        for width in self.column(array).widths(self.model.dims()) {
+            parts.push(quantities[lane].unit());
+            lane += width;
+        }
+        if parts.iter().all(|part| *part == "1") {
+            parts.clear();
+        }
+        parts.extend(Some(array.note).filter(|note| !note.is_empty()));
+        parts.join(", ")
+    }
+
+    /// What the lanes of an element of an array measure.
+    pub fn quantities(&self, array: &Array) -> Vec<Quantity> {
+        self.column(array).quantities(array.quantity, self.model.dims())
     }
 
     pub fn column_mut(&mut self, array: &Array) -> &mut dyn Column {
@@ -521,84 +573,84 @@ fn walled(m: &Model) -> bool {
 }
 
 state! {
-    POSITION position: Position, Bodies, "m", always;
-    POSITION_NEXT position_next: Position, Bodies, "m", always;
-    POSITION_LOW position_low: PositionLow, Bodies, "m, beyond f32", single;
-    POSITION_LOW_NEXT position_low_next: PositionLow, Bodies, "m, beyond f32", single;
-    VELOCITY velocity: Velocity, Bodies, "m/s, 1/kg", always;
-    VELOCITY_NEXT velocity_next: Velocity, Bodies, "m/s, 1/kg", always;
-    SPIN spin: Spin, Bodies, "rad/s", rotating;
-    SPIN_NEXT spin_next: Spin, Bodies, "rad/s", rotating;
-    ID id: u32, Bodies, "number in the scene", always;
-    ID_NEXT id_next: u32, Bodies, "number in the scene", always;
-    CLUMP_OF_ID clump_of_id: u32, Bodies, "clump, by number", clumped;
-    MEMBER_OFFSET member_offset: Packed, Bodies, "m, by number", clumped;
-    INDEX_OF_ID index_of_id: u32, Bodies, "index, by number", clumped;
-    FIRST_MEMBER first_member: u32, ClumpsPlusOne, "number in the scene", clumped;
-    INVERSE_MOMENTS inverse_moments: Spin, Clumps, "1/(kg m²)", clumped;
-    CENTER center: DVec3, Clumps, "m", clumped;
-    CENTER_NEXT center_next: DVec3, Clumps, "m", clumped;
-    CENTER_LOW center_low: DVec3, Clumps, "m, beyond f32", single_clumped;
-    CENTER_LOW_NEXT center_low_next: DVec3, Clumps, "m, beyond f32", single_clumped;
-    ORIENTATION orientation: Orientation, Clumps, "unit quaternion", clumped;
-    ORIENTATION_NEXT orientation_next: Orientation, Clumps, "unit quaternion", clumped;
-    ORIENTATION_LOW orientation_low: Orientation, Clumps, "beyond f32", single_clumped;
-    ORIENTATION_LOW_NEXT orientation_low_next: Orientation, Clumps, "beyond f32", single_clumped;
-    CLUMP_VELOCITY clump_velocity: Velocity, Clumps, "m/s, 1/kg", clumped;
-    CLUMP_VELOCITY_NEXT clump_velocity_next: Velocity, Clumps, "m/s, 1/kg", clumped;
-    CLUMP_SPIN clump_spin: Spin, Clumps, "rad/s", clumped;
-    CLUMP_SPIN_NEXT clump_spin_next: Spin, Clumps, "rad/s", clumped;
-    SPIN_INCREMENT spin_increment: Spin, Clumps, "rad/s, of the last step", soft_clumped;
-    MEMBER_FORCE member_force: DVec3, Bodies, "N, contact dynamics N s", clumped;
-    MEMBER_TORQUE member_torque: Spin, Bodies, "N m, contact dynamics N m s", clumped;
-    ROTATION_ITERATIONS rotation_iterations: RotationIterations, One, "of iterations for the rotation", clumped;
-    DISPLACEMENT displacement: f64, Bodies, "m, since the lists were made", always;
-    MATERIAL material: u32, BodiesAndWalls, "index, by number", mixed;
-    PAIR pair: Pair, MaterialsSquared, "N/m, N/m, 1, 1 or 1/s", mixed;
-    WALL wall: Wall, Walls, "m, 1, m/s, m, rad/s", walled;
-    CELL_RANK cell_rank: u32, Bodies, "order inside the cell", always;
-    SORTED sorted: u32, Bodies, "index before the sort", always;
-    CELL_START cell_start: u32, CellsPlusOne, "index of the first grain", always;
-    TILE_SUM tile_sum: u32, Tiles, "sums of the prefix sum", always;
-    LIST_START list_start: u32, BodiesPlusOne, "index into neighbour", always;
-    NEIGHBOUR neighbour: u32, Entries, "index and flag; wall w is bodies + w", always;
-    TANGENTIAL_FORCE tangential_force: Packed, Entries, "N", frictional;
-    IMPULSE impulse: Packed, Entries, "N s", rigid;
-    HISTORY_START history_start: u32, BodiesPlusOne, "index into history_other", remembering;
-    HISTORY_OTHER history_other: u32, History, "index before the sort", remembering;
-    HISTORY_TANGENTIAL_FORCE history_tangential_force: Packed, History, "N", frictional;
-    ROLLING_PAIR rolling_pair: RollingPair, MaterialsSquared, "1", rolling;
-    ROLLING_TORQUE rolling_torque: Spin, Entries, "N m", rolling;
-    HISTORY_ROLLING_TORQUE history_rolling_torque: Spin, History, "N m", rolling;
-    HISTORY_IMPULSE history_impulse: Packed, History, "N s", rigid;
-    CONTACT_GEOMETRY contact_geometry: ContactGeometry, Entries, "1, m/s", rigid;
-    INVERSE_EFFECTIVE_MASS inverse_effective_mass: InverseEffectiveMass, Entries, "m, m, 1/kg, 1/kg", rigid;
-    DELASSUS_EIGENVALUE delassus_eigenvalue: f64, Entries, "1/kg", rigid_clumped;
-    IMPULSE_BEFORE impulse_before: Packed, Entries, "N s", rigid;
-    PASS_VELOCITY pass_velocity: Velocity, Bodies, "m/s, 1/kg, after the last pass", rigid;
-    PASS_VELOCITY_BEFORE pass_velocity_before: Velocity, Bodies, "m/s, 1/kg, after the pass before", rigid;
-    EXTRAPOLATED_VELOCITY extrapolated_velocity: Velocity, Bodies, "m/s, 1/kg, carried ahead by momentum", rigid;
-    PASS_SPIN pass_spin: Spin, Bodies, "rad/s", rigid_rotating;
-    PASS_SPIN_BEFORE pass_spin_before: Spin, Bodies, "rad/s", rigid_rotating;
-    EXTRAPOLATED_SPIN extrapolated_spin: Spin, Bodies, "rad/s", rigid_rotating;
-    CONTACT_COLOR contact_color: ContactColor, Entries, "from 1, index", colored;
-    PROPOSAL proposal: u32, Bodies, "neighbour, as in the lists", colored;
-    COLORING_STATE coloring_state: ColoringState, One, "see nscd/coloring/priority.wgsl", colored;
-    COLOR_COUNT color_count: u32, Colors, "contacts of each colour", colored;
-    COLORED_CONTACT colored_contact: ColoredContact, Contacts, "see nscd/coloring/priority.wgsl", colored;
-    COLORED_GEOMETRY colored_geometry: ContactGeometry, Contacts, "1, m/s", colored;
-    COLORED_INVERSE_EFFECTIVE_MASS colored_inverse_effective_mass: InverseEffectiveMass, Contacts, "m, m, 1/kg, 1/kg", colored;
-    COLORED_IMPULSE colored_impulse: Packed, Contacts, "N s", colored;
-    COLORED_IMPULSE_BEFORE colored_impulse_before: Packed, Contacts, "N s", colored;
-    COLOR_CURSOR color_cursor: ColorCursor, One, "see nscd/coloring/priority.wgsl", colored;
-    COLOR_CURSOR_NEXT color_cursor_next: ColorCursor, One, "see nscd/coloring/priority.wgsl", colored;
-    PASS_RESIDUAL pass_residual: f64, Bodies, "(m/s)²", colored;
-    RESIDUAL_SUMS residual_sums: ResidualSums, Groups, "(m/s)², J, N s", rigid;
-    SOLVER_STATE solver_state: SolverState, One, "see nscd/contact.wgsl", rigid;
-    HALT halt: u32, One, "1: no more steps", always;
-    HALT_NEXT halt_next: u32, One, "1: no more steps", always;
-    COUNTERS counters: Counters, One, "see state.wgsl", always;
-    PARTIAL_SUMS partial_sums: PartialSums, PartialSums, "J, N, W, 1", always;
-    FORCE force: DVec3, OnDemand, "N", always;
-    TORQUE torque: Spin, OnDemand, "N m", rotating;
+    POSITION position: Position, Bodies, -, "", always;
+    POSITION_NEXT position_next: Position, Bodies, -, "", always;
+    POSITION_LOW position_low: PositionLow, Bodies, -, "beyond f32", single;
+    POSITION_LOW_NEXT position_low_next: PositionLow, Bodies, -, "beyond f32", single;
+    VELOCITY velocity: Velocity, Bodies, -, "", always;
+    VELOCITY_NEXT velocity_next: Velocity, Bodies, -, "", always;
+    SPIN spin: Spin, Bodies, Rate, "", rotating;
+    SPIN_NEXT spin_next: Spin, Bodies, Rate, "", rotating;
+    ID id: u32, Bodies, Number, "number in the scene", always;
+    ID_NEXT id_next: u32, Bodies, Number, "number in the scene", always;
+    CLUMP_OF_ID clump_of_id: u32, Bodies, Number, "clump, by number", clumped;
+    MEMBER_OFFSET member_offset: Packed, Bodies, Length, "by number", clumped;
+    INDEX_OF_ID index_of_id: u32, Bodies, Number, "index, by number", clumped;
+    FIRST_MEMBER first_member: u32, ClumpsPlusOne, Number, "number in the scene", clumped;
+    INVERSE_MOMENTS inverse_moments: Spin, Clumps, InverseInertia, "", clumped;
+    CENTER center: DVec3, Clumps, Length, "", clumped;
+    CENTER_NEXT center_next: DVec3, Clumps, Length, "", clumped;
+    CENTER_LOW center_low: DVec3, Clumps, Length, "beyond f32", single_clumped;
+    CENTER_LOW_NEXT center_low_next: DVec3, Clumps, Length, "beyond f32", single_clumped;
+    ORIENTATION orientation: Orientation, Clumps, Number, "unit quaternion", clumped;
+    ORIENTATION_NEXT orientation_next: Orientation, Clumps, Number, "unit quaternion", clumped;
+    ORIENTATION_LOW orientation_low: Orientation, Clumps, Number, "beyond f32", single_clumped;
+    ORIENTATION_LOW_NEXT orientation_low_next: Orientation, Clumps, Number, "beyond f32", single_clumped;
+    CLUMP_VELOCITY clump_velocity: Velocity, Clumps, -, "", clumped;
+    CLUMP_VELOCITY_NEXT clump_velocity_next: Velocity, Clumps, -, "", clumped;
+    CLUMP_SPIN clump_spin: Spin, Clumps, Rate, "", clumped;
+    CLUMP_SPIN_NEXT clump_spin_next: Spin, Clumps, Rate, "", clumped;
+    SPIN_INCREMENT spin_increment: Spin, Clumps, Rate, "of the last step", soft_clumped;
+    MEMBER_FORCE member_force: DVec3, Bodies, Load, "", clumped;
+    MEMBER_TORQUE member_torque: Spin, Bodies, LoadTorque, "", clumped;
+    ROTATION_ITERATIONS rotation_iterations: RotationIterations, One, -, "of iterations for the rotation", clumped;
+    DISPLACEMENT displacement: f64, Bodies, Length, "since the lists were made", always;
+    MATERIAL material: u32, BodiesAndWalls, Number, "index, by number", mixed;
+    PAIR pair: Pair, MaterialsSquared, -, "", mixed;
+    WALL wall: Wall, Walls, -, "", walled;
+    CELL_RANK cell_rank: u32, Bodies, Number, "order inside the cell", always;
+    SORTED sorted: u32, Bodies, Number, "index before the sort", always;
+    CELL_START cell_start: u32, CellsPlusOne, Number, "index of the first grain", always;
+    TILE_SUM tile_sum: u32, Tiles, Number, "sums of the prefix sum", always;
+    LIST_START list_start: u32, BodiesPlusOne, Number, "index into neighbour", always;
+    NEIGHBOUR neighbour: u32, Entries, Number, "index and flag; wall w is bodies + w", always;
+    TANGENTIAL_FORCE tangential_force: Packed, Entries, Force, "", frictional;
+    IMPULSE impulse: Packed, Entries, Impulse, "", rigid;
+    HISTORY_START history_start: u32, BodiesPlusOne, Number, "index into history_other", remembering;
+    HISTORY_OTHER history_other: u32, History, Number, "index before the sort", remembering;
+    HISTORY_TANGENTIAL_FORCE history_tangential_force: Packed, History, Force, "", frictional;
+    ROLLING_PAIR rolling_pair: RollingPair, MaterialsSquared, -, "", rolling;
+    ROLLING_TORQUE rolling_torque: Spin, Entries, Torque, "", rolling;
+    HISTORY_ROLLING_TORQUE history_rolling_torque: Spin, History, Torque, "", rolling;
+    HISTORY_IMPULSE history_impulse: Packed, History, Impulse, "", rigid;
+    CONTACT_GEOMETRY contact_geometry: ContactGeometry, Entries, -, "", rigid;
+    INVERSE_EFFECTIVE_MASS inverse_effective_mass: InverseEffectiveMass, Entries, -, "", rigid;
+    DELASSUS_EIGENVALUE delassus_eigenvalue: f64, Entries, InverseMass, "", rigid_clumped;
+    IMPULSE_BEFORE impulse_before: Packed, Entries, Impulse, "", rigid;
+    PASS_VELOCITY pass_velocity: Velocity, Bodies, -, "after the last pass", rigid;
+    PASS_VELOCITY_BEFORE pass_velocity_before: Velocity, Bodies, -, "after the pass before", rigid;
+    EXTRAPOLATED_VELOCITY extrapolated_velocity: Velocity, Bodies, -, "carried ahead by momentum", rigid;
+    PASS_SPIN pass_spin: Spin, Bodies, Rate, "", rigid_rotating;
+    PASS_SPIN_BEFORE pass_spin_before: Spin, Bodies, Rate, "", rigid_rotating;
+    EXTRAPOLATED_SPIN extrapolated_spin: Spin, Bodies, Rate, "", rigid_rotating;
+    CONTACT_COLOR contact_color: ContactColor, Entries, -, "from 1, index", colored;
+    PROPOSAL proposal: u32, Bodies, Number, "neighbour, as in the lists", colored;
+    COLORING_STATE coloring_state: ColoringState, One, -, "see nscd/coloring/priority.wgsl", colored;
+    COLOR_COUNT color_count: u32, Colors, Number, "contacts of each colour", colored;
+    COLORED_CONTACT colored_contact: ColoredContact, Contacts, -, "see nscd/coloring/priority.wgsl", colored;
+    COLORED_GEOMETRY colored_geometry: ContactGeometry, Contacts, -, "", colored;
+    COLORED_INVERSE_EFFECTIVE_MASS colored_inverse_effective_mass: InverseEffectiveMass, Contacts, -, "", colored;
+    COLORED_IMPULSE colored_impulse: Packed, Contacts, Impulse, "", colored;
+    COLORED_IMPULSE_BEFORE colored_impulse_before: Packed, Contacts, Impulse, "", colored;
+    COLOR_CURSOR color_cursor: ColorCursor, One, -, "see nscd/coloring/priority.wgsl", colored;
+    COLOR_CURSOR_NEXT color_cursor_next: ColorCursor, One, -, "see nscd/coloring/priority.wgsl", colored;
+    PASS_RESIDUAL pass_residual: f64, Bodies, VelocitySquared, "", colored;
+    RESIDUAL_SUMS residual_sums: ResidualSums, Groups, -, "", rigid;
+    SOLVER_STATE solver_state: SolverState, One, -, "see nscd/contact.wgsl", rigid;
+    HALT halt: u32, One, Number, "1: no more steps", always;
+    HALT_NEXT halt_next: u32, One, Number, "1: no more steps", always;
+    COUNTERS counters: Counters, One, -, "see state.wgsl", always;
+    PARTIAL_SUMS partial_sums: PartialSums, PartialSums, -, "", always;
+    FORCE force: DVec3, OnDemand, Force, "", always;
+    TORQUE torque: Spin, OnDemand, Torque, "", rotating;
 }

@@ -34,6 +34,7 @@ fn relative(path: &Path) -> String {
 const LAYERS: &[(&str, u32)] = &[
     ("error", 0),
     ("shaders", 0),
+    ("units", 0),
     ("record", 0),
     ("memory", 1),
     ("gpu", 1),

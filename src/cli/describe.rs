@@ -96,7 +96,7 @@ fn arrays(setup: &Setup) -> packstone::Result<String> {
     let total: u64 = arrays.iter().map(|(_, bytes)| bytes).sum();
     let row = |(array, bytes): &(&packstone::state::Array, u64)| {
         let elements = state.sizes.of(array.length).to_string();
-        vec![array.name.to_owned(), elements, bytes.to_string(), per_particle(*bytes), array.unit.to_owned()]
+        vec![array.name.to_owned(), elements, bytes.to_string(), per_particle(*bytes), state.unit_text(array)]
     };
     let mut rows: Vec<_> = arrays.iter().map(row).collect();
     rows.push(vec!["total".to_owned(), "-".to_owned(), total.to_string(), per_particle(total), String::new()]);

@@ -11,6 +11,7 @@ use crate::{
     shaders,
     stage::{Dispatch, Stage},
     state::{ARRAYS, Array, Column, Counters, Element, Params, Sizes, State, array, present},
+    units::Quantity,
 };
 use std::{
     any::Any,
@@ -27,6 +28,9 @@ pub struct Gpu {
     sizes: Sizes,
     kernels: HashMap<&'static Stage, Kernel>,
     layouts: Layouts,
+    /// The unit of each lane of an element of an array, in SI units, and of the parameters.
+    units: HashMap<&'static Array, Vec<f64>>,
+    params_units: Vec<f64>,
     /// Arrays that are images.
     images: HashSet<&'static Array>,
     buffers: HashMap<&'static Array, Buffer>,
@@ -210,9 +214,13 @@ impl Gpu {
         let model = &state.model;
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let params = device.buffer("params", layouts.params.stride as u64, usage)?;
+        let dims = model.dims();
+        let of = |quantities: Vec<Quantity>| quantities.into_iter().map(|q| state.units.of(q)).collect::<Vec<_>>();
         let mut gpu = Gpu {
             device,
-            dims: model.dims(),
+            dims,
+            units: ARRAYS.iter().map(|array| (*array, of(state.quantities(array)))).collect(),
+            params_units: of(Params::quantities(Quantity::Number, dims)),
             sizes: state.sizes,
             kernels,
             layouts,
@@ -434,7 +442,8 @@ impl Engine for Gpu {
             colors: len(&array::COLOR_COUNT),
             ..*params
         };
-        let bytes = self.layouts.params.encode(1, |sink| params.put(self.dims, &mut |x| sink(x)));
+        let bytes =
+            self.layouts.params.encode(1, &self.params_units, |sink| params.put(self.dims, &mut |x| sink(x)));
         self.device.queue.write_buffer(&self.params, 0, &bytes);
         if self.times.is_some() {
             let watch = Stopwatch::new(&self.device)?;
@@ -456,7 +465,7 @@ impl Engine for Gpu {
         self.device.check()?;
         let layout = &self.layouts.arrays[&array::COUNTERS];
         let bytes = self.fetch(&self.buffers[&array::COUNTERS], layout)?;
-        Ok(Counters::take(self.dims, &mut layout.decode(&bytes)))
+        Ok(Counters::take(self.dims, &mut layout.decode(&bytes, &self.units[&array::COUNTERS])))
     }
 
     fn resize(&mut self, array: &'static Array, len: usize) -> Result<()> {
@@ -491,7 +500,7 @@ impl Engine for Gpu {
             if zero && !self.dirty {
                 continue; // new buffers are zero
             }
-            let bytes = layout.encode(column.len(), |sink| column.lanes(self.dims, sink));
+            let bytes = layout.encode(column.len(), &self.units[array], |sink| column.lanes(self.dims, sink));
             match &self.buffers[array].memory {
                 Memory::Buffer(buffer) => self.device.queue.write_buffer(buffer, 0, &bytes),
                 Memory::Image(image, _) => self.device.write_image(image, bytes),
@@ -508,7 +517,7 @@ impl Engine for Gpu {
             let bytes = self.fetch(buffer, layout)?;
             let column: &mut dyn Column = state.column_mut(array);
             column.resize(buffer.len);
-            column.fill(self.dims, &mut layout.decode(&bytes));
+            column.fill(self.dims, &mut layout.decode(&bytes, &self.units[array]));
         }
         Ok(())
     }

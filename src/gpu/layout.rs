@@ -44,16 +44,20 @@ pub enum LaneKind {
 }
 
 impl Layout {
-    /// Bytes of the lanes that `write` feeds, element by element.
-    pub fn encode(&self, elements: usize, write: impl FnOnce(&mut dyn FnMut(f64))) -> Vec<u8> {
+    /// Bytes of the lanes that `write` feeds, element by element, over the units of these. What is beyond all numbers of
+    /// a lane becomes the largest: infinities are not safe on every device.
+    pub fn encode(&self, elements: usize, units: &[f64], write: impl FnOnce(&mut dyn FnMut(f64))) -> Vec<u8> {
         let mut bytes = vec![0; (elements * self.stride).next_multiple_of(4)];
         let (mut base, mut k) = (0, 0);
         write(&mut |x| {
             let Lane { offset, kind } = self.lanes[k];
             let at = base + offset;
+            let x = x / units[k];
             match kind {
-                LaneKind::F32 => bytes[at..at + 4].copy_from_slice(&(x as f32).to_ne_bytes()),
-                LaneKind::F64 => bytes[at..at + 8].copy_from_slice(&x.to_ne_bytes()),
+                LaneKind::F32 => {
+                    bytes[at..at + 4].copy_from_slice(&(x as f32).clamp(f32::MIN, f32::MAX).to_ne_bytes());
+                }
+                LaneKind::F64 => bytes[at..at + 8].copy_from_slice(&x.clamp(f64::MIN, f64::MAX).to_ne_bytes()),
                 LaneKind::U32 => bytes[at..at + 4].copy_from_slice(&(x as u32).to_ne_bytes()),
             }
             k += 1;
@@ -64,18 +68,19 @@ impl Layout {
         bytes
     }
 
-    /// The lanes in these bytes, one per call.
-    pub fn decode<'a>(&'a self, bytes: &'a [u8]) -> impl FnMut() -> f64 + 'a {
+    /// The lanes in these bytes, one per call, times the units of these.
+    pub fn decode<'a>(&'a self, bytes: &'a [u8], units: &'a [f64]) -> impl FnMut() -> f64 + 'a {
         let (mut base, mut k) = (0, 0);
         move || {
             let Lane { offset, kind } = self.lanes[k];
             let at = base + offset;
             let four = || bytes[at..at + 4].try_into().expect("four bytes");
-            let value = match kind {
-                LaneKind::F32 => f64::from(f32::from_ne_bytes(four())),
-                LaneKind::F64 => f64::from_ne_bytes(bytes[at..at + 8].try_into().expect("eight bytes")),
-                LaneKind::U32 => f64::from(u32::from_ne_bytes(four())),
-            };
+            let value = units[k]
+                * match kind {
+                    LaneKind::F32 => f64::from(f32::from_ne_bytes(four())),
+                    LaneKind::F64 => f64::from_ne_bytes(bytes[at..at + 8].try_into().expect("eight bytes")),
+                    LaneKind::U32 => f64::from(u32::from_ne_bytes(four())),
+                };
             k += 1;
             if k == self.lanes.len() {
                 (base, k) = (base + self.stride, 0);

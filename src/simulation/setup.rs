@@ -9,7 +9,7 @@ use crate::{
     contact::{cohesion, materials::parameters, rolling},
     error::{Error, Result},
     memory,
-    model::{Grains, Model, Precision, Rotation},
+    model::{self, Grains, Model, Precision, Rotation},
     plans::Plans,
     scene::{Assembly, Clump, Grain, Method, Surface},
     solve,
@@ -18,10 +18,11 @@ use crate::{
         precision::{Point, add_rotation, arm_end, quantised, quantum, split},
     },
     state::{
-        Orientation, PARTIAL_SUMS, Packed, Params, Position, PositionLow, RotationIterations, Sizes, Spin, State,
-        Velocity, Wall,
+        ARRAYS, Column, Length, Orientation, PARTIAL_SUMS, Packed, Params, Position, PositionLow, RotationIterations,
+        Sizes, Spin, State, Velocity, Wall, present,
     },
     time_step,
+    units::{Quantity, Units, power_of_two},
 };
 use glam::{DVec3, DVec4, UVec3};
 
@@ -43,6 +44,7 @@ impl Setup {
         let precision = if options.engine == EngineChoice::Cpu { Precision::Double } else { options.precision };
         let model = Model::of(assembly, precision);
         let params = params(assembly, &model, dt);
+        let units = units(assembly, &model, dt, dt_bound);
         let bodies = assembly.grains.len();
         let cells = params.cells.as_u64vec3();
         let guess = bodies * if assembly.dimension == 2 { 4 } else { 6 };
@@ -58,7 +60,7 @@ impl Setup {
             colors: LEAST_LENGTH,
         };
         memory::check_host(bodies as u64 * memory::BYTES_PER_GRAIN)?;
-        let mut state = State::new(model, sizes, params);
+        let mut state = State { units, ..State::new(model, sizes, params) };
         fill(&mut state, assembly);
         if precision == Precision::Single {
             check_range(&state)?;
@@ -71,8 +73,22 @@ impl Setup {
 /// cost the next one passes.
 const GAP_BAND: f64 = 1e-4;
 
-/// Stands for "no bound" in both precisions; infinities are not safe on every device.
-const UNBOUNDED: f64 = 3e38;
+/// What a device computes in: the mean radius, the mean mass and the step up to which contacts are stable, or the step
+/// where none is.
+fn units(assembly: &Assembly, model: &Model, dt: f64, dt_bound: f64) -> Units {
+    let grains = assembly.grains.len() as f64;
+    let mass = |g: &Grain| time_step::mass(model.dimension, assembly.materials[g.material as usize].density, g.radius);
+    let mean = |of: &dyn Fn(&Grain) -> f64| assembly.grains.iter().map(of).sum::<f64>() / grains;
+    let rigid = model.method == model::Method::ContactDynamics;
+    Units {
+        length: power_of_two(mean(&|g| g.radius)),
+        mass: power_of_two(mean(&mass)),
+        time: power_of_two(if rigid || !dt_bound.is_finite() { dt } else { dt_bound }),
+        elastic: model.normal == model::Normal::Hertz,
+        rates: model.damping == model::Damping::MassScaled,
+        rigid,
+    }
+}
 
 fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
     let grains = &assembly.grains;
@@ -84,8 +100,8 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
     let unit = split(2.0 * (largest + reach + margin));
     let mut p = Params {
         gravity: assembly.gravity,
-        lower: DVec3::splat(-UNBOUNDED),
-        upper: DVec3::splat(UNBOUNDED),
+        lower: DVec3::NEG_INFINITY,
+        upper: DVec3::INFINITY,
         dt,
         history_dt: dt,
         length_unit: unit,
@@ -132,7 +148,8 @@ fn set_relaxation(p: &mut Params, assembly: &Assembly, mean_radius: f64) {
 /// What single precision keeps positions and arms as multiples of.
 fn set_quanta(p: &mut Params, assembly: &Assembly, model: &Model, largest: f64) {
     let arm = |c: &Clump| c.radius * assembly.shapes[c.shape as usize].reach();
-    p.arm_unit = quantum(assembly.clumps.iter().map(arm).fold(0.0, f64::max));
+    let longest = assembly.clumps.iter().map(arm).fold(0.0, f64::max);
+    p.arm_unit = quantum(if longest > 0.0 { longest } else { largest });
     p.inverse_arm_unit = 1.0 / p.arm_unit;
     let reach = landmarks(assembly).map(|x| x.abs().max_element()).fold(0.0, f64::max);
     p.quantum = quantum(reach + largest);
@@ -165,8 +182,8 @@ fn set_domain(p: &mut Params, assembly: &Assembly, model: &Model, largest: f64) 
             p.cells[axis] = (p.period[axis] / edge).floor().clamp(1.0, 1e6) as u32;
             p.inverse_cell[axis] = f64::from(p.cells[axis]) / p.period[axis];
         } else {
-            p.lower[axis] = lower.max(-UNBOUNDED);
-            p.upper[axis] = upper.min(UNBOUNDED);
+            p.lower[axis] = lower;
+            p.upper[axis] = upper;
             p.cell_origin[axis] = positions().fold(f64::INFINITY, f64::min);
             let extent = positions().fold(f64::NEG_INFINITY, f64::max) - p.cell_origin[axis];
             p.cells[axis] = ((extent / edge).floor() + 1.0).clamp(1.0, 1e6) as u32;
@@ -236,7 +253,10 @@ pub(super) fn fill(state: &mut State, assembly: &Assembly) {
         state.position[i] = Position { x: grain.position, radius: grain.radius };
         if let Some(low) = state.position_low.get_mut(i) {
             let whole =
-                Position { x: quantised(&state.params, grain.position), radius: f64::from(grain.radius as f32) };
+                Position {
+                x: quantised(&state.params, grain.position),
+                radius: state.units.rounded(Quantity::Length, grain.radius),
+            };
             *low = PositionLow { x: grain.position - whole.x, radius: grain.radius - whole.radius };
             state.position[i] = whole;
         }
@@ -273,6 +293,8 @@ pub(super) fn fill(state: &mut State, assembly: &Assembly) {
 fn fill_clumps(state: &mut State, assembly: &Assembly) {
     let (dimension, precision) = (state.model.dimension, state.model.precision);
     state.clump_of_id = assembly.owners();
+    let units = state.units;
+    let rounded = |quantity, v: DVec3| DVec3::from_array(v.to_array().map(|x| units.rounded(quantity, x)));
     for (c, clump) in assembly.clumps.iter().enumerate() {
         let shape = &assembly.shapes[clump.shape as usize];
         let density = assembly.materials[clump.material as usize].density;
@@ -281,7 +303,7 @@ fn fill_clumps(state: &mut State, assembly: &Assembly) {
         let inverse_moments = (1.0 / shape.gyration) * inverse_mass / (clump.radius * clump.radius);
         // Whether a clump is round is asked of these numbers on both sides, so both must have the same.
         let inverse_moments = match precision {
-            Precision::Single => inverse_moments.as_vec3().as_dvec3(),
+            Precision::Single => rounded(Quantity::InverseInertia, inverse_moments),
             Precision::Double => inverse_moments,
         };
         let principal = (clump.orientation * shape.frame).normalize();
@@ -310,7 +332,7 @@ fn fill_clumps(state: &mut State, assembly: &Assembly) {
             state.member_offset[member_id] = Packed(arm);
             if precision == Precision::Single {
                 // As the device will have them, so that no member jumps in the first step.
-                state.member_offset[member_id] = Packed(arm.as_vec3().as_dvec3());
+                state.member_offset[member_id] = Packed(rounded(Quantity::Length, arm));
                 let center = Point { x: state.center[c], low: state.center_low[c] };
                 let arm = state.member_offset[member_id].0;
                 let point = arm_end(state, center, state.orientation[c].0, state.orientation_low[c].0, arm);
@@ -321,38 +343,85 @@ fn fill_clumps(state: &mut State, assembly: &Assembly) {
     }
 }
 
+/// In units of the scene: numbers up to this may be squared and multiplied in single precision, and what is divided by is
+/// at least its inverse.
+const RANGE: f64 = 1e15;
+
 /// What leaves the range of f32 must not get to a device that computes in it.
 ///
 /// # Errors
-/// [`Error::Scene`] with the grain and the number.
+/// [`Error::Scene`] with the number and whose it is.
 fn check_range(state: &State) -> Result<()> {
-    let fits = |x: f64| x == 0.0 || (f64::from(f32::MIN_POSITIVE)..1e37).contains(&x.abs());
-    if !fits(state.params.dt) {
-        let dt = state.params.dt;
-        return Err(Error::Scene(format!(
-            "solver.dt = {dt:e} s is beyond single precision; use --precision double or --engine cpu"
-        )));
+    check_lanes(state, |_| "scene".to_owned(), "", &vec![state.params], Quantity::Number)?;
+    for array in present(&state.model, ARRAYS).into_iter().filter(|array| array.original() == array.name) {
+        let owner = match array.length {
+            Length::Bodies => "grain",
+            Length::Clumps => "clump",
+            Length::Walls => "wall",
+            Length::MaterialsSquared => "pair of materials",
+            _ => continue,
+        };
+        check_lanes(state, |k| format!("{owner} {k}"), array.name, state.column(array), array.quantity)?;
     }
-    for (c, inverse_moments) in state.inverse_moments.iter().enumerate() {
-        if !inverse_moments.0.to_array().into_iter().all(fits) {
-            return Err(Error::Scene(format!(
-                "clump {c}: its inverse moments of inertia, {} in SI units, are beyond single precision; use --precision double \
-                 or --engine cpu",
-                inverse_moments.0
-            )));
-        }
-    }
-    for (i, (position, velocity)) in state.position.iter().zip(&state.velocity).enumerate() {
-        // A member turns with its clump, whose moments have been looked at.
-        let clumped = state.model.grains == Grains::Clumps;
-        let inertia = if clumped { 0.0 } else { inverse_inertia(state, position, velocity.inverse_mass) };
-        let numbers = [("inverse mass", velocity.inverse_mass), ("inverse moment of inertia", inertia)];
-        if let Some((what, value)) = numbers.into_iter().find(|(_, x)| !fits(*x)) {
-            return Err(Error::Scene(format!(
-                "grain {i}: its {what}, {value:e} in SI units, is beyond single precision; use --precision double or \
-                 --engine cpu"
-            )));
+    // A member turns with its clump, whose moments have been looked at.
+    if state.model.grains == Grains::Spheres {
+        for (i, (position, velocity)) in state.position.iter().zip(&state.velocity).enumerate() {
+            let inertia = inverse_inertia(state, position, velocity.inverse_mass);
+            if !in_range(state, Quantity::InverseInertia, inertia) {
+                return Err(beyond(&format!("grain {i}"), "inverse moment of inertia", inertia, Quantity::InverseInertia));
+            }
         }
     }
     Ok(())
+}
+
+/// The same of an array.
+fn check_lanes(
+    state: &State,
+    owner: impl Fn(usize) -> String,
+    name: &str,
+    column: &dyn Column,
+    of: Quantity,
+) -> Result<()> {
+    let dims = state.model.dims();
+    let (quantities, members) = (column.quantities(of, dims), column.names(dims));
+    let (mut lane, mut found) = (0, None);
+    column.lanes(dims, &mut |x| {
+        if found.is_none() && !in_range(state, quantities[lane % quantities.len()], x) {
+            found = Some((lane, x));
+        }
+        lane += 1;
+    });
+    let Some((lane, x)) = found else { return Ok(()) };
+    let (element, lane) = (lane / quantities.len(), lane % quantities.len());
+    let ends = column.widths(dims).into_iter().scan(0, |end, width| {
+        *end += width;
+        Some(*end)
+    });
+    let member = members.get(ends.take_while(|end| *end <= lane).count()).copied();
+    let what = [Some(name), member].into_iter().flatten().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(".");
+    Err(beyond(&owner(element), &what.replace('_', " "), x, quantities[lane]))
+}
+
+/// Whether single precision can compute with a number. Bounds that there are none of are infinite, and become the
+/// largest number.
+fn in_range(state: &State, quantity: Quantity, x: f64) -> bool {
+    let size = (x / state.units.of(quantity)).abs();
+    let divides = matches!(
+        quantity,
+        Quantity::Time
+            | Quantity::InverseMass
+            | Quantity::InverseInertia
+            | Quantity::NormalStiffness
+            | Quantity::TangentialStiffness
+    );
+    size == 0.0 || size.is_infinite() || size <= RANGE && (size >= 1.0 / RANGE || !divides)
+}
+
+fn beyond(owner: &str, what: &str, x: f64, quantity: Quantity) -> Error {
+    Error::Scene(format!(
+        "{owner}: {what} = {x:e} {} is beyond single precision beside the other numbers of the scene; use --precision \
+         double or --engine cpu",
+        quantity.unit()
+    ))
 }

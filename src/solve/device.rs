@@ -223,7 +223,8 @@ impl<'a> Relaxation<'a> {
     }
 
     fn write(&self, name: &str, length: usize, values: impl FnOnce(Sink)) {
-        let bytes = self.layouts[name].encode(length, values);
+        let layout = &self.layouts[name];
+        let bytes = layout.encode(length, &vec![1.0; layout.lanes.len()], values);
         self.device.queue.write_buffer(&self.buffers[name], 0, &bytes);
     }
 
@@ -236,7 +237,8 @@ impl<'a> Relaxation<'a> {
     fn read(&self, name: &str, length: usize) -> Result<Vec<f64>> {
         let layout = &self.layouts[name];
         let bytes = self.device.read(&self.buffers[name], (length * layout.stride) as u64)?;
-        let mut next = layout.decode(&bytes);
+        let units = vec![1.0; layout.lanes.len()];
+        let mut next = layout.decode(&bytes, &units);
         Ok((0..length * layout.lanes.len()).map(|_| next()).collect())
     }
 

@@ -36,7 +36,7 @@ record!(
     /// The state of a relaxation.
     SolverState {
         /// m/s: what residuals are relative to.
-        scale: f64,
+        scale: f64 [Velocity],
         /// What no eigenvalue of the scaled W exceeds, and the largest one known so far, L; a step is 1/L.
         lipschitz_bound: f64,
         lipschitz: f64,

@@ -48,7 +48,7 @@ pub fn gap_between(distance: f64, a: f64, b: f64, radii_rest: f64) -> f64 {
 /// The quantum for coordinates up to `extent`: four units in the last place of f32, so that grains may go four times as
 /// far before the sums lose anything.
 pub fn quantum(extent: f64) -> f64 {
-    2.0_f64.powi(extent.max(1e-30).log2().ceil() as i32 - 22)
+    2.0_f64.powi(extent.log2().ceil() as i32 - 22)
 }
 
 /// The unit of the leading 15 bits of lengths up to `reach`.
