@@ -29,6 +29,24 @@ struct Velocity {
     inverse_mass: Real, // 1/kg; 0 for a fixed grain
 }
 
+/// What single precision leaves out of a velocity and a spin: see `accelerated`.
+struct VelocityLow {
+    v: vec2<u32>,
+    spin: vec2<u32>,
+}
+
+/// A velocity, m/s: in single precision a number and what it leaves out.
+struct SplitVelocity {
+    v: Vec,
+    low: vec2<u32>,
+}
+
+/// A spin, rad/s.
+struct SplitSpin {
+    spin: Spin,
+    low: vec2<u32>,
+}
+
 /// Contact parameters of a pair of materials.
 struct Pair {
     stiffness: Real,            // k_N, N/m
@@ -86,6 +104,7 @@ struct Counters {
     entries_needed: atomic<u32>,    // entries that the lists ask for
     steps_done: atomic<u32>,        // steps done since the lists were made
     max_displacement: atomic<u32>,  // bits of an f32: largest displacement since the lists were made, over the limit
+    max_coordinate: atomic<u32>,    // bits of an f32: largest coordinate of a grain, over the quantum
     lost_body: atomic<u32>,         // bodies - id of a grain that is lost (NaN, outside, beyond a wall, too fast); 0: none
     active_contacts: atomic<u32>,   // contacts with a history at the end of the chunk, each counted once
     restored_contacts: atomic<u32>, // contacts whose history the new lists took over

@@ -101,7 +101,7 @@ impl Simulation {
         assembly.fold_ends();
         let (Setup { state, plans, dt_bound }, engine, notice) = build(&assembly, &options)?;
         let mut simulation = Simulation {
-            lists: NeighbourLists::new(&assembly, &state.params, &options, state.sizes.entries)?,
+            lists: NeighbourLists::new(&assembly, &state, &options)?,
             stepper: match assembly.solver.method {
                 Method::DiscreteElements => Stepper::Dem,
                 Method::ContactDynamics(relaxation) => Stepper::Nscd(Nscd::new(relaxation)),

@@ -71,6 +71,21 @@ impl Element for Orientation {
     }
 }
 
+/// What single precision leaves out of a velocity or a spin: parts of a unit in the last place, packed. Empty in double
+/// precision.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LowBits(pub [u32; 2]);
+
+impl Element for LowBits {
+    const INTEGER: bool = true;
+    fn put(&self, _: usize, sink: &mut impl FnMut(f64)) {
+        self.0.iter().for_each(|bits| sink(f64::from(*bits)));
+    }
+    fn take(_: usize, source: &mut impl FnMut() -> f64) -> LowBits {
+        LowBits(std::array::from_fn(|_| source() as u32))
+    }
+}
+
 record!(
     /// Where a grain is. Units and meaning of all records: `shaders/state.wgsl`.
     Position { x: DVec3 [Length], radius: f64 [Length] }
@@ -82,6 +97,10 @@ record!(
 record!(
     /// How a grain moves.
     Velocity { v: DVec3 [Velocity], inverse_mass: f64 [InverseMass] }
+);
+record!(
+    /// What single precision leaves out of velocity and spin.
+    VelocityLow { v: LowBits, spin: LowBits }
 );
 record!(
     /// Contact parameters of a pair of materials.
@@ -113,6 +132,7 @@ record!(
         entries_needed: u32,
         steps_done: u32,
         max_displacement: u32,
+        max_coordinate: u32,
         lost_body: u32,
         active_contacts: u32,
         restored_contacts: u32,
@@ -429,6 +449,8 @@ macro_rules! state {
             pub params: Params,
             /// What a device computes in; the numbers here are in SI units.
             pub units: Units,
+            /// How far from the origin positions in single precision may go along open axes, m.
+            pub range: f64,
             $(pub $name: Vec<$ty>,)*
         }
 
@@ -458,6 +480,7 @@ macro_rules! state {
                     sizes,
                     params,
                     units: Units::default(),
+                    range: f64::INFINITY,
                     $($name: vec![Default::default(); len(&array::$handle)],)*
                 }
             }
@@ -565,6 +588,9 @@ fn rigid_clumped(m: &Model) -> bool {
 fn single_clumped(m: &Model) -> bool {
     clumped(m) && single(m)
 }
+fn single_spheres(m: &Model) -> bool {
+    !clumped(m) && single(m)
+}
 fn colored(m: &Model) -> bool {
     m.colored
 }
@@ -581,6 +607,8 @@ state! {
     VELOCITY_NEXT velocity_next: Velocity, Bodies, -, "", always;
     SPIN spin: Spin, Bodies, Rate, "", rotating;
     SPIN_NEXT spin_next: Spin, Bodies, Rate, "", rotating;
+    VELOCITY_LOW velocity_low: VelocityLow, Bodies, -, "beyond f32", single_spheres;
+    VELOCITY_LOW_NEXT velocity_low_next: VelocityLow, Bodies, -, "beyond f32", single_spheres;
     ID id: u32, Bodies, Number, "number in the scene", always;
     ID_NEXT id_next: u32, Bodies, Number, "number in the scene", always;
     CLUMP_OF_ID clump_of_id: u32, Bodies, Number, "clump, by number", clumped;
@@ -600,6 +628,8 @@ state! {
     CLUMP_VELOCITY_NEXT clump_velocity_next: Velocity, Clumps, -, "", clumped;
     CLUMP_SPIN clump_spin: Spin, Clumps, Rate, "", clumped;
     CLUMP_SPIN_NEXT clump_spin_next: Spin, Clumps, Rate, "", clumped;
+    CLUMP_VELOCITY_LOW clump_velocity_low: VelocityLow, Clumps, -, "beyond f32", single_clumped;
+    CLUMP_VELOCITY_LOW_NEXT clump_velocity_low_next: VelocityLow, Clumps, -, "beyond f32", single_clumped;
     SPIN_INCREMENT spin_increment: Spin, Clumps, Rate, "of the last step", soft_clumped;
     MEMBER_FORCE member_force: DVec3, Bodies, Load, "", clumped;
     MEMBER_TORQUE member_torque: Spin, Bodies, LoadTorque, "", clumped;

@@ -35,7 +35,7 @@ const LAYERS: &[(&str, u32)] = &[
     ("error", 0),
     ("shaders", 0),
     ("units", 0),
-    ("record", 0),
+    ("record", 1),
     ("memory", 1),
     ("gpu", 1),
     ("solve", 2),

@@ -34,6 +34,17 @@ fn commit_position(i: u32, position: Position, low: PositionLow, point: Point, s
     return lost || !(way <= params.displacement_limit);
 }
 
+/// Grain i changes its velocity and its spin by this much; its velocity then, m/s.
+fn change_velocities(i: u32, here: Body, change: Vec, spin_change: Spin) -> Vec {
+    let low = velocity_low_of(i);
+    let v = accelerated(here.velocity.v, low.v, change);
+    let w = accelerated_spin(here.spin, low.spin, spin_change);
+    velocity_next[i] = Velocity(v.v, here.velocity.inverse_mass);
+    store_spin(i, w.spin);
+    store_velocity_low(i, VelocityLow(v.low, w.low));
+    return v.v;
+}
+
 /// Force and moment of all contacts of a grain.
 struct ForceTorque {
     force: Vec,

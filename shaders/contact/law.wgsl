@@ -175,14 +175,14 @@ fn forgotten_energy(i: u32, here: Body, entry: u32, tagged: u32) -> Real {
     return stored_energy(pair_of(i, j), c, old.tangential, old.rolling);
 }
 
-/// Velocity of a grain at the time of its position, m/s.
-fn velocity_now(velocity: Velocity, force: Vec) -> Vec {
-    return velocity_at_step(velocity, force);
+/// Change of the velocity of a grain to the time of its position, m/s.
+fn velocity_change_now(velocity: Velocity, force: Vec) -> Vec {
+    return velocity_change_to_step(velocity, force);
 }
 
-/// Its spin then, rad/s.
-fn spin_now(here: Body, torque: Spin) -> Spin {
-    return sphere_spin_at_step(here, torque);
+/// That of its spin, rad/s.
+fn spin_change_now(here: Body, torque: Spin) -> Spin {
+    return sphere_spin_change_to_step(here, torque);
 }
 
 /// Whether a clump's spin is kept along the axes of the scene, and not along its own: no product of angular velocities

@@ -22,10 +22,8 @@ fn advance(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
     }
     let here = body(i);
     let pushed = body_forces(i, here);
-    let v = integrate_velocity(here.velocity, pushed.sum.force);
+    let v = change_velocities(i, here, velocity_change(here.velocity, pushed.sum.force), sphere_spin_change(here, pushed.sum.torque));
     let point = wrap(displaced(here.position.x, here.low.x, params.dt * v));
-    velocity_next[i] = Velocity(v, here.velocity.inverse_mass);
-    store_spin(i, integrate_sphere_spin(here, pushed.sum.torque));
     if (commit_position(i, here.position, here.low, point, params.dt * sqrt(dot(v, v)), pushed.crossed)) {
         atomicStore(&halt_next, 1u);
     }

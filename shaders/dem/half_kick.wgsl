@@ -8,6 +8,5 @@ fn half_kick(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgro
     }
     let here = body(i);
     let sum = contacts_of(i, here);
-    velocity_next[i] = Velocity(half_kick_velocity(here.velocity, sum.force), here.velocity.inverse_mass);
-    store_spin(i, half_kick_sphere_spin(here, sum.torque));
+    change_velocities(i, here, velocity_change_back(here.velocity, sum.force), sphere_spin_change_back(here, sum.torque));
 }

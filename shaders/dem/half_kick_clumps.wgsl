@@ -9,12 +9,14 @@ fn half_kick_clumps(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_
     }
     let here = clump(c);
     let sum = contacts_of_clump(c, here.orientation);
-    var w = here.spin;
+    var change = Spin();
     if (!spins_in_scene(here.inverse_moments)) {
-        w = half_kick_spin(w, spin_acceleration(here, w, own_torque(here, sum.torque)));
+        change = spin_change_back(here.spin, spin_acceleration(here, here.spin, own_torque(here, sum.torque)));
     } else if (here.velocity.inverse_mass != 0) {
-        w = half_kick_spin(w, here.inverse_moments * sum.torque);
+        change = spin_change_back(here.spin, here.inverse_moments * sum.torque);
     }
-    spin_increment[c] = 2 * (here.spin - w); // the step that the half step back is half of
-    set_clump_velocity(c, here, half_kick_velocity(here.velocity, sum.force), w);
+    spin_increment[c] = -2 * change; // the step that the half step back is half of
+    let low = clump_velocity_low_of(c);
+    let v = accelerated(here.velocity.v, low.v, velocity_change_back(here.velocity, sum.force));
+    set_clump_velocity(c, here, v, accelerated_spin(here.spin, low.spin, change));
 }

@@ -11,15 +11,14 @@ fn integrate_clumps(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_
     }
     let here = clump(c);
     let sum = clump_load(c, here.orientation);
-    let v = integrate_velocity(here.velocity, sum.force);
-    var w = here.spin;
+    var change = Spin();
     if (!spins_in_scene(here.inverse_moments)) {
         let gain = predictor_corrector(here, own_torque(here, sum.torque), spin_increment[c]);
-        w += gain.spin;
+        change = gain.spin;
         spin_increment[c] = gain.spin;
         count_iterations(gain.rounds, gain.settled);
     } else if (here.velocity.inverse_mass != 0) {
-        w = integrate_spin(w, here.inverse_moments * sum.torque);
+        change = spin_change(here.spin, here.inverse_moments * sum.torque);
     }
-    move_clump(c, here, v, w);
+    move_clump(c, here, velocity_change(here.velocity, sum.force), change);
 }

@@ -6,13 +6,6 @@ fn spin_acceleration(here: Clump, w: Spin, torque: Spin) -> Spin {
     return here.inverse_moments * (torque + gyroscopic(w, here.inverse_moments));
 }
 
-/// Δω of a step, rad/s, and the rounds that it took.
-struct SpinIncrement {
-    spin: Spin,
-    rounds: u32,
-    settled: bool,
-}
-
 /// Rounds of predictor and corrector (2.24)-(2.31), until none changes Δω by more than this part of ω. The torque is
 /// along the principal axes. Damping is solved for, as in (2.19), so that the iteration has to find the products of ω
 /// alone.
@@ -35,13 +28,13 @@ fn own_torque(here: Clump, torque: Spin) -> Spin {
     return rotate_spin(conjugate(here.orientation), torque);
 }
 
-/// Spin at step n, rad/s, in the axes in which the clump spins; the torque is along those of the scene.
-fn spin_of_clump_now(c: u32, here: Clump, torque: Spin) -> Spin {
+/// Change of the spin to step n, rad/s, in the axes in which the clump spins; the torque is along those of the scene.
+fn clump_spin_change_now(c: u32, here: Clump, torque: Spin) -> Spin {
     if (!spins_in_scene(here.inverse_moments)) {
-        return here.spin + 0.5 * predictor_corrector(here, own_torque(here, torque), spin_increment[c]).spin;
+        return 0.5 * predictor_corrector(here, own_torque(here, torque), spin_increment[c]).spin;
     }
     if (here.velocity.inverse_mass == 0) {
-        return here.spin;
+        return Spin();
     }
-    return spin_half_step(here.spin, here.inverse_moments * torque);
+    return spin_change_to_step(here.spin, here.inverse_moments * torque);
 }

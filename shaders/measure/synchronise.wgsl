@@ -8,6 +8,5 @@ fn synchronise(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workg
     }
     let here = body(i);
     let sum = contacts_of(i, here);
-    velocity_next[i] = Velocity(velocity_now(here.velocity, sum.force), here.velocity.inverse_mass);
-    store_spin(i, spin_now(here, sum.torque));
+    change_velocities(i, here, velocity_change_now(here.velocity, sum.force), spin_change_now(here, sum.torque));
 }

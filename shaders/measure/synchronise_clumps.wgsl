@@ -10,5 +10,7 @@ fn synchronise_clumps(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(nu
     }
     let here = clump(c);
     let sum = contacts_of_clump(c, here.orientation);
-    set_clump_velocity(c, here, velocity_now(here.velocity, sum.force), spin_of_clump_now(c, here, sum.torque));
+    let low = clump_velocity_low_of(c);
+    let v = accelerated(here.velocity.v, low.v, velocity_change_now(here.velocity, sum.force));
+    set_clump_velocity(c, here, v, accelerated_spin(here.spin, low.spin, clump_spin_change_now(c, here, sum.torque)));
 }

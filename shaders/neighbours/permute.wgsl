@@ -14,6 +14,7 @@ fn permute(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
     store_position_low(i, here.low);
     velocity_next[i] = here.velocity;
     store_spin(i, here.spin);
+    permute_velocity_low(i, old);
     id_next[i] = id[old];
     displacement[i] = 0;
     store_index(id[old], i);

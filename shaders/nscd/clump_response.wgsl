@@ -17,7 +17,7 @@ fn respond_to_members(c: u32) -> ResidualSums {
     let unpushed = RigidVelocity(free.v, clump_spin_next[c]);
     let squared = kinetic_metric(here, unpushed, unpushed) * free.inverse_mass;
     var sums = residual_scale_of(entries, squared, free.inverse_mass);
-    let change = velocity_change(extrapolated_clump(c, here.orientation), velocity);
+    let change = velocity_difference(extrapolated_clump(c, here.orientation), velocity);
     sums.curvature = kinetic_metric(here, change, change);
     return sums;
 }

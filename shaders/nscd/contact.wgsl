@@ -109,16 +109,23 @@ fn free_velocity(velocity: Velocity) -> Velocity {
     if (velocity.inverse_mass == 0) {
         return velocity;
     }
-    let v = damping_factor() * (velocity.v + params.dt * params.gravity);
-    return Velocity(v, damping_factor() * velocity.inverse_mass);
+    return Velocity(velocity.v + free_velocity_change(velocity), damping_factor() * velocity.inverse_mass);
 }
 
-/// The same for the spin.
-fn free_spin_of(velocity: Velocity, spin: Spin) -> Spin {
+/// By how much it differs from that of now, m/s.
+fn free_velocity_change(velocity: Velocity) -> Vec {
     if (velocity.inverse_mass == 0) {
-        return spin;
+        return Vec();
     }
-    return damping_factor() * spin;
+    return damping_factor() * params.dt * (params.gravity - params.damping * velocity.v);
+}
+
+/// The same for the spin, rad/s.
+fn free_spin_change(velocity: Velocity, spin: Spin) -> Spin {
+    if (velocity.inverse_mass == 0) {
+        return Spin();
+    }
+    return -damping_factor() * params.dt * params.damping * spin;
 }
 
 /// What residuals are relative to: the square of a grain's free velocity, m²/s²; and a bound on the eigenvalues of W.
@@ -270,13 +277,13 @@ fn forgotten_energy(i: u32, here: Body, entry: u32, tagged: u32) -> Real {
     return 0;
 }
 
-/// Velocities are those of the positions.
-fn velocity_now(velocity: Velocity, force: Vec) -> Vec {
-    return velocity.v;
+/// Nothing: velocities are those of the positions.
+fn velocity_change_now(velocity: Velocity, force: Vec) -> Vec {
+    return Vec();
 }
 
-fn spin_now(here: Body, torque: Spin) -> Spin {
-    return here.spin;
+fn spin_change_now(here: Body, torque: Spin) -> Spin {
+    return Spin();
 }
 
 /// Whether a clump's spin is kept along the axes of the scene: of all, because impulses change it there.

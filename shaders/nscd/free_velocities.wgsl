@@ -7,7 +7,8 @@ fn free_velocities(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_w
         return;
     }
     var here = clump(c);
-    let w = free_spin_of_clump(here);
+    let change = free_spin_change_of_clump(here);
+    count_iterations(change.rounds, change.settled);
     here.velocity = free_velocity(here.velocity);
-    set_clump_velocity(c, here, here.velocity.v, w);
+    set_clump_velocity(c, here, SplitVelocity(here.velocity.v, vec2<u32>()), SplitSpin(here.spin + change.spin, vec2<u32>()));
 }

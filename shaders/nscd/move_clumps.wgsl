@@ -7,6 +7,7 @@ fn move_clumps(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workg
         return;
     }
     let here = clump(c);
-    let velocity = clump_response_of(c, here);
-    move_clump(c, here, velocity.v, velocity.spin);
+    let pushed = impulse_response(c, here);
+    let change = free_velocity_change(here.velocity) + pushed.v;
+    move_clump(c, here, change, free_spin_change_of_clump(here).spin + pushed.spin);
 }

@@ -12,10 +12,10 @@ fn sync_members_of(c: u32) -> ResidualSums {
     let last = from_first_member(c, q, pass_velocity[i], pass_spin[i]);
     let before = from_first_member(c, q, pass_velocity_before[i], pass_spin_before[i]);
     // From where the sweeps set out to where they led, along the change from the pass before.
-    let change = velocity_change(before, last);
+    let change = velocity_difference(before, last);
     let start = RigidVelocity(last.v + solver_state.beta * change.v, last.spin + solver_state.beta * change.spin);
     var sums = ResidualSums();
-    sums.restart_criterion = kinetic_metric(here, velocity_change(now, start), velocity_change(last, now));
+    sums.restart_criterion = kinetic_metric(here, velocity_difference(now, start), velocity_difference(last, now));
     let member_arm = arm_of(q, first_member[c]);
     for (var member_id = first_member[c]; member_id < first_member[c + 1u]; member_id++) {
         let member = index_of_id[member_id];

@@ -1,7 +1,7 @@
 //! Twin of `shaders/body/grains/`: what a grain is, a body or a clump of bodies that moves and turns as one.
 
 use crate::{
-    body::{ForceTorque, rotation::surface_velocity},
+    body::{ForceTorque, bodies::Velocities, rotation::surface_velocity},
     space::{
         boundary::wrap,
         dimension::{all_equal, conjugate, moment, quaternion_product, rotate, rotation_increment},
@@ -111,6 +111,14 @@ pub fn orientation_increment(s: &State, c: usize, here: &Clump, w: DVec3) -> DVe
     increment + 0.5 * norm_defect(s.orientation[c].0, rest) * q
 }
 
+/// Δω of a step, rad/s, and the rounds that it took.
+#[derive(Clone, Copy, Debug)]
+pub struct SpinIncrement {
+    pub spin: DVec3,
+    pub rounds: u32,
+    pub settled: bool,
+}
+
 /// A step of a clump is not settled after so many rounds.
 pub const MAX_ITERATIONS: u32 = 25;
 
@@ -120,29 +128,43 @@ pub fn count_iterations(s: &mut State, count: u32, settled: bool) {
     s.rotation_iterations[0].capped += u32::from(!settled);
 }
 
-/// What a clump is after a step with these velocities.
+/// Clump c changes its velocity and its spin by this much.
+pub fn changed_clump_velocities(s: &State, c: usize, here: &Clump, change: DVec3, spin_change: DVec3) -> Velocities {
+    let low = s.clump_velocity_low.get(c).copied().unwrap_or_default();
+    Velocities::changed(s, here.velocity, here.spin, low, [change, spin_change])
+}
+
+/// A clump has these velocities next.
+fn store_clump_velocity(s: &mut State, c: usize, next: Velocities) {
+    s.clump_velocity_next[c] = next.velocity;
+    s.clump_spin_next[c] = next.spin;
+    if let Some(low) = s.clump_velocity_low_next.get_mut(c) {
+        *low = next.low;
+    }
+}
+
+/// What a clump is after a step in which its velocities change by this much.
 pub struct Moved {
     center: Point,
-    velocity: Velocity,
-    spin: DVec3,
+    velocities: Velocities,
     orientation: SplitOrientation,
 }
 
 impl Moved {
-    pub fn of(s: &State, c: usize, here: &Clump, v: DVec3, w: DVec3) -> Moved {
+    pub fn of(s: &State, c: usize, here: &Clump, change: DVec3, spin_change: DVec3) -> Moved {
         let low = s.orientation_low.get(c).map_or(DVec4::ZERO, |r| r.0);
+        let velocities = changed_clump_velocities(s, c, here, change, spin_change);
+        let (v, w) = (velocities.velocity.v, velocities.spin.0);
         Moved {
             center: wrap(s, displaced(s, here.center.x, here.center.low, s.params.dt * v)),
-            velocity: Velocity { v, inverse_mass: here.velocity.inverse_mass },
-            spin: w,
+            velocities,
             orientation: add_rotation(s, s.orientation[c].0, low, orientation_increment(s, c, here, w)),
         }
     }
 
     pub fn store(self, s: &mut State, c: usize) {
         s.center_next[c] = self.center.x;
-        s.clump_velocity_next[c] = self.velocity;
-        s.clump_spin_next[c].0 = self.spin;
+        store_clump_velocity(s, c, self.velocities);
         s.orientation_next[c] = Orientation(self.orientation.q);
         if !s.center_low_next.is_empty() {
             s.center_low_next[c] = self.center.low;
@@ -151,15 +173,14 @@ impl Moved {
     }
 }
 
-/// A clump and its members have these velocities next, where they are.
-pub fn set_clump_velocity(s: &mut State, c: usize, here: &Clump, v: DVec3, w: DVec3) {
-    s.clump_velocity_next[c] = Velocity { v, inverse_mass: here.velocity.inverse_mass };
-    s.clump_spin_next[c].0 = w;
-    let spin = global_spin(s, here.inverse_moments, here.orientation, w);
+/// A clump has these velocities next, and its members those that belong to them, where they are.
+pub fn set_clump_velocity(s: &mut State, c: usize, here: &Clump, next: Velocities) {
+    store_clump_velocity(s, c, next);
+    let spin = global_spin(s, here.inverse_moments, here.orientation, next.spin.0);
     for member_id in member_ids(s, c) {
         let i = s.index_of_id[member_id] as usize;
-        let v = v + surface_velocity(spin, arm_of(s, here.orientation, member_id));
-        s.velocity_next[i] = Velocity { v, inverse_mass: here.velocity.inverse_mass };
+        let v = next.velocity.v + surface_velocity(spin, arm_of(s, here.orientation, member_id));
+        s.velocity_next[i] = Velocity { v, inverse_mass: next.velocity.inverse_mass };
         s.spin_next[i].0 = spin;
     }
 }

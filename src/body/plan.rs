@@ -15,6 +15,7 @@ pub fn exchange_bodies(model: &Model) -> Plan {
             (&POSITION_LOW, &POSITION_LOW_NEXT),
             (&VELOCITY, &VELOCITY_NEXT),
             (&SPIN, &SPIN_NEXT),
+            (&VELOCITY_LOW, &VELOCITY_LOW_NEXT),
         ],
     )
 }
@@ -28,6 +29,7 @@ pub fn exchange(model: &Model) -> Plan {
         (&ORIENTATION_LOW, &ORIENTATION_LOW_NEXT),
         (&CLUMP_VELOCITY, &CLUMP_VELOCITY_NEXT),
         (&CLUMP_SPIN, &CLUMP_SPIN_NEXT),
+        (&CLUMP_VELOCITY_LOW, &CLUMP_VELOCITY_LOW_NEXT),
     ];
     plan([exchange_bodies(model), swap(model, clumps), swap(model, [(&HALT, &HALT_NEXT)])])
 }
@@ -39,8 +41,10 @@ pub fn exchange_velocities(model: &Model) -> Plan {
         [
             (&VELOCITY, &VELOCITY_NEXT),
             (&SPIN, &SPIN_NEXT),
+            (&VELOCITY_LOW, &VELOCITY_LOW_NEXT),
             (&CLUMP_VELOCITY, &CLUMP_VELOCITY_NEXT),
             (&CLUMP_SPIN, &CLUMP_SPIN_NEXT),
+            (&CLUMP_VELOCITY_LOW, &CLUMP_VELOCITY_LOW_NEXT),
         ],
     )
 }

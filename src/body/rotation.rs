@@ -44,52 +44,36 @@ pub fn surface_velocity(spin: DVec3, arm: DVec3) -> DVec3 {
     spin_velocity(spin, arm)
 }
 
-/// ω from n - 1/2 to n + 1/2: (2.19) with the acceleration that the moment gives.
-#[inline(always)]
-pub fn integrate_spin(s: &State, w: DVec3, acceleration: DVec3) -> DVec3 {
-    w + spin_change(s, w, acceleration)
-}
-
-/// By how much.
+/// Change of ω from n - 1/2 to n + 1/2: (2.19) with the acceleration that the moment gives.
 #[inline(always)]
 pub fn spin_change(s: &State, w: DVec3, acceleration: DVec3) -> DVec3 {
     let half = 0.5 * s.params.dt * s.params.damping;
     (s.params.dt * acceleration - 2.0 * half * w) / (1.0 + half)
 }
 
-/// ω from 0 to -1/2.
-pub fn half_kick_spin(s: &State, w: DVec3, acceleration: DVec3) -> DVec3 {
-    w - 0.5 * s.params.dt * (acceleration - s.params.damping * w)
+/// From 0 to -1/2.
+pub fn spin_change_back(s: &State, w: DVec3, acceleration: DVec3) -> DVec3 {
+    -0.5 * s.params.dt * (acceleration - s.params.damping * w)
 }
 
-/// ω from n - 1/2 to n: the inverse of the kick.
-pub fn spin_half_step(s: &State, w: DVec3, acceleration: DVec3) -> DVec3 {
-    (w + 0.5 * s.params.dt * acceleration) / (1.0 + 0.5 * s.params.dt * s.params.damping)
+/// From n - 1/2 to n: the inverse of the kick.
+pub fn spin_change_to_step(s: &State, w: DVec3, acceleration: DVec3) -> DVec3 {
+    let half = 0.5 * s.params.dt * s.params.damping;
+    (0.5 * s.params.dt * acceleration - half * w) / (1.0 + half)
 }
 
-/// Spin from n - 1/2 to n + 1/2.
+/// One of these changes of a sphere under a moment.
 #[inline(always)]
-pub fn integrate_sphere_spin(s: &State, here: &Body, torque: DVec3) -> DVec3 {
+pub fn sphere_spin_change(
+    s: &State,
+    here: &Body,
+    torque: DVec3,
+    change: impl Fn(&State, DVec3, DVec3) -> DVec3,
+) -> DVec3 {
     if here.velocity.inverse_mass == 0.0 {
-        return here.spin;
+        return DVec3::ZERO;
     }
-    integrate_spin(s, here.spin, inverse_inertia(s, &here.position, here.velocity.inverse_mass) * torque)
-}
-
-/// Spin from 0 to -1/2.
-pub fn half_kick_sphere_spin(s: &State, here: &Body, torque: DVec3) -> DVec3 {
-    if here.velocity.inverse_mass == 0.0 {
-        return here.spin;
-    }
-    half_kick_spin(s, here.spin, inverse_inertia(s, &here.position, here.velocity.inverse_mass) * torque)
-}
-
-/// Spin from n - 1/2 to n: the inverse of the kick.
-pub fn sphere_spin_at_step(s: &State, here: &Body, torque: DVec3) -> DVec3 {
-    if here.velocity.inverse_mass == 0.0 {
-        return here.spin;
-    }
-    spin_half_step(s, here.spin, inverse_inertia(s, &here.position, here.velocity.inverse_mass) * torque)
+    change(s, here.spin, inverse_inertia(s, &here.position, here.velocity.inverse_mass) * torque)
 }
 
 /// Kinetic energy of a spin at step n, J.

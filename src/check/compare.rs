@@ -94,6 +94,9 @@ pub fn compare(twin: &State, device: &State, stage: &Stage, array: &Array, undec
         Some(Rule::Parts { value, low, scale }) if !twin.column(low).is_empty() => {
             return parts(twin, device, [value, low], scale(twin), masked);
         }
+        Some(Rule::Velocities { of, scales }) => {
+            return velocities(twin, device, *of, scales(twin), twin.column(array).len(), masked);
+        }
         _ => {}
     }
     let column = twin.column(array);
@@ -161,6 +164,29 @@ fn parts(twin: &State, device: &State, arrays: [&Array; 2], scale: f64, masked: 
         count += 1.0;
     }
     if worst == 0.0 { (0.0, 0.0) } else { (worst / scale, (squares / count).sqrt() / scale) }
+}
+
+/// The differences of velocities and spins with what single precision leaves out of them, over scales.
+fn velocities(
+    twin: &State,
+    device: &State,
+    of: fn(&State, usize) -> [DVec3; 2],
+    scales: [f64; 2],
+    rows: usize,
+    masked: impl Fn(usize) -> bool,
+) -> (f64, f64) {
+    let (mut worst, mut squares, mut count) = (0.0_f64, 0.0, 0.0_f64);
+    for row in (0..rows).filter(|row| !masked(*row)) {
+        let (a, b) = (of(twin, row), of(device, row));
+        for ((a, b), scale) in a.into_iter().zip(b).zip(scales) {
+            let difference = (a - b).abs().max_element();
+            let relative = if difference == 0.0 { 0.0 } else { difference / scale };
+            worst = if relative.is_nan() { f64::INFINITY } else { worst.max(relative) };
+            squares += relative * relative;
+            count += 1.0;
+        }
+    }
+    (worst, (squares / count.max(1.0)).sqrt())
 }
 
 /// The grain a list entry belongs to.

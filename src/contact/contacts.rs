@@ -4,12 +4,12 @@ use super::{geometry::near, law::Contact};
 use crate::{
     body::{
         Body, ForceTorque,
-        bodies::body,
-        grains::{Clump, arm_of, clump, member_ids, set_clump_velocity},
+        bodies::{NextVelocities, body, changed_velocities},
+        grains::{Clump, arm_of, changed_clump_velocities, clump, member_ids, set_clump_velocity},
     },
     model::Method,
     space::dimension::moment,
-    state::{INDEX, NONE, State, Velocity},
+    state::{INDEX, NONE, State},
 };
 use glam::{DVec3, DVec4};
 use rayon::prelude::*;
@@ -47,19 +47,24 @@ pub fn contacts_of(s: &State, i: usize, here: &Body, of: ContactOf) -> ForceTorq
     sum
 }
 
-/// Velocities and spins that follow from the contact forces now, for all grains.
-pub fn velocities(s: &mut State, of: ContactOf, law: impl Fn(&State, &Body, &ForceTorque) -> (DVec3, DVec3) + Sync) {
+/// Changes of velocity and spin that follow from the contact forces now, for all grains.
+pub fn change_all_velocities(
+    s: &mut State,
+    of: ContactOf,
+    law: impl Fn(&State, &Body, &ForceTorque) -> (DVec3, DVec3) + Sync,
+) {
     let of_body = |i| {
         let here = body(s, i);
-        law(s, &here, &contacts_of(s, i, &here, of))
+        let (change, spin_change) = law(s, &here, &contacts_of(s, i, &here, of));
+        changed_velocities(s, i, &here, change, spin_change)
     };
     let values: Vec<_> = (0..s.sizes.bodies).into_par_iter().map(of_body).collect();
-    for (i, (v, spin)) in values.into_iter().enumerate() {
-        s.velocity_next[i] = Velocity { v, inverse_mass: s.velocity[i].inverse_mass };
-        if let Some(next) = s.spin_next.get_mut(i) {
-            next.0 = spin;
-        }
-    }
+    let mut next = NextVelocities {
+        velocity: &mut s.velocity_next,
+        spin: &mut s.spin_next,
+        low: &mut s.velocity_low_next,
+    };
+    values.into_iter().enumerate().for_each(|(i, changed)| next.store(i, changed));
 }
 
 /// Force and moment, about the clump's centre, of all contacts of all its members. What they remember stays as it is.
@@ -74,15 +79,20 @@ pub fn contacts_of_clump(s: &State, c: usize, q: DVec4, of: ContactOf) -> ForceT
     sum
 }
 
-/// Clumps and their members have the velocities next, where they are, that a law gives with the contacts of a clump.
-pub fn set_clump_velocities(
+/// Clumps change their velocities as a law says with the contacts of a clump, and their members get those that belong to
+/// them, where they are.
+pub fn change_clump_velocities(
     s: &mut State,
     of: ContactOf,
     law: impl Fn(&State, usize, &Clump, &ForceTorque) -> (DVec3, DVec3) + Sync,
 ) {
-    let velocity = |c| law(s, c, &clump(s, c), &contacts_of_clump(s, c, clump(s, c).orientation, of));
-    let velocities: Vec<(DVec3, DVec3)> = (0..s.sizes.clumps).into_par_iter().with_min_len(64).map(velocity).collect();
-    for (c, (v, w)) in velocities.into_iter().enumerate() {
-        set_clump_velocity(s, c, &clump(s, c), v, w);
+    let changed = |c| {
+        let here = clump(s, c);
+        let (change, spin_change) = law(s, c, &here, &contacts_of_clump(s, c, here.orientation, of));
+        changed_clump_velocities(s, c, &here, change, spin_change)
+    };
+    let all: Vec<_> = (0..s.sizes.clumps).into_par_iter().with_min_len(64).map(changed).collect();
+    for (c, changed) in all.into_iter().enumerate() {
+        set_clump_velocity(s, c, &clump(s, c), changed);
     }
 }

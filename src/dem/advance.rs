@@ -5,8 +5,8 @@ use crate::body::blocks::{BLOCK, by_body};
 use crate::{
     body::{
         Body, ForceTorque,
-        bodies::{Limits, NextPositions, body},
-        rotation::integrate_sphere_spin,
+        bodies::{Limits, NextPositions, NextVelocities, body, changed_velocities},
+        rotation::{sphere_spin_change, spin_change},
     },
     contact::{
         batch::{Batch, LANES, ListEntry, Outcome},
@@ -14,9 +14,9 @@ use crate::{
         history::{Lists, with_lists},
         law::wall_contact,
     },
-    dem::leapfrog::integrate_velocity,
+    dem::leapfrog::velocity_change,
     space::{boundary::wrap, precision::displaced},
-    state::{INDEX, NONE, Spin, State, Velocity},
+    state::{INDEX, NONE, State},
 };
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -25,8 +25,7 @@ use std::{mem::take, ops::Range};
 /// What a task writes: a run of grains, and their lists.
 struct Block<'a> {
     next: NextPositions<'a>,
-    velocity: &'a mut [Velocity],
-    spin: &'a mut [Spin],
+    velocities: NextVelocities<'a>,
     lists: Lists<'a>,
 }
 
@@ -38,19 +37,22 @@ pub fn advance(s: &mut State) {
     s.counters[0].steps_done += 1;
     let (mut position, mut low) = (take(&mut s.position_next), take(&mut s.position_low_next));
     let (mut velocity, mut spin) = (take(&mut s.velocity_next), take(&mut s.spin_next));
+    let mut velocity_low = take(&mut s.velocity_low_next);
     let mut displacement = take(&mut s.displacement);
     let blocks = by_body(&mut position, s)
         .zip(by_body(&mut low, s))
         .zip(by_body(&mut velocity, s))
         .zip(by_body(&mut spin, s))
+        .zip(by_body(&mut velocity_low, s))
         .zip(by_body(&mut displacement, s));
-    let work = |s: &State, k: usize, ((((position, low), velocity), spin), displacement), lists: Lists| {
-        let block = Block { next: NextPositions { position, low, displacement }, velocity, spin, lists };
+    let work = |s: &State, k: usize, (((((position, low), velocity), spin), velocity_low), displacement), lists: Lists| {
+        let velocities = NextVelocities { velocity, spin, low: velocity_low };
+        let block = Block { next: NextPositions { position, low, displacement }, velocities, lists };
         Arch::new().dispatch(Work { s, first: k * BLOCK, block })
     };
     let limits = with_lists(s, blocks, work, Limits::and, Limits::default);
     (s.position_next, s.position_low_next, s.velocity_next, s.spin_next) = (position, low, velocity, spin);
-    s.displacement = displacement;
+    (s.velocity_low_next, s.displacement) = (velocity_low, displacement);
     s.counters[0].lost_body = s.counters[0].lost_body.max(limits.lost_body);
     s.halt_next[0] = s.halt_next[0].max(u32::from(limits.halt));
 }
@@ -75,18 +77,17 @@ impl WithSimd for Work<'_> {
 #[inline(always)]
 fn advance_block(s: &State, first: usize, block: &mut Block) -> Limits {
     let mut limits = Limits::default();
-    let Sums { of_grains, first_wall } = forces_of_grains(s, first, block.velocity.len(), &mut block.lists);
-    for k in 0..block.velocity.len() {
+    let Sums { of_grains, first_wall } = forces_of_grains(s, first, block.velocities.velocity.len(), &mut block.lists);
+    for k in 0..block.velocities.velocity.len() {
         let (i, mut sum) = (first + k, of_grains[k]);
         let here = body(s, i);
         let walls = first_wall[k]..row_in_block(s, first, i).end;
         let crossed = forces_of_walls(s, i, &here, walls, &mut block.lists, &mut sum);
-        let v = integrate_velocity(s, &here.velocity, sum.force);
+        let change = velocity_change(s, &here.velocity, sum.force);
+        let changed = changed_velocities(s, i, &here, change, sphere_spin_change(s, &here, sum.torque, spin_change));
+        let v = changed.velocity.v;
+        block.velocities.store(k, changed);
         let point = wrap(s, displaced(s, here.position.x, here.low.x, s.params.dt * v));
-        block.velocity[k] = Velocity { v, inverse_mass: here.velocity.inverse_mass };
-        if let Some(spin) = block.spin.get_mut(k) {
-            spin.0 = integrate_sphere_spin(s, &here, sum.torque);
-        }
         limits = limits.and(block.next.commit_position(s, (i, k), point, s.params.dt * v.length(), crossed));
     }
     limits

@@ -1,10 +1,15 @@
 //! Twin of `shaders/dem/half_kick.wgsl`: velocities from time 0 to -1/2.
 
-use crate::contact::{contacts::velocities, law::contact_of};
-use crate::{body::rotation::half_kick_sphere_spin, dem::leapfrog::half_kick_velocity, state::State};
+use crate::{
+    body::rotation::{sphere_spin_change, spin_change_back},
+    contact::{contacts::change_all_velocities, law::contact_of},
+    dem::leapfrog::velocity_change_back,
+    state::State,
+};
 
 pub fn half_kick(s: &mut State) {
-    velocities(s, contact_of, |s, here, sum| {
-        (half_kick_velocity(s, &here.velocity, sum.force), half_kick_sphere_spin(s, here, sum.torque))
+    change_all_velocities(s, contact_of, |s, here, sum| {
+        let spin_change = sphere_spin_change(s, here, sum.torque, spin_change_back);
+        (velocity_change_back(s, &here.velocity, sum.force), spin_change)
     });
 }

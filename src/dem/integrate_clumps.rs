@@ -2,15 +2,16 @@
 
 use crate::{
     body::{
-        grains::{Moved, clump, clump_load, count_iterations, spins_in_scene},
-        rotation::integrate_spin,
+        grains::{Moved, SpinIncrement, clump, clump_load, count_iterations, spins_in_scene},
+        rotation::spin_change,
     },
     dem::{
-        leapfrog::integrate_velocity,
-        predictor_corrector::{SpinIncrement, own_torque, predictor_corrector},
+        leapfrog::velocity_change,
+        predictor_corrector::{own_torque, predictor_corrector},
     },
     state::{Spin, State},
 };
+use glam::DVec3;
 use rayon::prelude::*;
 
 pub fn integrate_clumps(s: &mut State) {
@@ -31,14 +32,14 @@ pub fn integrate_clumps(s: &mut State) {
 fn driven(s: &State, c: usize) -> (Moved, Option<SpinIncrement>) {
     let here = clump(s, c);
     let sum = clump_load(s, c, here.orientation);
-    let v = integrate_velocity(s, &here.velocity, sum.force);
-    let (mut spin, mut gain) = (here.spin, None);
+    let change = velocity_change(s, &here.velocity, sum.force);
+    let (mut turned, mut gain) = (DVec3::ZERO, None);
     if !spins_in_scene(&s.model, here.inverse_moments) {
         let found = predictor_corrector(s, &here, own_torque(&here, sum.torque), s.spin_increment[c].0);
-        spin += found.spin;
+        turned = found.spin;
         gain = Some(found);
     } else if here.velocity.inverse_mass != 0.0 {
-        spin = integrate_spin(s, spin, here.inverse_moments * sum.torque);
+        turned = spin_change(s, here.spin, here.inverse_moments * sum.torque);
     }
-    (Moved::of(s, c, &here, v, spin), gain)
+    (Moved::of(s, c, &here, change, turned), gain)
 }

@@ -3,8 +3,8 @@
 use crate::state::State;
 use crate::{
     body::{
-        grains::{Clump, MAX_ITERATIONS, spins_in_scene},
-        rotation::{spin_change, spin_half_step},
+        grains::{Clump, MAX_ITERATIONS, SpinIncrement, spins_in_scene},
+        rotation::{spin_change, spin_change_to_step},
     },
     space::{
         dimension::{conjugate, gyroscopic, largest, rotate},
@@ -16,14 +16,6 @@ use glam::DVec3;
 /// Angular acceleration (2.21)-(2.23) without damping, rad/s².
 pub fn spin_acceleration(s: &State, here: &Clump, w: DVec3, torque: DVec3) -> DVec3 {
     here.inverse_moments * (torque + gyroscopic(s.model.dimension, w, here.inverse_moments))
-}
-
-/// Δω of a step, rad/s, and the rounds that it took.
-#[derive(Clone, Copy, Debug)]
-pub struct SpinIncrement {
-    pub spin: DVec3,
-    pub rounds: u32,
-    pub settled: bool,
 }
 
 /// Rounds of predictor and corrector (2.24)-(2.31), until none changes Δω by more than a small part of ω. The torque is
@@ -47,13 +39,13 @@ pub fn own_torque(here: &Clump, torque: DVec3) -> DVec3 {
     rotate(conjugate(here.orientation), torque)
 }
 
-/// Spin at step n, rad/s, in the axes in which the clump spins; the torque is along those of the scene.
-pub fn spin_of_clump_now(s: &State, c: usize, here: &Clump, torque: DVec3) -> DVec3 {
+/// Change of the spin to step n, rad/s, in the axes in which the clump spins; the torque is along those of the scene.
+pub fn clump_spin_change_now(s: &State, c: usize, here: &Clump, torque: DVec3) -> DVec3 {
     if !spins_in_scene(&s.model, here.inverse_moments) {
-        return here.spin + 0.5 * predictor_corrector(s, here, own_torque(here, torque), s.spin_increment[c].0).spin;
+        return 0.5 * predictor_corrector(s, here, own_torque(here, torque), s.spin_increment[c].0).spin;
     }
     if here.velocity.inverse_mass == 0.0 {
-        return here.spin;
+        return DVec3::ZERO;
     }
-    spin_half_step(s, here.spin, here.inverse_moments * torque)
+    spin_change_to_step(s, here.spin, here.inverse_moments * torque)
 }

@@ -45,9 +45,9 @@ mod tests {
     }
 
     /// Ten grains with 60 list entries and the numbers that all share: list_start has one more, `halt` is read and
-    /// `halt_next` written, the seven counters are read and written.
+    /// `halt_next` written, the eight counters are read and written.
     fn advance(per_grain: u64, per_entry: u64) -> u64 {
-        10 * per_grain + 60 * per_entry + 4 + (4 + 4) + 2 * 7 * 4
+        10 * per_grain + 60 * per_entry + 4 + (4 + 4) + 2 * 8 * 4
     }
 
     #[test]
@@ -57,11 +57,11 @@ mod tests {
             let layouts = layouts(model, &Plans::new(model)).unwrap();
             bytes(model, &ADVANCE, &sizes, |array| layouts.stride(array)).unwrap()
         };
-        // Smooth disks, f32: position, low part and velocity of 16 bytes read and written, displacement too, id and
+        // Smooth disks, f32: position and velocity, each with its low part, of 16 bytes read and written, displacement too, id and
         // list_start read; neighbour read.
-        assert_eq!(on_device(&model(0.0, 2, Precision::Single)), advance(2 * (3 * 16 + 4) + 4 + 4, 4));
+        assert_eq!(on_device(&model(0.0, 2, Precision::Single)), advance(2 * (4 * 16 + 4) + 4 + 4, 4));
         // Rough spheres, f32: a spin besides; neighbour and a history of 12 bytes read and written.
-        assert_eq!(on_device(&model(0.5, 3, Precision::Single)), advance(2 * (4 * 16 + 4) + 4 + 4, 2 * (4 + 12)));
+        assert_eq!(on_device(&model(0.5, 3, Precision::Single)), advance(2 * (5 * 16 + 4) + 4 + 4, 2 * (4 + 12)));
         // Smooth disks on the host: position and velocity of 32 bytes.
         let model = model(0.0, 2, Precision::Double);
         let state = State::new(model, sizes, Params::default());

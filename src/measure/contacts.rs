@@ -1,9 +1,13 @@
 //! What the method of a scene makes of its contacts and velocities at step n.
 
 use crate::{
-    body::{Body, ForceTorque, grains::Clump, rotation::sphere_spin_at_step},
+    body::{
+        Body, ForceTorque,
+        grains::Clump,
+        rotation::{sphere_spin_change, spin_change_to_step},
+    },
     contact::law::{self, Contact},
-    dem::{leapfrog::velocity_at_step, predictor_corrector::spin_of_clump_now},
+    dem::{leapfrog::velocity_change_to_step, predictor_corrector::clump_spin_change_now},
     model::Method,
     nscd,
     state::State,
@@ -18,22 +22,24 @@ pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, entry: usize) -> C
     }
 }
 
-/// Velocity of a grain at the time of its position, m/s, and its spin then, rad/s.
-pub fn velocity_now(s: &State, here: &Body, sum: &ForceTorque) -> (DVec3, DVec3) {
+/// Changes of velocity, m/s, and spin, rad/s, of a grain to the time of its position.
+pub fn velocity_change_now(s: &State, here: &Body, sum: &ForceTorque) -> (DVec3, DVec3) {
     match s.model.method {
         Method::DiscreteElements => {
-            (velocity_at_step(s, &here.velocity, sum.force), sphere_spin_at_step(s, here, sum.torque))
+            let spin_change = sphere_spin_change(s, here, sum.torque, spin_change_to_step);
+            (velocity_change_to_step(s, &here.velocity, sum.force), spin_change)
         }
-        Method::ContactDynamics => (here.velocity.v, here.spin),
+        Method::ContactDynamics => (DVec3::ZERO, DVec3::ZERO),
     }
 }
 
-/// Velocity and, in the axes in which it spins, spin of a clump at step n.
-pub fn clump_velocity_now(s: &State, c: usize, here: &Clump, sum: &ForceTorque) -> (DVec3, DVec3) {
+/// The same of a clump; its spin in the axes in which it spins.
+pub fn clump_velocity_change_now(s: &State, c: usize, here: &Clump, sum: &ForceTorque) -> (DVec3, DVec3) {
     match s.model.method {
         Method::DiscreteElements => {
-            (velocity_at_step(s, &here.velocity, sum.force), spin_of_clump_now(s, c, here, sum.torque))
+            let spin_change = clump_spin_change_now(s, c, here, sum.torque);
+            (velocity_change_to_step(s, &here.velocity, sum.force), spin_change)
         }
-        Method::ContactDynamics => (here.velocity.v, here.spin),
+        Method::ContactDynamics => (DVec3::ZERO, DVec3::ZERO),
     }
 }

@@ -1,7 +1,7 @@
 //! Twin of `shaders/measure/energies/`: what a grain has by itself.
 
 use super::{
-    contacts::{clump_velocity_now, contact_of, velocity_now},
+    contacts::{clump_velocity_change_now, contact_of, velocity_change_now},
     sums::Energies,
 };
 use crate::{
@@ -25,9 +25,10 @@ pub fn energies(s: &State, here: &Body, sum: &ForceTorque, drag: &ForceTorque) -
         return Energies::default();
     }
     let (p, inverse_mass) = (&s.params, here.velocity.inverse_mass);
-    let (v, w) = velocity_now(s, here, sum);
+    let (change, spin_change) = velocity_change_now(s, here, sum);
+    let (v, w) = (here.velocity.v + change, here.spin + spin_change);
     let kinetic = 0.5 * v.length_squared() / inverse_mass + spin_energy(s, here, w);
-    let late = drag.force.dot(v - here.velocity.v) + spin_dot(drag.torque, w - here.spin);
+    let late = drag.force.dot(change) + spin_dot(drag.torque, spin_change);
     Energies {
         kinetic,
         potential: -p.gravity.dot(here.position.x + here.low.x) / inverse_mass,
@@ -66,7 +67,8 @@ pub fn energies_of_clump(s: &State, c: usize) -> Energies {
         return Energies::default();
     }
     let all = contacts_of_clump(s, c, here.orientation, contact_of);
-    let (v, w) = clump_velocity_now(s, c, &here, &all);
+    let (change, spin_change) = clump_velocity_change_now(s, c, &here, &all);
+    let (v, w) = (here.velocity.v + change, here.spin + spin_change);
     let kinetic = 0.5 * v.length_squared() / inverse_mass + clump_spin_energy(&here, own_spin(s, &here, w));
     let spin = global_spin(s, here.inverse_moments, here.orientation, w);
     Energies {

@@ -2,11 +2,11 @@
 //! the positions.
 
 use crate::{
-    contact::contacts::set_clump_velocities,
-    measure::contacts::{clump_velocity_now, contact_of},
+    contact::contacts::change_clump_velocities,
+    measure::contacts::{clump_velocity_change_now, contact_of},
     state::State,
 };
 
 pub fn synchronise_clumps(s: &mut State) {
-    set_clump_velocities(s, contact_of, clump_velocity_now);
+    change_clump_velocities(s, contact_of, clump_velocity_change_now);
 }

@@ -11,6 +11,7 @@ pub fn permute(s: &mut State) {
     gather(&mut s.position_low_next, &s.position_low, &s.sorted);
     gather(&mut s.velocity_next, &s.velocity, &s.sorted);
     gather(&mut s.spin_next, &s.spin, &s.sorted);
+    gather(&mut s.velocity_low_next, &s.velocity_low, &s.sorted);
     gather(&mut s.id_next, &s.id, &s.sorted);
     s.displacement.fill(0.0);
     keep_indices(s);

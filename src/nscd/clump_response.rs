@@ -6,7 +6,7 @@ use crate::{
         contact::{residual_scale_of, store_clump_residual_sums},
         response::{
             RigidVelocity, clump_kinetic_metric, clump_response_of, clump_velocities, extrapolated_clump,
-            member_velocity, velocity_change,
+            member_velocity, velocity_difference,
         },
     },
     state::{ResidualSums, Spin, State, Velocity},
@@ -28,7 +28,7 @@ fn respond_to_members(s: &mut State) -> Vec<RigidVelocity> {
     let velocities = clump_velocities(s, clump_response_of);
     store_clump_residual_sums(s, |s, c| {
         let here = clump(s, c);
-        let change = velocity_change(&extrapolated_clump(s, c, &here), &velocities[c]);
+        let change = velocity_difference(&extrapolated_clump(s, c, &here), &velocities[c]);
         let entries: usize = member_ids(s, c).map(|member_id| s.row(s.index_of_id[member_id] as usize).len()).sum();
         let free = s.clump_velocity_next[c];
         let unpushed = RigidVelocity { v: free.v, spin: s.clump_spin_next[c].0 };

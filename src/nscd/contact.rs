@@ -53,17 +53,25 @@ pub fn free_velocity(s: &State, velocity: &Velocity) -> Velocity {
         return *velocity;
     }
     Velocity {
-        v: damping_factor(s) * (velocity.v + s.params.dt * s.params.gravity),
+        v: velocity.v + free_velocity_change(s, velocity),
         inverse_mass: damping_factor(s) * velocity.inverse_mass,
     }
 }
 
-/// The same for the spin.
-pub fn free_spin(s: &State, velocity: &Velocity, spin: DVec3) -> DVec3 {
+/// By how much it differs from that of now, m/s.
+pub fn free_velocity_change(s: &State, velocity: &Velocity) -> DVec3 {
     if velocity.inverse_mass == 0.0 {
-        return spin;
+        return DVec3::ZERO;
     }
-    damping_factor(s) * spin
+    damping_factor(s) * s.params.dt * (s.params.gravity - s.params.damping * velocity.v)
+}
+
+/// The same for the spin, rad/s.
+pub fn free_spin_change(s: &State, velocity: &Velocity, spin: DVec3) -> DVec3 {
+    if velocity.inverse_mass == 0.0 {
+        return DVec3::ZERO;
+    }
+    -damping_factor(s) * s.params.dt * s.params.damping * spin
 }
 
 /// What residuals are relative to: the square of a grain's free velocity, m²/s²; and a bound on the eigenvalues of W.

@@ -1,39 +1,35 @@
 //! Twin of `shaders/nscd/gyroscopic/`: what the spin of a free clump does in a step of contact dynamics.
 
 use crate::{
-    body::grains::{Clump, MAX_ITERATIONS, own_spin},
-    nscd::contact::free_spin,
+    body::grains::{Clump, MAX_ITERATIONS, SpinIncrement, own_spin},
+    nscd::contact::free_spin_change,
     space::{
-        dimension::{all_equal, conjugate, largest, quaternion_product, rotate, rotation_increment},
+        dimension::{all_equal, arm_increment, conjugate, largest, rotate, rotation_increment},
         precision::spin_tolerance,
     },
 };
 use crate::{model::Gyroscopic, state::State};
 use glam::DVec3;
 
-/// A clump's spin, rad/s along the axes of the scene, and how it was found.
-#[derive(Clone, Copy, Debug)]
-pub struct Freed {
-    pub spin: DVec3,
-    pub rounds: u32,
-    pub settled: bool,
-}
-
-/// Spin of a clump at the end of the step if nothing touched it.
-pub fn free_spin_of_clump(s: &State, here: &Clump) -> Freed {
-    let mut freed = Freed { spin: free_spin(s, &here.velocity, here.spin), rounds: 0, settled: true };
+/// Change of the spin of a clump in the step if nothing touched it, along the axes of the scene. It is added up of
+/// changes, because the difference of two spins loses its digits.
+pub fn free_spin_change_of_clump(s: &State, here: &Clump) -> SpinIncrement {
+    let damped = free_spin_change(s, &here.velocity, here.spin);
     if s.model.gyroscopic == Gyroscopic::Dropped || all_equal(s.model.dimension, here.inverse_moments) {
-        return freed;
+        return SpinIncrement { spin: damped, rounds: 0, settled: true };
     }
-    let momentum = rotate(here.orientation, own_spin(s, here, freed.spin) / here.inverse_moments);
-    freed.settled = false;
-    while !freed.settled && freed.rounds < MAX_ITERATIONS {
-        let q = here.orientation
-            + quaternion_product(rotation_increment(0.25 * s.params.dt * freed.spin), here.orientation);
-        let next = rotate(q, here.inverse_moments * rotate(conjugate(q), momentum));
-        freed.settled = !(largest(next - freed.spin) > spin_tolerance(s) * largest(next));
-        freed.spin = next;
-        freed.rounds += 1;
+    let w = here.spin + damped;
+    let momentum = rotate(here.orientation, own_spin(s, here, w) / here.inverse_moments);
+    let mut free = SpinIncrement { spin: DVec3::ZERO, rounds: 0, settled: false };
+    while !free.settled && free.rounds < MAX_ITERATIONS {
+        let turn = rotation_increment(0.25 * s.params.dt * (w + free.spin));
+        // The momentum that stays, seen from the axes that turn; the spin that it gives, seen from the scene.
+        let seen = arm_increment(conjugate(turn), momentum);
+        let given = rotate(here.orientation, here.inverse_moments * rotate(conjugate(here.orientation), seen));
+        let next = given + arm_increment(turn, w + given);
+        free.settled = !(largest(next - free.spin) > spin_tolerance(s) * largest(w));
+        free.spin = next;
+        free.rounds += 1;
     }
-    freed
+    SpinIncrement { spin: free.spin + damped, ..free }
 }

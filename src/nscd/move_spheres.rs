@@ -2,14 +2,19 @@
 //! velocities n + 1.
 
 use crate::{
-    body::bodies::NextPositions,
+    body::{
+        ForceTorque,
+        bodies::{NextPositions, NextVelocities, body, changed_velocities},
+        rotation::inverse_inertia,
+    },
     contact::history::set_active,
-    nscd::contact::list_entries,
+    nscd::contact::{damping_factor, free_spin_change, free_velocity_change, list_entries},
     space::{
         boundary::wrap,
+        dimension::moment,
         precision::{displaced, position_low_of},
     },
-    state::{State, Velocity},
+    state::State,
 };
 use glam::DVec3;
 use std::mem::take;
@@ -20,14 +25,23 @@ pub fn move_spheres(s: &mut State) {
     let mut displacement = take(&mut s.displacement);
     let mut next = NextPositions { position: &mut position, low: &mut low, displacement: &mut displacement };
     for i in 0..s.sizes.bodies {
+        let mut sum = ForceTorque::default();
         for entry in list_entries(s, i).collect::<Vec<_>>() {
-            set_active(&mut s.neighbour[entry], s.impulse[entry].0 != DVec3::ZERO);
+            let impulse = s.impulse[entry].0;
+            set_active(&mut s.neighbour[entry], impulse != DVec3::ZERO);
+            sum.force += impulse;
+            sum.torque += moment(s.inverse_effective_mass[entry].arm * s.contact_geometry[entry].n, impulse);
         }
-        let v = s.pass_velocity[i].v;
-        s.velocity_next[i] = Velocity { v, inverse_mass: s.velocity[i].inverse_mass };
-        if let Some(next) = s.spin_next.get_mut(i) {
-            *next = s.pass_spin[i];
-        }
+        let here = body(s, i);
+        // From the impulses, and not from the velocities of the last pass, which have no digits for a small change.
+        let inverse_mass = damping_factor(s) * here.velocity.inverse_mass;
+        let change = free_velocity_change(s, &here.velocity) + inverse_mass * sum.force;
+        let inertia = inverse_inertia(s, &here.position, inverse_mass);
+        let spin_change = free_spin_change(s, &here.velocity, here.spin) + inertia * sum.torque;
+        let changed = changed_velocities(s, i, &here, change, spin_change);
+        let v = changed.velocity.v;
+        let velocity = &mut s.velocity_next;
+        NextVelocities { velocity, spin: &mut s.spin_next, low: &mut s.velocity_low_next }.store(i, changed);
         let point = wrap(s, displaced(s, s.position[i].x, position_low_of(s, i).x, s.params.dt * v));
         let limits = next.commit_position(s, (i, i), point, s.params.dt * v.length(), false);
         if limits.halt {

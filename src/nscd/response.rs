@@ -9,7 +9,7 @@ use crate::{
         rotation::{inverse_inertia, spin_of, surface_velocity},
     },
     contact::materials::pair_of,
-    nscd::contact::{damping_factor, free_spin, free_velocity},
+    nscd::contact::{damping_factor, free_spin_change, free_velocity},
     space::dimension::{conjugate, moment, rotate, spin_dot, spin_squared},
 };
 use crate::{
@@ -31,7 +31,7 @@ pub fn free_velocity_of(s: &State, i: usize) -> Velocity {
 
 /// The same for the spin of a sphere.
 pub fn free_spin_of(s: &State, i: usize) -> DVec3 {
-    free_spin(s, &s.velocity[i], spin_of(s, i))
+    spin_of(s, i) + free_spin_change(s, &s.velocity[i], spin_of(s, i))
 }
 
 /// The number of the grain that body i is, or belongs to.
@@ -217,7 +217,7 @@ pub fn clump_kinetic_metric(s: &State, here: &Clump, a: &RigidVelocity, b: &Rigi
 }
 
 /// From a to b.
-pub fn velocity_change(a: &RigidVelocity, b: &RigidVelocity) -> RigidVelocity {
+pub fn velocity_difference(a: &RigidVelocity, b: &RigidVelocity) -> RigidVelocity {
     RigidVelocity { v: b.v - a.v, spin: b.spin - a.spin }
 }
 

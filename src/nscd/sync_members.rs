@@ -8,7 +8,7 @@ use crate::{
     },
     nscd::{
         contact::store_clump_residual_sums,
-        response::{RigidVelocity, clump_kinetic_metric, extrapolated_clump, from_first_member, velocity_change},
+        response::{RigidVelocity, clump_kinetic_metric, extrapolated_clump, from_first_member, velocity_difference},
     },
     state::{ResidualSums, State, Velocity},
 };
@@ -37,9 +37,9 @@ fn sync_members_of(s: &State, c: usize) -> ResidualSums {
     let before = from_first_member(s, c, &here, s.pass_velocity_before[i].v, s.pass_spin_before[i].0);
     // From where the sweeps set out to where they led, along the change from the pass before.
     let beta = s.solver_state[0].beta;
-    let change = velocity_change(&before, &last);
+    let change = velocity_difference(&before, &last);
     let start = RigidVelocity { v: last.v + beta * change.v, spin: last.spin + beta * change.spin };
     let restart_criterion =
-        clump_kinetic_metric(s, &here, &velocity_change(&now, &start), &velocity_change(&last, &now));
+        clump_kinetic_metric(s, &here, &velocity_difference(&now, &start), &velocity_difference(&last, &now));
     ResidualSums { restart_criterion, ..ResidualSums::default() }
 }

@@ -5,8 +5,10 @@ use crate::{
     error::{Error, Result},
     plan::{Driver, Loop, Op},
     plans::Plans,
+    model::Precision,
     scene::{Assembly, Wall},
-    state::{ARRAYS, Array, Counters, Length, Params},
+    space::precision::{extent_of, follow_extent, quantum},
+    state::{ARRAYS, Array, Counters, Length, Params, State},
 };
 
 /// Steps that lists should live: long enough that making them does not matter, short enough that they need not reach
@@ -25,6 +27,12 @@ pub struct NeighbourLists {
     /// What the scene allows, m; lists are made with less where grains are slow.
     largest_margin: f64,
     smallest_margin: f64,
+    /// The parameters at time 0.
+    start: Params,
+    /// How far grains and walls are from the origin, m, and the coarsest quantum of positions in single precision.
+    extent: f64,
+    wall_extent: f64,
+    coarsest: Option<f64>,
     /// Of the fastest grain in the last chunk, and of the fastest wall, m.
     displacement_per_step: f64,
     wall_displacement_per_step: f64,
@@ -76,9 +84,15 @@ impl NeighbourLists {
     ///
     /// # Errors
     /// [`Error::Scene`] if a wall is too fast.
-    pub fn new(assembly: &Assembly, params: &Params, options: &Options, entries: usize) -> Result<NeighbourLists> {
+    pub fn new(assembly: &Assembly, state: &State, options: &Options) -> Result<NeighbourLists> {
+        let (params, entries) = (&state.params, state.sizes.entries);
         let largest_margin = params.margin - params.reach;
+        let single = state.model.precision == Precision::Single;
         Ok(NeighbourLists {
+            start: *params,
+            extent: 0.0,
+            wall_extent: 0.25 * extent_of(params.quantum),
+            coarsest: single.then_some(quantum(0.25 * state.range)),
             largest_margin,
             smallest_margin: (SMALLEST_MARGIN * largest_margin / assembly.solver.margin).min(largest_margin),
             displacement_per_step: 0.0,
@@ -100,7 +114,8 @@ impl NeighbourLists {
 
     /// Back to time 0; arrays stay as long as they are.
     pub fn rewind(&mut self, p: &mut Params) {
-        (p.margin, p.displacement_limit) = (p.reach + self.largest_margin, 0.5 * self.largest_margin);
+        *p = self.start;
+        (self.extent, self.wall_extent) = (0.0, 0.25 * extent_of(p.quantum));
         (self.active_contacts, self.steps_planned, self.steps_left, self.margin_used_up) = (0, 1, 0, false);
         (self.repeated_chunks, self.lost_contacts) = (0, 0);
     }
@@ -128,8 +143,12 @@ impl NeighbourLists {
         self.margin_used_up
     }
 
-    /// Let lists reach as far as they must to live a while, and plan for how many steps that is.
+    /// Let lists reach as far as they must to live a while, and plan for how many steps that is. Positions in single
+    /// precision become multiples of more where grains have gone far.
     pub fn set_margin(&mut self, p: &mut Params) {
+        if let Some(coarsest) = self.coarsest {
+            follow_extent(p, self.extent.max(self.wall_extent), coarsest);
+        }
         let fastest = self.displacement_per_step.max(self.wall_displacement_per_step).max(f64::MIN_POSITIVE);
         let margin = (2.0 * fastest * LIFE / BOLDNESS).clamp(self.smallest_margin, self.largest_margin);
         (p.margin, p.displacement_limit) = (p.reach + margin, 0.5 * margin);
@@ -224,6 +243,8 @@ impl NeighbourLists {
     pub fn note_displacements(&mut self, counters: &Counters, p: &Params) {
         self.active_contacts = counters.active_contacts;
         self.steps_served += counters.steps_done;
+        self.extent = f64::from(f32::from_bits(counters.max_coordinate)) * p.quantum;
+        self.wall_extent += f64::from(counters.steps_done) * self.wall_displacement_per_step;
         let displacement = f64::from(f32::from_bits(counters.max_displacement));
         self.margin_used_up = !(displacement <= 1.0);
         if self.steps_served > 0 {

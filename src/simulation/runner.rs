@@ -88,6 +88,13 @@ impl Runner {
                 stride / self.state.position[at].radius,
                 p.step_limit
             )
+        } else if x.abs().max_element() >= self.state.range {
+            let range = self.state.range;
+            let reason = format!(
+                "grain {lost} is at {x} m: beyond {range:e} m from the origin single precision loses digits of its contacts; use \
+                 --precision double or --engine cpu, or faces of the domain through which grains leave"
+            );
+            return Ok(Error::Run { step, time: step as f64 * p.dt, reason });
         } else if outside(x, p.lower, p.upper) {
             format!("grain {lost} has left the domain at {x} m")
         } else {

@@ -7,8 +7,9 @@ use crate::{
     measure::{Sample, masses},
     model::{Grains, Rotation},
     scene::{Clump, Grain, Surface, Wall},
-    space::precision::position_low_of,
+    space::precision::{low_of, position_low_of, spin_low_of},
     state::{Array, RotationIterations, array::*, present},
+    units::Quantity,
 };
 use glam::{DQuat, DVec3};
 
@@ -50,14 +51,16 @@ impl Simulation {
     pub fn grains(&mut self) -> Result<Vec<Grain>> {
         self.refresh()?;
         self.runner.execute_plan(&self.plans.velocities)?;
-        let arrays = [&POSITION, &POSITION_LOW, &VELOCITY_NEXT, &SPIN_NEXT, &ID];
+        let arrays = [&POSITION, &POSITION_LOW, &VELOCITY_NEXT, &SPIN_NEXT, &VELOCITY_LOW_NEXT, &ID];
         let s = self.runner.read(&present(&self.runner.state.model, &arrays))?;
         let mut grains = self.assembly.grains.clone();
         for i in 0..s.sizes.bodies {
             let grain = &mut grains[s.id[i] as usize];
             grain.position = s.position[i].x + position_low_of(s, i).x;
-            grain.velocity = s.velocity_next[i].v;
-            grain.spin = s.spin_next.get(i).map_or(grain.spin, |spin| spin.0);
+            let low = s.velocity_low_next.get(i).copied().unwrap_or_default();
+            let v = s.velocity_next[i].v;
+            grain.velocity = v + low_of(s, Quantity::Velocity, v, low.v);
+            grain.spin = s.spin_next.get(i).map_or(grain.spin, |spin| spin.0 + spin_low_of(s, spin.0, low.spin));
         }
         Ok(grains)
     }
@@ -78,15 +81,26 @@ impl Simulation {
         }
         self.refresh()?;
         self.runner.execute_plan(&self.plans.velocities)?;
-        let arrays = [&CENTER, &CENTER_LOW, &ORIENTATION, &ORIENTATION_LOW, &CLUMP_VELOCITY_NEXT, &CLUMP_SPIN_NEXT];
+        let arrays = [
+            &CENTER,
+            &CENTER_LOW,
+            &ORIENTATION,
+            &ORIENTATION_LOW,
+            &CLUMP_VELOCITY_NEXT,
+            &CLUMP_SPIN_NEXT,
+            &CLUMP_VELOCITY_LOW_NEXT,
+        ];
         let s = self.runner.read(&present(&self.runner.state.model, &arrays))?;
         let mut clumps = self.assembly.clumps.clone();
         for (c, clump) in clumps.iter_mut().enumerate() {
             let here = grains::clump(s, c);
             let principal = DQuat::from_vec4(here.orientation).normalize();
             clump.position = here.center.x + here.center.low;
-            clump.velocity = s.clump_velocity_next[c].v;
-            clump.spin = grains::global_spin(s, here.inverse_moments, here.orientation, s.clump_spin_next[c].0);
+            let low = s.clump_velocity_low_next.get(c).copied().unwrap_or_default();
+            let (v, w) = (s.clump_velocity_next[c].v, s.clump_spin_next[c].0);
+            clump.velocity = v + low_of(s, Quantity::Velocity, v, low.v);
+            let w = w + spin_low_of(s, w, low.spin);
+            clump.spin = grains::global_spin(s, here.inverse_moments, here.orientation, w);
             clump.orientation = principal * self.assembly.shapes[clump.shape as usize].frame.inverse();
         }
         Ok(clumps)

@@ -5,21 +5,27 @@ use super::{
     options::{EngineChoice, Options},
 };
 use crate::{
-    body::{grains::spins_in_scene, rotation::inverse_inertia},
+    body::{
+        bodies::{NextVelocities, Velocities},
+        grains::spins_in_scene,
+        rotation::inverse_inertia,
+    },
     contact::{cohesion, materials::parameters, rolling},
     error::{Error, Result},
     memory,
-    model::{self, Grains, Model, Precision, Rotation},
+    model::{self, Grains, Model, Precision},
     plans::Plans,
     scene::{Assembly, Clump, Grain, Method, Surface},
     solve,
     space::{
         boundary::wrap,
-        precision::{Point, add_rotation, arm_end, quantised, quantum, split},
+        precision::{
+            Point, QUANTA_OF_SLACK, add_rotation, arm_end, extent_of, quantised, quantum, set_quantum, split,
+        },
     },
     state::{
         ARRAYS, Column, Length, Orientation, PARTIAL_SUMS, Packed, Params, Position, PositionLow, RotationIterations,
-        Sizes, Spin, State, Velocity, Wall, present,
+        Sizes, Spin, State, Velocity, VelocityLow, Wall, present,
     },
     time_step,
     units::{Quantity, Units, power_of_two},
@@ -60,7 +66,9 @@ impl Setup {
             colors: LEAST_LENGTH,
         };
         memory::check_host(bodies as u64 * memory::BYTES_PER_GRAIN)?;
-        let mut state = State { units, ..State::new(model, sizes, params) };
+        let smallest = assembly.grains.iter().map(|g| g.radius).fold(f64::INFINITY, f64::min);
+        let range = range(&params, &model, smallest);
+        let mut state = State { units, range, ..State::new(model, sizes, params) };
         fill(&mut state, assembly);
         if precision == Precision::Single {
             check_range(&state)?;
@@ -123,7 +131,8 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
     };
     set_relaxation(&mut p, assembly, mean_radius);
     set_quanta(&mut p, assembly, model, largest);
-    set_domain(&mut p, assembly, model, largest);
+    let range = range(&p, model, smallest);
+    set_domain(&mut p, assembly, model, largest, range);
     limit_cells(&mut p, assembly, model.dims());
     // The long way around last, so that what is near in space is near in memory.
     let mut axes = [0, 1, 2];
@@ -147,26 +156,35 @@ fn set_relaxation(p: &mut Params, assembly: &Assembly, mean_radius: f64) {
 
 /// What single precision keeps positions and arms as multiples of.
 fn set_quanta(p: &mut Params, assembly: &Assembly, model: &Model, largest: f64) {
+    let single = model.precision == Precision::Single;
     let arm = |c: &Clump| c.radius * assembly.shapes[c.shape as usize].reach();
     let longest = assembly.clumps.iter().map(arm).fold(0.0, f64::max);
     p.arm_unit = quantum(if longest > 0.0 { longest } else { largest });
     p.inverse_arm_unit = 1.0 / p.arm_unit;
     let reach = landmarks(assembly).map(|x| x.abs().max_element()).fold(0.0, f64::max);
-    p.quantum = quantum(reach + largest);
-    p.inverse_quantum = 1.0 / p.quantum;
-    let shift = |unit: f64| (p.quantum / unit).log2().clamp(0.0, 26.0) as u32;
-    (p.arm_shift, p.arm_shift_fine) = (shift(p.arm_unit), shift(p.arm_unit / 2048.0));
-    let single = model.precision == Precision::Single;
-    // Low parts are at most half a quantum and half a quantum of the period; the rest is for rounding.
-    p.position_slack = 1e-5 * largest + if single { 4.0 * p.quantum } else { 0.0 };
+    set_quantum(p, reach + largest, f64::INFINITY);
+    p.position_slack = 1e-5 * largest + if single { QUANTA_OF_SLACK * p.quantum } else { 0.0 };
+}
+
+/// Radii of the smallest grain from the origin up to which its overlaps have all digits that they need in single
+/// precision, 3e-11 of its radius.
+const FAR: f64 = 16384.0;
+
+/// How far from the origin grains may go.
+fn range(p: &Params, model: &Model, smallest: f64) -> f64 {
+    match model.precision {
+        Precision::Single => extent_of(p.quantum).max(FAR * smallest),
+        Precision::Double => f64::INFINITY,
+    }
 }
 
 /// Faces or periods, and cells that hold a neighbour's reach.
-fn set_domain(p: &mut Params, assembly: &Assembly, model: &Model, largest: f64) {
+fn set_domain(p: &mut Params, assembly: &Assembly, model: &Model, largest: f64, range: f64) {
     let grains = &assembly.grains;
     let single = model.precision == Precision::Single;
     // A hair wider than the reach of the lists, so that rounding cannot hide a neighbour two cells away.
-    let edge = 1.001 * (2.0 * largest + p.margin + p.position_slack);
+    let slack = if single { QUANTA_OF_SLACK * (quantum(range / 4.0) - p.quantum) } else { 0.0 };
+    let edge = 1.001 * (2.0 * largest + p.margin + p.position_slack + slack);
     let domain = &assembly.domain;
     for axis in 0..model.dims() {
         let positions = || grains.iter().map(|g| g.position[axis]);
@@ -182,8 +200,8 @@ fn set_domain(p: &mut Params, assembly: &Assembly, model: &Model, largest: f64) 
             p.cells[axis] = (p.period[axis] / edge).floor().clamp(1.0, 1e6) as u32;
             p.inverse_cell[axis] = f64::from(p.cells[axis]) / p.period[axis];
         } else {
-            p.lower[axis] = lower;
-            p.upper[axis] = upper;
+            p.lower[axis] = lower.max(-range);
+            p.upper[axis] = upper.min(range);
             p.cell_origin[axis] = positions().fold(f64::INFINITY, f64::min);
             let extent = positions().fold(f64::NEG_INFINITY, f64::max) - p.cell_origin[axis];
             p.cells[axis] = ((extent / edge).floor() + 1.0).clamp(1.0, 1e6) as u32;
@@ -261,13 +279,13 @@ pub(super) fn fill(state: &mut State, assembly: &Assembly) {
             state.position[i] = whole;
         }
         state.id[i] = i as u32;
-        state.velocity[i] = Velocity { v: grain.velocity, inverse_mass: if grain.fixed { 0.0 } else { 1.0 / mass } };
+        let inverse_mass = if grain.fixed { 0.0 } else { 1.0 / mass };
+        let start = started(state, grain.velocity, grain.spin, inverse_mass);
+        let (velocity, spin, low) = (&mut state.velocity, &mut state.spin, &mut state.velocity_low);
+        NextVelocities { velocity, spin, low }.store(i, start);
     }
     if state.model.grains == Grains::Clumps {
         fill_clumps(state, assembly);
-    }
-    if state.model.rotation == Rotation::Sphere {
-        state.spin = assembly.grains.iter().map(|g| Spin(g.spin)).collect();
     }
     let single = state.model.precision == Precision::Single;
     let middle = middle(assembly);
@@ -289,6 +307,12 @@ pub(super) fn fill(state: &mut State, assembly: &Assembly) {
     rolling::fill(state, assembly);
 }
 
+/// The velocities at the start, with what single precision leaves out of them.
+fn started(state: &State, v: DVec3, spin: DVec3, inverse_mass: f64) -> Velocities {
+    let rest = Velocity { v: DVec3::ZERO, inverse_mass };
+    Velocities::changed(state, rest, DVec3::ZERO, VelocityLow::default(), [v, spin])
+}
+
 /// The clumps of a scene, and what their members know of them.
 fn fill_clumps(state: &mut State, assembly: &Assembly) {
     let (dimension, precision) = (state.model.dimension, state.model.precision);
@@ -308,9 +332,13 @@ fn fill_clumps(state: &mut State, assembly: &Assembly) {
         };
         let principal = (clump.orientation * shape.frame).normalize();
         state.inverse_moments[c] = Spin(inverse_moments);
-        state.clump_velocity[c] = Velocity { v: clump.velocity, inverse_mass };
         let in_scene = spins_in_scene(&state.model, inverse_moments);
-        state.clump_spin[c] = Spin(if in_scene { clump.spin } else { principal.inverse() * clump.spin });
+        let spin = if in_scene { clump.spin } else { principal.inverse() * clump.spin };
+        let start = started(state, clump.velocity, spin, inverse_mass);
+        (state.clump_velocity[c], state.clump_spin[c]) = (start.velocity, start.spin);
+        if let Some(low) = state.clump_velocity_low.get_mut(c) {
+            *low = start.low;
+        }
         if let Some(gain) = state.spin_increment.get_mut(c) {
             *gain = Spin::default();
         }
@@ -406,6 +434,7 @@ fn check_lanes(
 /// Whether single precision can compute with a number. Bounds that there are none of are infinite, and become the
 /// largest number.
 fn in_range(state: &State, quantity: Quantity, x: f64) -> bool {
+    // What is no number stops the run, and not because of its size.
     let size = (x / state.units.of(quantity)).abs();
     let divides = matches!(
         quantity,
@@ -415,7 +444,7 @@ fn in_range(state: &State, quantity: Quantity, x: f64) -> bool {
             | Quantity::NormalStiffness
             | Quantity::TangentialStiffness
     );
-    size == 0.0 || size.is_infinite() || size <= RANGE && (size >= 1.0 / RANGE || !divides)
+    size == 0.0 || !size.is_finite() || size <= RANGE && (size >= 1.0 / RANGE || !divides)
 }
 
 fn beyond(owner: &str, what: &str, x: f64, quantity: Quantity) -> Error {

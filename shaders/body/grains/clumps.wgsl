@@ -30,6 +30,13 @@ struct RotationIterations {
 /// A step that is not settled after so many rounds is counted.
 const MAX_ITERATIONS = 25u;
 
+/// Δω of a step, rad/s, and the rounds that it took.
+struct SpinIncrement {
+    spin: Spin,
+    rounds: u32,
+    settled: bool,
+}
+
 /// A step of a clump has taken this many.
 fn count_iterations(count: u32, settled: bool) {
     if (count > atomicLoad(&rotation_iterations.most)) {
@@ -63,6 +70,9 @@ fn same_grain(i: u32, j: u32) -> bool {
 fn store_index(member_id: u32, i: u32) {
     index_of_id[member_id] = i;
 }
+
+/// Nothing: members get their velocities from their clump, anew in every step.
+fn permute_velocity_low(i: u32, old: u32) {}
 
 /// How many bodies the grain of body i has.
 fn member_count(i: u32) -> u32 {
@@ -118,14 +128,16 @@ fn orientation_increment(c: u32, here: Clump, w: Spin) -> Orientation {
     return increment + (0.5 * norm_defect(orientation[c], orientation_low_of(c))) * q;
 }
 
-/// A clump moves and turns for a step with these velocities.
-fn move_clump(c: u32, here: Clump, v: Vec, w: Spin) {
-    let point = wrap(displaced(here.center.x, here.center.low, params.dt * v));
+/// A clump changes its velocities by this much, and moves and turns for a step with them.
+fn move_clump(c: u32, here: Clump, change: Vec, spin_change: Spin) {
+    let low = clump_velocity_low_of(c);
+    let v = accelerated(here.velocity.v, low.v, change);
+    let w = accelerated_spin(here.spin, low.spin, spin_change);
+    let point = wrap(displaced(here.center.x, here.center.low, params.dt * v.v));
     center_next[c] = point.x;
     store_center_low(c, point.low);
-    clump_velocity_next[c] = Velocity(v, here.velocity.inverse_mass);
-    clump_spin_next[c] = w;
-    let next = add_rotation(orientation[c], orientation_low_of(c), orientation_increment(c, here, w));
+    store_clump_velocity(c, here, v, w);
+    let next = add_rotation(orientation[c], orientation_low_of(c), orientation_increment(c, here, w.spin));
     orientation_next[c] = next.q;
     store_orientation_low(c, next.low);
 }
@@ -150,14 +162,20 @@ fn place_member(i: u32) -> bool {
     return commit_position(i, position[i], position_low_of(i), point, sqrt(dot(stride, stride)), false);
 }
 
-/// A clump and its members have these velocities next, where they are.
-fn set_clump_velocity(c: u32, here: Clump, v: Vec, w: Spin) {
-    clump_velocity_next[c] = Velocity(v, here.velocity.inverse_mass);
-    clump_spin_next[c] = w;
-    let spin = global_spin(here.inverse_moments, here.orientation, w);
+/// A clump has these velocities next.
+fn store_clump_velocity(c: u32, here: Clump, v: SplitVelocity, w: SplitSpin) {
+    clump_velocity_next[c] = Velocity(v.v, here.velocity.inverse_mass);
+    clump_spin_next[c] = w.spin;
+    store_clump_velocity_low(c, VelocityLow(v.low, w.low));
+}
+
+/// And its members those that belong to them, where they are.
+fn set_clump_velocity(c: u32, here: Clump, v: SplitVelocity, w: SplitSpin) {
+    store_clump_velocity(c, here, v, w);
+    let spin = global_spin(here.inverse_moments, here.orientation, w.spin);
     for (var member_id = first_member[c]; member_id < first_member[c + 1u]; member_id++) {
         let i = index_of_id[member_id];
-        let member_v = v + surface_velocity(spin, arm_of(here.orientation, member_id));
+        let member_v = v.v + surface_velocity(spin, arm_of(here.orientation, member_id));
         velocity_next[i] = Velocity(member_v, here.velocity.inverse_mass);
         store_spin(i, spin);
     }

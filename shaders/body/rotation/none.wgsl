@@ -13,15 +13,15 @@ fn surface_velocity(spin: Spin, arm: Vec) -> Vec {
     return Vec();
 }
 
-fn integrate_sphere_spin(here: Body, torque: Spin) -> Spin {
+fn sphere_spin_change(here: Body, torque: Spin) -> Spin {
     return Spin();
 }
 
-fn half_kick_sphere_spin(here: Body, torque: Spin) -> Spin {
+fn sphere_spin_change_back(here: Body, torque: Spin) -> Spin {
     return Spin();
 }
 
-fn sphere_spin_at_step(here: Body, torque: Spin) -> Spin {
+fn sphere_spin_change_to_step(here: Body, torque: Spin) -> Spin {
     return Spin();
 }
 

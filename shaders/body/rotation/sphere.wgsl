@@ -39,49 +39,50 @@ fn surface_velocity(spin: Spin, arm: Vec) -> Vec {
     return spin_velocity(spin, arm);
 }
 
-/// ω from n - 1/2 to n + 1/2: (2.19) with the acceleration that the moment gives.
-fn integrate_spin(w: Spin, acceleration: Spin) -> Spin {
-    return w + spin_change(w, acceleration);
-}
-
-/// By how much.
+/// Change of ω from n - 1/2 to n + 1/2: (2.19) with the acceleration that the moment gives.
 fn spin_change(w: Spin, acceleration: Spin) -> Spin {
     let half = 0.5 * params.dt * params.damping;
     return (params.dt * acceleration - 2 * half * w) / (1 + half);
 }
 
-/// ω from 0 to -1/2.
-fn half_kick_spin(w: Spin, acceleration: Spin) -> Spin {
-    return w - 0.5 * params.dt * (acceleration - params.damping * w);
+/// From 0 to -1/2.
+fn spin_change_back(w: Spin, acceleration: Spin) -> Spin {
+    return -0.5 * params.dt * (acceleration - params.damping * w);
 }
 
-/// ω from n - 1/2 to n: the inverse of the kick.
-fn spin_half_step(w: Spin, acceleration: Spin) -> Spin {
-    return (w + 0.5 * params.dt * acceleration) / (1 + 0.5 * params.dt * params.damping);
+/// From n - 1/2 to n: the inverse of the kick.
+fn spin_change_to_step(w: Spin, acceleration: Spin) -> Spin {
+    let half = 0.5 * params.dt * params.damping;
+    return (0.5 * params.dt * acceleration - half * w) / (1 + half);
+}
+
+/// Angular acceleration of a sphere, rad/s².
+fn sphere_spin_acceleration(here: Body, torque: Spin) -> Spin {
+    return inverse_inertia(here.position, here.velocity.inverse_mass) * torque;
 }
 
 /// n - 1/2 to n + 1/2.
-fn integrate_sphere_spin(here: Body, torque: Spin) -> Spin {
+fn sphere_spin_change(here: Body, torque: Spin) -> Spin {
     if (here.velocity.inverse_mass == 0) {
-        return here.spin;
+        return Spin();
     }
-    return integrate_spin(here.spin, inverse_inertia(here.position, here.velocity.inverse_mass) * torque);
+    return spin_change(here.spin, sphere_spin_acceleration(here, torque));
 }
 
 /// 0 to -1/2.
-fn half_kick_sphere_spin(here: Body, torque: Spin) -> Spin {
+fn sphere_spin_change_back(here: Body, torque: Spin) -> Spin {
     if (here.velocity.inverse_mass == 0) {
-        return here.spin;
+        return Spin();
     }
-    return half_kick_spin(here.spin, inverse_inertia(here.position, here.velocity.inverse_mass) * torque);
+    return spin_change_back(here.spin, sphere_spin_acceleration(here, torque));
 }
 
-/// n - 1/2 to n: the inverse of the kick.
-fn sphere_spin_at_step(here: Body, torque: Spin) -> Spin {
+/// n - 1/2 to n.
+fn sphere_spin_change_to_step(here: Body, torque: Spin) -> Spin {
     if (here.velocity.inverse_mass == 0) {
-        return here.spin;
+        return Spin();
     }
-    return spin_half_step(here.spin, inverse_inertia(here.position, here.velocity.inverse_mass) * torque);
+    return spin_change_to_step(here.spin, sphere_spin_acceleration(here, torque));
 }
 
 /// Kinetic energy of a spin at step n, J.

@@ -42,8 +42,8 @@ fn energies_of_clump(c: u32) -> Energies {
         return Energies();
     }
     let all = contacts_of_clump(c, here.orientation);
-    let v = velocity_now(here.velocity, all.force);
-    let w = spin_of_clump_now(c, here, all.torque);
+    let v = here.velocity.v + velocity_change_now(here.velocity, all.force);
+    let w = here.spin + clump_spin_change_now(c, here, all.torque);
     let kinetic = 0.5 * dot(v, v) / inverse_mass + clump_spin_energy(here, own_spin(here, w));
     let potential = -dot(params.gravity, here.center.x + here.center.low) / inverse_mass;
     let total = all.force + params.gravity / inverse_mass;

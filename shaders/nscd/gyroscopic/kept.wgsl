@@ -2,22 +2,26 @@
 // Gyroscopic slot: a free clump keeps its angular momentum for a step of contact dynamics. As all else there it is an
 // implicit Euler step: the spin is the one that belongs to the angular momentum when the clump has turned.
 
-/// Spin of a clump at the end of the step if nothing touched it, rad/s along the axes of the scene.
-fn free_spin_of_clump(here: Clump) -> Spin {
-    var w = free_spin_of(here.velocity, here.spin);
+/// Change of the spin of a clump in the step if nothing touched it, along the axes of the scene. It is added up of
+/// changes, because the difference of two spins loses its digits.
+fn free_spin_change_of_clump(here: Clump) -> SpinIncrement {
+    let damped = free_spin_change(here.velocity, here.spin);
     if (all_equal(here.inverse_moments)) {
-        return w;
+        return SpinIncrement(damped, 0u, true);
     }
+    let w = here.spin + damped;
     let momentum = rotate_spin(here.orientation, own_spin(here, w) / here.inverse_moments);
-    var count = 0u;
-    var settled = false;
-    while (!settled && count < MAX_ITERATIONS) {
-        let q = here.orientation + quaternion_product(rotation_increment(0.25 * params.dt * w), here.orientation);
-        let next = rotate_spin(q, here.inverse_moments * rotate_spin(conjugate(q), momentum));
-        settled = !(largest(next - w) > SPIN_TOLERANCE * largest(next));
-        w = next;
-        count++;
+    var free = SpinIncrement(Spin(), 0u, false);
+    while (!free.settled && free.rounds < MAX_ITERATIONS) {
+        let turn = rotation_increment(0.25 * params.dt * (w + free.spin));
+        // The momentum that stays, seen from the axes that turn; the spin that it gives, seen from the scene.
+        let seen = rotated_spin_change(conjugate(turn), momentum);
+        let given = rotate_spin(here.orientation, here.inverse_moments * rotate_spin(conjugate(here.orientation), seen));
+        let next = given + rotated_spin_change(turn, w + given);
+        free.settled = !(largest(next - free.spin) > SPIN_TOLERANCE * largest(w));
+        free.spin = next;
+        free.rounds++;
     }
-    count_iterations(count, settled);
-    return w;
+    free.spin += damped;
+    return free;
 }

@@ -143,7 +143,7 @@ fn kinetic_metric(here: Clump, a: RigidVelocity, b: RigidVelocity) -> Real {
 }
 
 /// From a to b.
-fn velocity_change(a: RigidVelocity, b: RigidVelocity) -> RigidVelocity {
+fn velocity_difference(a: RigidVelocity, b: RigidVelocity) -> RigidVelocity {
     return RigidVelocity(b.v - a.v, b.spin - a.spin);
 }
 
@@ -186,7 +186,7 @@ fn extrapolated_clump(c: u32, q: Orientation) -> RigidVelocity {
     return from_first_member(c, q, extrapolated_velocity[i], extrapolated_spin[i]);
 }
 
-/// Spin now, rad/s: that of the positions.
-fn spin_of_clump_now(c: u32, here: Clump, torque: Spin) -> Spin {
-    return here.spin;
+/// Nothing: spins are those of the positions.
+fn clump_spin_change_now(c: u32, here: Clump, torque: Spin) -> Spin {
+    return Spin();
 }

@@ -49,7 +49,8 @@ struct Response {
 fn response(i: u32, sum: ForceTorque) -> Response {
     let free = free_velocity_of(i);
     let inertia = inverse_inertia(position[i], free.inverse_mass);
-    let spin = free_spin_of(velocity[i], spin_of(i)) + inertia * sum.torque;
+    let w = spin_of(i);
+    let spin = w + free_spin_change(velocity[i], w) + inertia * sum.torque;
     return Response(Velocity(free.v + free.inverse_mass * sum.force, free.inverse_mass), spin, inertia);
 }
 

@@ -3,6 +3,9 @@
 alias Vec = Real2;
 alias Spin = Real;
 alias Whole = vec2<i32>;
+alias WholeSpin = i32;
+alias Bits = vec2<u32>;
+alias SpinBits = u32;
 const DIMENSIONS = 2u;
 
 /// A vector without the padding that arrays of vectors may have.
@@ -17,6 +20,31 @@ fn packed(v: Vec) -> Packed {
 
 fn unpacked(p: Packed) -> Vec {
     return Vec(p.x, p.y);
+}
+
+/// Parts of a unit in the last place that low parts of velocities are counted in.
+const LOW_PARTS: f32 = 0x1p23;
+
+/// So many of them for each component, in 64 bits.
+fn packed_low(parts: Whole) -> vec2<u32> {
+    return bitcast<vec2<u32>>(parts);
+}
+
+fn unpacked_low(bits: vec2<u32>) -> Whole {
+    return bitcast<Whole>(bits);
+}
+
+fn packed_spin_low(parts: WholeSpin) -> vec2<u32> {
+    return vec2<u32>(bitcast<u32>(parts), 0u);
+}
+
+fn unpacked_spin_low(bits: vec2<u32>) -> WholeSpin {
+    return bitcast<WholeSpin>(bits.x);
+}
+
+/// The largest component.
+fn largest_component(v: Vec) -> Real {
+    return max(max(v.x, -v.x), max(v.y, -v.y));
 }
 
 /// ω × R, the second term of (2.6).
@@ -194,4 +222,9 @@ fn largest(w: Spin) -> Real {
 
 fn all_equal(w: Spin) -> bool {
     return true;
+}
+
+/// By how much the turn 1 + gain changes a vector of spin.
+fn rotated_spin_change(gain: Orientation, w: Spin) -> Spin {
+    return 0;
 }

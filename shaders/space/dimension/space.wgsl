@@ -3,6 +3,9 @@
 alias Vec = Real3;
 alias Spin = Real3;
 alias Whole = vec3<i32>;
+alias WholeSpin = vec3<i32>;
+alias Bits = vec3<u32>;
+alias SpinBits = vec3<u32>;
 const DIMENSIONS = 3u;
 
 /// A vector without the padding that arrays of vectors have.
@@ -18,6 +21,34 @@ fn packed(v: Vec) -> Packed {
 
 fn unpacked(p: Packed) -> Vec {
     return Vec(p.x, p.y, p.z);
+}
+
+/// Parts of a unit in the last place that low parts of velocities are counted in: at most one of these units is 21 bits
+/// with its sign.
+const LOW_PARTS: f32 = 0x1p20;
+
+/// So many of them for each component, in 64 bits: 21, 22 and 21 of them.
+fn packed_low(parts: Whole) -> vec2<u32> {
+    let p = bitcast<vec3<u32>>(parts);
+    return vec2<u32>((p.x & 0x1fffffu) | (p.y << 21u), ((p.y >> 11u) & 0x7ffu) | (p.z << 11u));
+}
+
+fn unpacked_low(bits: vec2<u32>) -> Whole {
+    let y = (bits.x >> 21u) | (bits.y << 11u);
+    return bitcast<Whole>(vec3<u32>(bits.x << 11u, y << 10u, bits.y)) >> vec3<u32>(11u, 10u, 11u);
+}
+
+fn packed_spin_low(parts: WholeSpin) -> vec2<u32> {
+    return packed_low(parts);
+}
+
+fn unpacked_spin_low(bits: vec2<u32>) -> WholeSpin {
+    return unpacked_low(bits);
+}
+
+/// The largest component.
+fn largest_component(v: Vec) -> Real {
+    return largest(v);
 }
 
 /// ω × R, the second term of (2.6).
@@ -222,4 +253,9 @@ fn largest(w: Spin) -> Real {
 
 fn all_equal(w: Spin) -> bool {
     return w.x == w.y && w.y == w.z;
+}
+
+/// By how much the turn 1 + gain changes a vector of spin.
+fn rotated_spin_change(gain: Orientation, w: Spin) -> Spin {
+    return arm_increment(gain, w);
 }

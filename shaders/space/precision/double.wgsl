@@ -51,5 +51,26 @@ fn add_rotation(q: Orientation, low: Orientation, step: Orientation) -> SplitOri
     return SplitOrientation(q + step, Orientation());
 }
 
+fn velocity_low_of(i: u32) -> VelocityLow {
+    return VelocityLow();
+}
+
+fn store_velocity_low(i: u32, value: VelocityLow) {}
+
+fn clump_velocity_low_of(c: u32) -> VelocityLow {
+    return VelocityLow();
+}
+
+fn store_clump_velocity_low(c: u32, value: VelocityLow) {}
+
+/// v + step.
+fn accelerated(v: Vec, low: vec2<u32>, step: Vec) -> SplitVelocity {
+    return SplitVelocity(v + step, vec2<u32>());
+}
+
+fn accelerated_spin(w: Spin, low: vec2<u32>, step: Spin) -> SplitSpin {
+    return SplitSpin(w + step, vec2<u32>());
+}
+
 /// Rounds of predictor and corrector end when they change Δω by less than this part of ω.
 const SPIN_TOLERANCE: Real = 1e-12;

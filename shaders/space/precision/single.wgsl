@@ -14,11 +14,12 @@ fn store_position_low(i: u32, value: PositionLow) {
     position_low_next[i] = value;
 }
 
-/// x + low part + step, split anew.
+/// x + low part + step, split anew. The quantum grows where grains go far, so x may be no multiple of it any more.
 fn displaced(x: Vec, low: Vec, step: Vec) -> Point {
-    let y = low + step;
+    let start = params.quantum * round(x * params.inverse_quantum);
+    let y = ((x - start) + low) + step;
     let whole = params.quantum * floor(y * params.inverse_quantum + Vec(0.5));
-    return Point(x + whole, y - whole);
+    return Point(start + whole, y - whole);
 }
 
 /// |d + rest| - (a + b + radii_rest), with the digits that this subtraction would lose: it is (d² - s²) / (d + s), and
@@ -115,6 +116,67 @@ fn add_rotation(q: Orientation, low: Orientation, step: Orientation) -> SplitOri
     let y = low + step;
     let whole = ATTITUDE_QUANTUM * floor(y * INVERSE_ATTITUDE_QUANTUM + Orientation(0.5));
     return SplitOrientation(q + whole, y - whole);
+}
+
+var<storage, read> velocity_low: array<VelocityLow>;            // N
+var<storage, read_write> velocity_low_next: array<VelocityLow>; // N
+var<storage, read> clump_velocity_low: array<VelocityLow>;            // C
+var<storage, read_write> clump_velocity_low_next: array<VelocityLow>; // C
+
+fn velocity_low_of(i: u32) -> VelocityLow {
+    return velocity_low[i];
+}
+
+fn store_velocity_low(i: u32, value: VelocityLow) {
+    velocity_low_next[i] = value;
+}
+
+fn clump_velocity_low_of(c: u32) -> VelocityLow {
+    return clump_velocity_low[c];
+}
+
+fn store_clump_velocity_low(c: u32, value: VelocityLow) {
+    clump_velocity_low_next[c] = value;
+}
+
+/// The unit in the last place of the largest component of a vector, and its inverse. They are powers of two, made of
+/// the bits of the exponent; of very small vectors as of 2^-77.
+struct LastPlace {
+    unit: Real,
+    inverse: Real,
+}
+
+fn last_place(largest: Real) -> LastPlace {
+    let unit = max(bitcast<u32>(largest) & 0x7f800000u, 50u << 23u) - (23u << 23u);
+    return LastPlace(bitcast<f32>(unit), bitcast<f32>((254u << 23u) - unit));
+}
+
+/// v + low part + step, split anew: into a number of f32, which is the velocity that all but this function know, and
+/// what is left of changes too small for its digits, until they amount to one. Velocities that lost them would feel
+/// no slow change, or feel it too much, the same way in every step.
+fn accelerated(v: Vec, low: vec2<u32>, step: Vec) -> SplitVelocity {
+    let sum = v + step;
+    let place = last_place(max(largest_component(sum), 0x1p-20 * largest_component(v)));
+    let whole = place.unit * round(v * place.inverse);
+    let old = last_place(largest_component(v)).unit / LOW_PARTS;
+    let rest = ((v - whole) + old * Vec(unpacked_low(low))) + step;
+    let more = place.unit * round(rest * place.inverse);
+    let next = whole + more;
+    let parts = LOW_PARTS * last_place(largest_component(next)).inverse;
+    return SplitVelocity(next, packed_low(Whole(round(clamp((rest - more) * parts, Vec(1 - LOW_PARTS), Vec(LOW_PARTS - 1))))));
+}
+
+/// The same for a spin.
+fn accelerated_spin(w: Spin, low: vec2<u32>, step: Spin) -> SplitSpin {
+    let sum = w + step;
+    let place = last_place(max(largest(sum), 0x1p-20 * largest(w)));
+    let whole = place.unit * round(w * place.inverse);
+    let old = last_place(largest(w)).unit / LOW_PARTS;
+    let rest = ((w - whole) + old * Spin(unpacked_spin_low(low))) + step;
+    let more = place.unit * round(rest * place.inverse);
+    let next = whole + more;
+    let parts = LOW_PARTS * last_place(largest(next)).inverse;
+    return SplitSpin(next, packed_spin_low(WholeSpin(round(clamp((rest - more) * parts, Spin(1 - LOW_PARTS), Spin(LOW_PARTS - 1))))));
 }
 
 /// Rounds of predictor and corrector end when they change Δω by less than this part of ω.
