@@ -18,10 +18,11 @@ struct Point {
     low: Vec, // m
 }
 
-/// An attitude: in single precision a multiple of some quantum and a low part.
+/// An attitude: in single precision a multiple of some quantum, a low part that is one of a finer quantum, and a rest.
 struct SplitOrientation {
     q: Orientation,
     low: Orientation,
+    rest: Orientation,
 }
 
 struct Velocity {

@@ -122,6 +122,7 @@ impl Simulation {
     /// As [`Simulation::new`].
     pub fn rewind(&mut self) -> Result<()> {
         let Simulation { runner, lists, stepper, assembly, .. } = self;
+        lists.rewind(&mut runner.state.params);
         setup::fill(&mut runner.state, assembly);
         let bodies = [&POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &ID, &WALL];
         let clumps = [
@@ -129,6 +130,9 @@ impl Simulation {
             &CENTER_LOW,
             &ORIENTATION,
             &ORIENTATION_LOW,
+            &ORIENTATION_REST,
+            &VELOCITY_LOW,
+            &CLUMP_VELOCITY_LOW,
             &CLUMP_VELOCITY,
             &CLUMP_SPIN,
             &SPIN_INCREMENT,
@@ -138,7 +142,6 @@ impl Simulation {
         runner.engine.write(&moved, &runner.state)?;
         // Lists without entries leave no history.
         runner.execute(&[Op::Clear(&LIST_START)], 1)?;
-        lists.rewind(&mut runner.state.params);
         runner.step = 0;
         if let Stepper::Nscd(nscd) = stepper {
             nscd.statistics = SolverStatistics::default();

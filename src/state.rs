@@ -123,6 +123,7 @@ record!(
         normal: DVec3,
         velocity: DVec3 [Velocity],
         radius: f64 [Length],
+        radius_low: f64 [Length],
         spin: f64 [Rate],
     }
 );
@@ -624,6 +625,8 @@ state! {
     ORIENTATION_NEXT orientation_next: Orientation, Clumps, Number, "unit quaternion", clumped;
     ORIENTATION_LOW orientation_low: Orientation, Clumps, Number, "beyond f32", single_clumped;
     ORIENTATION_LOW_NEXT orientation_low_next: Orientation, Clumps, Number, "beyond f32", single_clumped;
+    ORIENTATION_REST orientation_rest: Orientation, Clumps, Number, "beyond that", single_clumped;
+    ORIENTATION_REST_NEXT orientation_rest_next: Orientation, Clumps, Number, "beyond that", single_clumped;
     CLUMP_VELOCITY clump_velocity: Velocity, Clumps, -, "", clumped;
     CLUMP_VELOCITY_NEXT clump_velocity_next: Velocity, Clumps, -, "", clumped;
     CLUMP_SPIN clump_spin: Spin, Clumps, Rate, "", clumped;

@@ -143,6 +143,12 @@ fn store_clump_velocity(s: &mut State, c: usize, next: Velocities) {
     }
 }
 
+/// The attitude of clump c with all its parts.
+fn split_orientation(s: &State, c: usize) -> SplitOrientation {
+    let part = |of: &[Orientation]| of.get(c).map_or(DVec4::ZERO, |part| part.0);
+    SplitOrientation { q: s.orientation[c].0, low: part(&s.orientation_low), rest: part(&s.orientation_rest) }
+}
+
 /// What a clump is after a step in which its velocities change by this much.
 pub struct Moved {
     center: Point,
@@ -152,13 +158,12 @@ pub struct Moved {
 
 impl Moved {
     pub fn of(s: &State, c: usize, here: &Clump, change: DVec3, spin_change: DVec3) -> Moved {
-        let low = s.orientation_low.get(c).map_or(DVec4::ZERO, |r| r.0);
         let velocities = changed_clump_velocities(s, c, here, change, spin_change);
         let (v, w) = (velocities.velocity.v, velocities.spin.0);
         Moved {
             center: wrap(s, displaced(s, here.center.x, here.center.low, s.params.dt * v)),
             velocities,
-            orientation: add_rotation(s, s.orientation[c].0, low, orientation_increment(s, c, here, w)),
+            orientation: add_rotation(s, &split_orientation(s, c), orientation_increment(s, c, here, w)),
         }
     }
 
@@ -169,6 +174,7 @@ impl Moved {
         if !s.center_low_next.is_empty() {
             s.center_low_next[c] = self.center.low;
             s.orientation_low_next[c] = Orientation(self.orientation.low);
+            s.orientation_rest_next[c] = Orientation(self.orientation.rest);
         }
     }
 }

@@ -91,8 +91,8 @@ pub fn compare(twin: &State, device: &State, stage: &Stage, array: &Array, undec
             let difference = difference(twin, device);
             return (difference, difference);
         }
-        Some(Rule::Parts { value, low, scale }) if !twin.column(low).is_empty() => {
-            return parts(twin, device, [value, low], scale(twin), masked);
+        Some(Rule::Parts { value, low, scale }) if !twin.column(low[0]).is_empty() => {
+            return parts(twin, device, value, low, scale(twin), masked);
         }
         Some(Rule::Velocities { of, scales }) => {
             return velocities(twin, device, *of, scales(twin), twin.column(array).len(), masked);
@@ -150,15 +150,23 @@ fn sorted(lanes: &[f64], width: usize) -> Vec<f64> {
 
 /// The difference of values with their low parts over a scale: either part alone may differ by a whole unit in the last
 /// place.
-fn parts(twin: &State, device: &State, arrays: [&Array; 2], scale: f64, masked: impl Fn(usize) -> bool) -> (f64, f64) {
-    let [value, low] = arrays.map(|array| {
-        let (twin, device) = (lanes(twin, array), lanes(device, array));
-        twin.into_iter().zip(device).map(|(a, b)| a - b).collect::<Vec<_>>()
-    });
-    let width: usize = twin.column(arrays[0]).widths(twin.model.dims()).iter().sum();
+fn parts(
+    twin: &State,
+    device: &State,
+    value: &Array,
+    low: &[&Array],
+    scale: f64,
+    masked: impl Fn(usize) -> bool,
+) -> (f64, f64) {
+    let mut differences = vec![0.0; lanes(twin, value).len()];
+    for array in [&[value], low].concat() {
+        let both = lanes(twin, array).into_iter().zip(lanes(device, array));
+        differences.iter_mut().zip(both).for_each(|(sum, (a, b))| *sum += a - b);
+    }
+    let width: usize = twin.column(value).widths(twin.model.dims()).iter().sum();
     let (mut worst, mut squares, mut count) = (0.0_f64, 0.0, 0.0_f64);
-    for k in (0..value.len()).filter(|k| !masked(k / width)) {
-        let difference = (value[k] + low[k]).abs();
+    for (_, difference) in differences.iter().enumerate().filter(|(k, _)| !masked(k / width)) {
+        let difference = difference.abs();
         worst = if difference.is_nan() { f64::INFINITY } else { worst.max(difference) };
         squares += difference * difference;
         count += 1.0;

@@ -16,9 +16,9 @@ use glam::DVec3;
 
 /// How an array is compared, if not number by number.
 pub enum Rule {
-    /// A value and what single precision leaves out of it together, over a scale in their unit. In double precision the
+    /// A value and all that single precision leaves out of it together, over a scale in their unit. In double precision the
     /// value stands alone, and is compared as any.
-    Parts { value: &'static Array, low: &'static Array, scale: fn(&State) -> f64 },
+    Parts { value: &'static Array, low: &'static [&'static Array], scale: fn(&State) -> f64 },
     /// Velocity and spin of a row with what single precision leaves out of them, over scales in their units.
     Velocities { of: fn(&State, usize) -> [DVec3; 2], scales: fn(&State) -> [f64; 2] },
     /// Twin and device, in numbers that are relative already.
@@ -29,15 +29,19 @@ pub enum Rule {
 static RULES: &[(&[&Array], Rule)] = &[
     (
         &[&POSITION_LOW_NEXT, &POSITION_NEXT],
-        Rule::Parts { value: &POSITION_NEXT, low: &POSITION_LOW_NEXT, scale: displacement_of_a_body },
+        Rule::Parts { value: &POSITION_NEXT, low: &[&POSITION_LOW_NEXT], scale: displacement_of_a_body },
     ),
     (
         &[&CENTER_LOW_NEXT, &CENTER_NEXT],
-        Rule::Parts { value: &CENTER_NEXT, low: &CENTER_LOW_NEXT, scale: displacement_of_a_clump },
+        Rule::Parts { value: &CENTER_NEXT, low: &[&CENTER_LOW_NEXT], scale: displacement_of_a_clump },
     ),
     (
-        &[&ORIENTATION_LOW_NEXT, &ORIENTATION_NEXT],
-        Rule::Parts { value: &ORIENTATION_NEXT, low: &ORIENTATION_LOW_NEXT, scale: rotation_of_a_clump },
+        &[&ORIENTATION_REST_NEXT, &ORIENTATION_LOW_NEXT, &ORIENTATION_NEXT],
+        Rule::Parts {
+            value: &ORIENTATION_NEXT,
+            low: &[&ORIENTATION_LOW_NEXT, &ORIENTATION_REST_NEXT],
+            scale: rotation_of_a_clump,
+        },
     ),
     (&[&VELOCITY_LOW_NEXT], Rule::Velocities { of: velocities_of_a_body, scales: kicks_of_bodies }),
     (&[&CLUMP_VELOCITY_LOW_NEXT], Rule::Velocities { of: velocities_of_a_clump, scales: kicks_of_clumps }),

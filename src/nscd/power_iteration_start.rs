@@ -3,11 +3,13 @@
 use crate::{
     nscd::{contact::free_velocity, response::grain_of},
     state::{Spin, State, Velocity},
+    units::Quantity,
 };
 use glam::DVec3;
 
 pub fn power_iteration_start(s: &mut State) {
     (s.solver_state[0].lipschitz, s.solver_state[0].beta) = (0.0, 0.0);
+    let unit = s.units.of(Quantity::Velocity);
     for i in 0..s.sizes.bodies {
         let inverse_mass = free_velocity(s, &s.velocity[i]).inverse_mass;
         let mut v = DVec3::ZERO;
@@ -17,7 +19,7 @@ pub fn power_iteration_start(s: &mut State) {
             bits = (bits ^ (bits >> 15)).wrapping_mul(2_246_822_519);
             bits ^= bits >> 13;
             for axis in 0..s.model.dims() {
-                v[axis] = if (bits >> axis) & 1 == 0 { 1.0 } else { -1.0 };
+                v[axis] = if (bits >> axis) & 1 == 0 { unit } else { -unit };
             }
         }
         s.extrapolated_velocity[i] = Velocity { v, inverse_mass };

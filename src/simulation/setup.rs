@@ -20,7 +20,7 @@ use crate::{
     space::{
         boundary::wrap,
         precision::{
-            Point, QUANTA_OF_SLACK, add_rotation, arm_end, extent_of, quantised, quantum, set_quantum, split,
+            Point, QUANTA_OF_SLACK, SplitOrientation, add_rotation, arm_end, extent_of, quantised, quantum, set_quantum, split,
         },
     },
     state::{
@@ -82,7 +82,7 @@ impl Setup {
 const GAP_BAND: f64 = 1e-4;
 
 /// What a device computes in: the mean radius, the mean mass and the step up to which contacts are stable, or the step
-/// where none is.
+/// where none is, or that is not stable.
 fn units(assembly: &Assembly, model: &Model, dt: f64, dt_bound: f64) -> Units {
     let grains = assembly.grains.len() as f64;
     let mass = |g: &Grain| time_step::mass(model.dimension, assembly.materials[g.material as usize].density, g.radius);
@@ -91,7 +91,7 @@ fn units(assembly: &Assembly, model: &Model, dt: f64, dt_bound: f64) -> Units {
     Units {
         length: power_of_two(mean(&|g| g.radius)),
         mass: power_of_two(mean(&mass)),
-        time: power_of_two(if rigid || !dt_bound.is_finite() { dt } else { dt_bound }),
+        time: power_of_two(if rigid || !dt_bound.is_finite() { dt } else { dt_bound.max(dt) }),
         elastic: model.normal == model::Normal::Hertz,
         rates: model.damping == model::Damping::MassScaled,
         rigid,
@@ -297,7 +297,16 @@ pub(super) fn fill(state: &mut State, assembly: &Assembly) {
         };
         let whole = if single { quantised(&state.params, point) } else { point };
         let low = point - whole;
-        *wall = Wall { point: whole, low, normal, velocity: given.velocity, radius, spin: given.spin };
+        let whole_radius = if single { state.units.rounded(Quantity::Length, radius) } else { radius };
+        *wall = Wall {
+            point: whole,
+            low,
+            normal,
+            velocity: given.velocity,
+            radius: whole_radius,
+            radius_low: radius - whole_radius,
+            spin: given.spin,
+        };
     }
     if !state.material.is_empty() {
         let materials = assembly.grains.iter().map(|g| g.material).chain(assembly.walls.iter().map(|w| w.material));
@@ -343,11 +352,12 @@ fn fill_clumps(state: &mut State, assembly: &Assembly) {
             *gain = Spin::default();
         }
         state.rotation_iterations[0] = RotationIterations::default();
-        let turning = add_rotation(state, DVec4::ZERO, DVec4::ZERO, DVec4::from(principal));
+        let turning = add_rotation(state, &SplitOrientation::default(), DVec4::from(principal));
         state.orientation[c] = Orientation(turning.q);
         state.center[c] = clump.position;
         if precision == Precision::Single {
             state.orientation_low[c] = Orientation(turning.low);
+            state.orientation_rest[c] = Orientation(turning.rest);
             state.center[c] = quantised(&state.params, clump.position);
             state.center_low[c] = clump.position - state.center[c];
         }

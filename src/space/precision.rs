@@ -83,11 +83,13 @@ pub fn split(reach: f64) -> f64 {
     2.0_f64.powi(reach.log2().ceil() as i32 - 15)
 }
 
-/// An attitude: in single precision a multiple of a quantum and a low part, quaternions (x, y, z, w).
-#[derive(Clone, Copy, Debug)]
+/// An attitude: in single precision a multiple of a quantum, a low part that is one of a finer quantum, and a rest;
+/// quaternions (x, y, z, w).
+#[derive(Clone, Copy, Debug, Default)]
 pub struct SplitOrientation {
     pub q: DVec4,
     pub low: DVec4,
+    pub rest: DVec4,
 }
 
 /// What attitudes are kept as multiples of: the rest is their low part.
@@ -104,14 +106,20 @@ pub fn arm_end(s: &State, center: Point, q: DVec4, low: DVec4, arm: DVec3) -> Po
     displaced(s, center.x, center.low, rotate(q + low, arm))
 }
 
-/// q + low part + step, split anew.
-pub fn add_rotation(s: &State, q: DVec4, low: DVec4, step: DVec4) -> SplitOrientation {
+/// Low parts are multiples of this.
+const FINE_ATTITUDE_QUANTUM: f64 = 1.0 / (1_u64 << 34) as f64;
+
+/// q + low part + rest + step, split anew.
+pub fn add_rotation(s: &State, from: &SplitOrientation, step: DVec4) -> SplitOrientation {
     match s.model.precision {
-        Precision::Double => SplitOrientation { q: q + step, low: DVec4::ZERO },
+        Precision::Double => SplitOrientation { q: from.q + step, low: DVec4::ZERO, rest: DVec4::ZERO },
         Precision::Single => {
-            let y = low + step;
+            let left = from.rest + step;
+            let units = (left / FINE_ATTITUDE_QUANTUM).to_array().map(f64::round_ties_even);
+            let fine = FINE_ATTITUDE_QUANTUM * DVec4::from_array(units);
+            let y = from.low + fine;
             let whole = ATTITUDE_QUANTUM * (y * (1.0 / ATTITUDE_QUANTUM) + DVec4::splat(0.5)).floor();
-            SplitOrientation { q: q + whole, low: y - whole }
+            SplitOrientation { q: from.q + whole, low: y - whole, rest: left - fine }
         }
     }
 }

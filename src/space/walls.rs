@@ -20,17 +20,22 @@ pub fn wall_separation(wall: &Wall, here: &Position, low: PositionLow) -> Separa
         };
     }
     let arm = horizontal(d + rest);
+    let radius = wall.radius + wall.radius_low;
+    Separation { gap: ((radius - arm.length()) - here.radius) - low.radius, n: outward(arm) }
+}
+
+/// The direction from the axis to the end of an arm.
+fn outward(arm: DVec2) -> DVec3 {
     let distance = arm.length();
-    if distance == 0.0 {
-        return Separation { gap: wall.radius - here.radius, n: first_axis() };
-    }
-    Separation { gap: ((wall.radius - distance) - here.radius) - low.radius, n: from_horizontal(arm / distance) }
+    if distance == 0.0 { first_axis() } else { from_horizontal(arm / distance) }
 }
 
 /// The contact normal when the grain was at `x_before`, a step ago, for the rotation Z of the spring.
 pub fn wall_normal_before(s: &State, wall: &Wall, x_before: DVec3) -> DVec3 {
-    let position = Position { x: x_before + s.params.history_dt * wall.velocity, radius: 0.0 };
-    wall_separation(wall, &position, PositionLow::default()).n
+    if wall.radius == 0.0 {
+        return -wall.normal;
+    }
+    outward(horizontal(x_before + s.params.history_dt * wall.velocity - wall.point))
 }
 
 /// Velocity of the wall's material at a point of its surface, m/s.

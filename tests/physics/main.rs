@@ -15,3 +15,4 @@ mod oblique;
 mod order;
 mod rolling;
 mod sliding;
+mod slow_changes;

@@ -137,9 +137,11 @@ fn move_clump(c: u32, here: Clump, change: Vec, spin_change: Spin) {
     center_next[c] = point.x;
     store_center_low(c, point.low);
     store_clump_velocity(c, here, v, w);
-    let next = add_rotation(orientation[c], orientation_low_of(c), orientation_increment(c, here, w.spin));
+    let increment = orientation_increment(c, here, w.spin);
+    let next = add_rotation(orientation[c], orientation_low_of(c), orientation_rest_of(c), increment);
     orientation_next[c] = next.q;
     store_orientation_low(c, next.low);
+    store_orientation_rest(c, next.rest);
 }
 
 /// A member comes to where its clump is, with the velocity of the middle of the step, when the arm was the mean of what

@@ -16,6 +16,19 @@ fn gap_between(d: Vec, rest: Vec, distance: Real, a: Real, b: Real, radii_rest: 
     return distance - (a + b);
 }
 
+/// From a sphere to the cylinder around it.
+fn gap_in_cylinder(
+    d: Real2,
+    rest: Real2,
+    distance: Real,
+    radius: Real,
+    radius_low: Real,
+    sphere: Real,
+    sphere_low: Real,
+) -> Real {
+    return (radius - distance) - sphere;
+}
+
 fn center_low_of(c: u32) -> Vec {
     return Vec();
 }
@@ -25,6 +38,12 @@ fn store_center_low(c: u32, value: Vec) {}
 fn center_low_next_of(c: u32) -> Vec {
     return Vec();
 }
+
+fn orientation_rest_of(c: u32) -> Orientation {
+    return Orientation();
+}
+
+fn store_orientation_rest(c: u32, value: Orientation) {}
 
 fn orientation_low_of(c: u32) -> Orientation {
     return Orientation();
@@ -47,8 +66,8 @@ fn arm_end(center: Point, q: Orientation, low: Orientation, arm: Vec) -> Point {
 }
 
 /// q + step.
-fn add_rotation(q: Orientation, low: Orientation, step: Orientation) -> SplitOrientation {
-    return SplitOrientation(q + step, Orientation());
+fn add_rotation(q: Orientation, low: Orientation, rest: Orientation, step: Orientation) -> SplitOrientation {
+    return SplitOrientation(q + step, Orientation(), Orientation());
 }
 
 fn velocity_low_of(i: u32) -> VelocityLow {

@@ -38,6 +38,43 @@ fn gap_between(d: Vec, rest: Vec, distance: Real, a: Real, b: Real, radii_rest: 
     return (params.length_unit * (params.length_unit * squares + 2 * mixed) + rests) / (distance + (a + b));
 }
 
+/// From a sphere to the cylinder around it: radius - distance - sphere, with low parts of both radii, by squares as
+/// `gap_between`, but with 24 bits of the lengths as whole numbers, because a vessel may be 10,000 times as wide as an
+/// overlap is deep. d + rest is from the axis to the sphere, distance its length.
+fn gap_in_cylinder(
+    d: Real2,
+    rest: Real2,
+    distance: Real,
+    radius: Real,
+    radius_low: Real,
+    sphere: Real,
+    sphere_low: Real,
+) -> Real {
+    let place = last_place(radius);
+    let d_round = round(d * place.inverse);
+    let sphere_round = round(sphere * place.inverse);
+    // In units of the radius' last place: s is where the sphere's centre would touch, d where it is.
+    let d_rest = ((d - place.unit * d_round) + rest) * place.inverse;
+    let s_rest = ((radius_low - (sphere - place.unit * sphere_round)) - sphere_low) * place.inverse;
+    let s_round = radius * place.inverse - sphere_round;
+    let s = i32(s_round);
+    let c = vec2<i32>(clamp(d_round, Real2(-0x1p26), Real2(0x1p26))); // squares of what is left of 12 bits fit
+    let s_high = s >> 12u;
+    let s_mid = s & 4095;
+    let c_high = c >> vec2<u32>(12u);
+    let c_mid = c & vec2<i32>(4095);
+    let highest = s_high * s_high - dot(c_high, c_high);
+    if (max(highest, -highest) > (1 << 19u)) {
+        return ((radius - distance) - sphere) + (radius_low - sphere_low); // far from it: there is nothing to lose
+    }
+    let upper = highest * 2048 + (s_high * s_mid - dot(c_high, c_mid));
+    let lower = s_mid * s_mid - dot(c_mid, c_mid);
+    let squares = (Real(upper) * 8192 + Real(lower >> 12u) * 4096) + Real(lower & 4095);
+    let mixed = s_round * s_rest - dot(d_round, d_rest);
+    let rests = s_rest * s_rest - dot(d_rest, d_rest);
+    return place.unit * (((squares + 2 * mixed) + rests) / ((radius - sphere) * place.inverse + distance * place.inverse));
+}
+
 var<storage, read> center_low: array<Vec>;                      // C, m
 var<storage, read_write> center_low_next: array<Vec>;           // C
 // C: without it a clump that turns by less than 1e-7 a step would stand still.
@@ -54,6 +91,18 @@ fn store_center_low(c: u32, value: Vec) {
 
 fn center_low_next_of(c: u32) -> Vec {
     return center_low_next[c];
+}
+
+// C: too little to turn anything, until it amounts to a unit of the low part.
+var<storage, read> orientation_rest: array<Orientation>;
+var<storage, read_write> orientation_rest_next: array<Orientation>; // C
+
+fn orientation_rest_of(c: u32) -> Orientation {
+    return orientation_rest[c];
+}
+
+fn store_orientation_rest(c: u32, value: Orientation) {
+    orientation_rest_next[c] = value;
 }
 
 fn orientation_low_of(c: u32) -> Orientation {
@@ -111,11 +160,17 @@ fn parted(count: Whole, unit: Real, shift: u32) -> Point {
     return Point((unit * Real(1 << shift)) * Vec(quanta), unit * Vec(rest));
 }
 
-/// q + low part + step, split anew.
-fn add_rotation(q: Orientation, low: Orientation, step: Orientation) -> SplitOrientation {
-    let y = low + step;
+/// Low parts are multiples of this, which f32 holds exactly.
+const FINE_ATTITUDE_QUANTUM: Real = 0x1p-34;
+const INVERSE_FINE_ATTITUDE_QUANTUM: Real = 0x1p34;
+
+/// q + low part + rest + step, split anew.
+fn add_rotation(q: Orientation, low: Orientation, rest: Orientation, step: Orientation) -> SplitOrientation {
+    let left = rest + step;
+    let fine = FINE_ATTITUDE_QUANTUM * round(left * INVERSE_FINE_ATTITUDE_QUANTUM);
+    let y = low + fine;
     let whole = ATTITUDE_QUANTUM * floor(y * INVERSE_ATTITUDE_QUANTUM + Orientation(0.5));
-    return SplitOrientation(q + whole, y - whole);
+    return SplitOrientation(q + whole, y - whole, left - fine);
 }
 
 var<storage, read> velocity_low: array<VelocityLow>;            // N

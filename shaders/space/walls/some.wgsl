@@ -4,10 +4,11 @@
 
 struct Wall {
     point: Vec,    // m: a point of the plane, or of the axis
-    low: Vec,  // m: what the point has beyond
+    low: Vec,      // m: what the point has beyond
     normal: Vec,   // plane: unit vector towards the grains
     velocity: Vec, // m/s
     radius: Real,  // m: of the cylinder; 0 marks a plane
+    radius_low: Real, // m: what it has beyond
     spin: Real,    // rad/s: of the cylinder about its axis
 }
 
@@ -23,15 +24,34 @@ fn wall_separation(w: u32, here: Position, low: PositionLow) -> Separation {
     }
     let arm = horizontal(d + rest);
     let distance = sqrt(dot(arm, arm));
+    let gap = gap_in_cylinder(
+        horizontal(d),
+        horizontal(rest),
+        distance,
+        s.radius,
+        s.radius_low,
+        here.radius,
+        low.radius,
+    );
+    return Separation(gap, outward(arm));
+}
+
+/// The direction from the axis to the end of an arm.
+fn outward(arm: Real2) -> Vec {
+    let distance = sqrt(dot(arm, arm));
     if (distance == 0) {
-        return Separation(s.radius - here.radius, first_axis());
+        return first_axis();
     }
-    return Separation(((s.radius - distance) - here.radius) - low.radius, from_horizontal(arm / distance));
+    return from_horizontal(arm / distance);
 }
 
 /// The contact normal when the grain was at x_before, a step ago, for the rotation Z of the spring.
 fn wall_normal_before(w: u32, x_before: Vec) -> Vec {
-    return wall_separation(w, Position(x_before + params.history_dt * wall[w].velocity, 0), PositionLow()).n;
+    let s = wall[w];
+    if (s.radius == 0) {
+        return -s.normal;
+    }
+    return outward(horizontal(x_before + params.history_dt * s.velocity - s.point));
 }
 
 /// Velocity of the wall's material at a point of its surface, m/s.
