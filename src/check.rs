@@ -4,6 +4,7 @@
 //! f64); both run the stage; what the device wrote is compared with what the twin wrote, and then adopted by the twin.
 //! So every row of the report is the rounding of one stage, not the drift of a trajectory.
 
+pub mod balance;
 mod compare;
 mod rules;
 
@@ -20,6 +21,7 @@ use crate::{
     stage::{Stage, Tolerance},
     state::{ARRAYS, Array, Length, State, array::*, present},
 };
+use balance::balances;
 use compare::{compare, undecided};
 use serde::Serialize;
 
@@ -40,7 +42,7 @@ pub struct Report {
     pub passed: bool,
 }
 
-/// One array written by one stage, worst over all calls.
+/// One array written by one stage, worst over all calls; or the balance of a quantity over so many steps.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     pub stage: &'static str,
@@ -57,12 +59,12 @@ pub struct Row {
 /// Passes of contact dynamics that are compared in a step.
 const PASSES: u32 = 8;
 
-/// Compare `steps` steps stage by stage, after the device has done `after` steps on its own. Whatever engine `options`
-/// name, both are run.
+/// Compare `steps` steps stage by stage, after the device has done `after` steps on its own; then see over `balance`
+/// more steps of the device that nothing gets lost. Whatever engine `options` name, both are run.
 ///
 /// # Errors
 /// As [`Simulation::new`] on the GPU engine, and whatever stops a run.
-pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64) -> Result<Report> {
+pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64, balance: u64) -> Result<Report> {
     let precision = options.precision;
     let options = Options { engine: EngineChoice::Gpu, ..options };
     let mut simulation = Simulation::new(assembly.clone(), options)?;
@@ -94,15 +96,26 @@ pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64) -> R
         plans.chunk.walk(&mut checker)?;
     }
 
-    let Checker { rows, gpu, .. } = checker;
+    let Checker { mut rows, gpu, .. } = checker;
+    let trajectory = trajectory(&mut simulation, options, steps)?;
+    if balance > 0 {
+        rows.extend(balances(&mut simulation, balance)?.into_iter().map(|b| Row {
+            stage: "balance",
+            array: b.of,
+            worst: b.worst,
+            rms: b.rms,
+            tolerance: b.tolerance,
+            calls: balance,
+            passed: b.holds(),
+        }));
+    }
     let passed = rows.iter().all(|r| r.passed);
-    let trajectory = trajectory(simulation, options, steps)?;
     let precision = precision.label();
     Ok(Report { adapter: gpu.adapter(), precision, steps, after, contacts, rows, trajectory, passed })
 }
 
 /// How far a simulation on the device is from one on the CPU, after so many more steps.
-fn trajectory(mut on_gpu: Simulation, options: Options, steps: u64) -> Result<f64> {
+fn trajectory(on_gpu: &mut Simulation, options: Options, steps: u64) -> Result<f64> {
     on_gpu.advance(steps)?;
     let mut on_cpu = Simulation::new(on_gpu.assembly().clone(), Options { engine: EngineChoice::Cpu, ..options })?;
     on_cpu.advance(on_gpu.step())?;

@@ -6,6 +6,7 @@ pub mod contacts;
 pub mod damping;
 pub mod geometry;
 pub mod history;
+pub mod kicks;
 pub mod law;
 pub mod materials;
 pub mod normal;

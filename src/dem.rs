@@ -10,28 +10,56 @@ pub mod place_members;
 pub mod plan;
 pub mod predictor_corrector;
 
-use crate::{contact::overlap::FORCE_FLOORS, stage::*};
+use crate::{
+    contact::{
+        kicks::{kicks_of_bodies, kicks_of_clumps},
+        law::contact_of,
+        overlap::{largest_force, largest_torque},
+    },
+    stage::*,
+    state::array::*,
+};
+
+/// What contacts do one by one, where they balance.
+const FLOORS: &[Floor] = &[
+    (&[&TANGENTIAL_FORCE, &MEMBER_FORCE], largest_force),
+    (&[&MEMBER_TORQUE, &ROLLING_TORQUE], largest_torque),
+    (&[&VELOCITY_NEXT], |s| kicks_of_bodies(s, contact_of)[0]),
+    (&[&SPIN_NEXT], |s| kicks_of_bodies(s, contact_of)[1]),
+    (&[&DISPLACEMENT], |s| s.params.dt * kicks_of_bodies(s, contact_of)[0]),
+    (&[&CLUMP_VELOCITY_NEXT], |s| kicks_of_clumps(s, contact_of)[0]),
+    (&[&CLUMP_SPIN_NEXT, &SPIN_INCREMENT], |s| kicks_of_clumps(s, contact_of)[1]),
+];
 
 /// Velocities from 0 to -1/2.
-pub static HALF_KICK: Stage = Stage::new("dem", "half_kick", half_kick::half_kick, bodies);
+pub static HALF_KICK: Stage = Stage {
+    check: Check { floors: FLOORS, ..Check::FORCES },
+    ..Stage::new("dem", "half_kick", half_kick::half_kick, bodies)
+};
 
 /// Contact forces and leapfrog: a step.
 pub static ADVANCE: Stage = Stage {
-    check: Check { floors: FORCE_FLOORS, ..Check::FORCES },
+    check: Check { floors: FLOORS, ..Check::FORCES },
     ..Stage::new("dem", "advance", advance::advance, bodies)
 };
 
 /// A step of clumps 1: contact forces on members.
 pub static MEMBER_FORCES: Stage = Stage {
-    check: Check { floors: FORCE_FLOORS, ..Check::FORCES },
+    check: Check { floors: FLOORS, ..Check::FORCES },
     ..Stage::new("dem", "member_forces", member_forces::member_forces, bodies)
 };
 
 /// A step of clumps 2: leapfrog and rotation.
-pub static INTEGRATE_CLUMPS: Stage = Stage::new("dem", "integrate_clumps", integrate_clumps::integrate_clumps, clumps);
+pub static INTEGRATE_CLUMPS: Stage = Stage {
+    check: Check { floors: FLOORS, ..Check::ROUNDING },
+    ..Stage::new("dem", "integrate_clumps", integrate_clumps::integrate_clumps, clumps)
+};
 
 /// A step of clumps 3: members follow.
 pub static PLACE_MEMBERS: Stage = Stage::new("dem", "place_members", place_members::place_members, bodies);
 
 /// Velocities of clumps from 0 to -1/2.
-pub static HALF_KICK_CLUMPS: Stage = Stage::new("dem", "half_kick_clumps", half_kick_clumps::half_kick_clumps, clumps);
+pub static HALF_KICK_CLUMPS: Stage = Stage {
+    check: Check { floors: FLOORS, ..Check::FORCES_ON_CLUMPS },
+    ..Stage::new("dem", "half_kick_clumps", half_kick_clumps::half_kick_clumps, clumps)
+};

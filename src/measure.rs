@@ -18,34 +18,39 @@ pub use analysis::{
     momentum_of_clumps, packing_fraction,
 };
 
+use contacts::contact_of;
+
 use crate::{
-    contact::overlap::FORCE_FLOORS,
-    model::Method,
+    contact::{
+        kicks::{kicks_of_bodies, kicks_of_clumps},
+        overlap::{largest_force, largest_torque},
+    },
     stage::*,
     state::{Element, PARTIAL_SUMS, PartialSums, State, array},
 };
 
-/// Grains that start from rest are at rest again when half a step is taken back.
-const VELOCITY_FLOORS: &[Floor] = &[(&[&array::VELOCITY_NEXT, &array::CLUMP_VELOCITY_NEXT], gravity_in_a_step)];
-
-/// m/s
-fn gravity_in_a_step(s: &State) -> f64 {
-    s.params.dt * s.params.gravity.length()
-}
+/// Grains at rest: what contacts do one by one.
+const FLOORS: &[Floor] = &[
+    (&[&array::FORCE], largest_force),
+    (&[&array::TORQUE], largest_torque),
+    (&[&array::VELOCITY_NEXT], |s| kicks_of_bodies(s, contact_of)[0]),
+    (&[&array::SPIN_NEXT], |s| kicks_of_bodies(s, contact_of)[1]),
+    (&[&array::CLUMP_VELOCITY_NEXT], |s| kicks_of_clumps(s, contact_of)[0]),
+    (&[&array::CLUMP_SPIN_NEXT], |s| kicks_of_clumps(s, contact_of)[1]),
+];
 
 /// Grains at rest balance.
 const SUM_FLOORS: &[MemberFloors] = &[(&array::PARTIAL_SUMS, sums_at_rest)];
 
-/// The energy, J, that gravity gives the heaviest grain in a step, what global damping takes of it, W, and in contact
-/// dynamics the contact forces that balance, N.
+/// The energy, J, that single forces give the heaviest grain in a step, what damping takes of it, W, and the contact
+/// forces that balance, N.
 fn sums_at_rest(s: &State) -> Vec<f64> {
     let lightest = s.velocity.iter().map(|m| m.inverse_mass).filter(|m| *m > 0.0).fold(f64::INFINITY, f64::min);
-    let kinetic = 0.5 * gravity_in_a_step(s).powi(2) / lightest;
-    let contact_force = s.partial_sums.iter().map(|part| part.contact_force).fold(0.0, f64::max);
-    let rigid = s.model.method == Method::ContactDynamics;
-    let net_force = if rigid { contact_force } else { 0.0 };
-    PartialSums { kinetic, net_force, dissipation: 2.0 * s.params.damping * kinetic, ..PartialSums::default() }
-        .lanes(s.model.dims())
+    let gravity = s.params.dt * s.params.gravity.length();
+    let kinetic = 0.5 * gravity.max(kicks_of_bodies(s, contact_of)[0]).powi(2) / lightest;
+    let net_force = s.partial_sums.iter().map(|part| part.contact_force).fold(0.0, f64::max);
+    let dissipation = 2.0 * kinetic * s.params.damping.max(1.0 / s.params.dt);
+    PartialSums { kinetic, net_force, dissipation, ..PartialSums::default() }.lanes(s.model.dims())
 }
 
 /// Sums over grains.
@@ -56,7 +61,7 @@ pub static MEASURE: Stage = Stage {
 
 /// Velocities at the time of the positions.
 pub static SYNCHRONISE: Stage = Stage {
-    check: Check { floors: VELOCITY_FLOORS, ..Check::FORCES },
+    check: Check { floors: FLOORS, ..Check::FORCES },
     ..Stage::new("measure", "synchronise", synchronise::synchronise, bodies)
 };
 
@@ -68,12 +73,12 @@ pub static MEASURE_CLUMPS: Stage = Stage {
 
 /// Velocities of clumps at the time of the positions.
 pub static SYNCHRONISE_CLUMPS: Stage = Stage {
-    check: Check { floors: VELOCITY_FLOORS, ..Check::FORCES_ON_CLUMPS },
+    check: Check { floors: FLOORS, ..Check::FORCES_ON_CLUMPS },
     ..Stage::new("measure", "synchronise_clumps", synchronise_clumps::synchronise_clumps, clumps)
 };
 
 /// Contact forces and moments.
 pub static CONTACT_FORCES: Stage = Stage {
-    check: Check { floors: FORCE_FLOORS, ..Check::FORCES },
+    check: Check { floors: FLOORS, ..Check::FORCES },
     ..Stage::new("measure", "contact_forces", contact_forces::contact_forces, bodies)
 };

@@ -35,7 +35,10 @@ use crate::{stage::*, state::array};
 use rounding::*;
 
 /// Contact dynamics 1: contacts of a step.
-pub static SETUP_CONTACTS: Stage = Stage::new("nscd", "setup_contacts", setup_contacts::setup_contacts, bodies);
+pub static SETUP_CONTACTS: Stage = Stage {
+    check: VELOCITIES,
+    ..Stage::new("nscd", "setup_contacts", setup_contacts::setup_contacts, bodies)
+};
 
 /// Contact dynamics, length of the passes' steps 1: where the power iteration starts.
 pub static POWER_ITERATION_START: Stage =
@@ -79,7 +82,10 @@ pub static SYNC_MEMBERS: Stage =
 pub static SCATTER_IMPULSES: Stage = Stage::new("nscd", "scatter_impulses", scatter_impulses::scatter_impulses, bodies);
 
 /// Colors of contacts 5: velocities without the rounding of the sweeps.
-pub static GATHER_IMPULSES: Stage = Stage::new("nscd", "gather_impulses", gather_impulses::gather_impulses, bodies);
+pub static GATHER_IMPULSES: Stage = Stage {
+    check: VELOCITIES,
+    ..Stage::new("nscd", "gather_impulses", gather_impulses::gather_impulses, bodies)
+};
 
 /// Colors of clumps, after `gather_impulses`: velocities without the rounding of the sweeps.
 pub static REFRESH_MEMBERS: Stage = Stage {
@@ -94,7 +100,8 @@ pub static MOMENTUM_RESTART: Stage = Stage {
 };
 
 /// Contact dynamics 5: velocities, carried ahead by momentum.
-pub static EXTRAPOLATE: Stage = Stage::new("nscd", "extrapolate", extrapolate::extrapolate, bodies);
+pub static EXTRAPOLATE: Stage =
+    Stage { check: VELOCITIES, ..Stage::new("nscd", "extrapolate", extrapolate::extrapolate, bodies) };
 
 /// Contact dynamics 6: residual.
 pub static RESIDUAL: Stage = Stage {
@@ -110,7 +117,8 @@ pub static REDUCE_RESIDUAL: Stage = Stage {
 };
 
 /// Contact dynamics 8: positions.
-pub static MOVE_SPHERES: Stage = Stage::new("nscd", "move_spheres", move_spheres::move_spheres, bodies);
+pub static MOVE_SPHERES: Stage =
+    Stage { check: VELOCITIES, ..Stage::new("nscd", "move_spheres", move_spheres::move_spheres, bodies) };
 
 /// Contact dynamics of clumps 0: velocities if nothing touched.
 pub static FREE_VELOCITIES: Stage = Stage::new("nscd", "free_velocities", free_velocities::free_velocities, clumps);

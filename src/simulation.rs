@@ -26,7 +26,7 @@ use crate::{
     plan::Op,
     plans::Plans,
     scene::{Assembly, Method},
-    state::{Array, Sizes, State, array::*, present},
+    state::{Array, Params, Sizes, State, array::*, present},
 };
 use lists::NeighbourLists;
 use nscd::Nscd;
@@ -225,6 +225,9 @@ impl Simulation {
     /// One line: which engine was taken, and why.
     pub fn notice(&self) -> &str {
         &self.notice
+    }
+    pub(crate) fn params(&self) -> &Params {
+        &self.runner.state.params
     }
     /// s
     pub fn dt(&self) -> f64 {

@@ -222,7 +222,7 @@ fn twins_agree(precision: Precision, arrays: Arrays) {
     for (k, model) in covering(precision).into_iter().enumerate() {
         let scene = random_scene(&model, k as u64);
         assert_eq!(Model::of(&scene, precision), model, "the scene must ask for the model it is made for");
-        let report: Result<Report> = check(&scene, Options { precision, arrays, ..Options::default() }, 3, 3);
+        let report: Result<Report> = check(&scene, Options { precision, arrays, ..Options::default() }, 3, 3, 0);
         match report {
             Err(e) if packstone::gpu::adapters().is_empty() && without_gpu(&e) => return,
             Err(e) if e.to_string().contains("has no images for arrays") => return println!("skipped: {e}"),

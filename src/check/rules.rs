@@ -1,12 +1,7 @@
 //! Arrays that are compared by a rule of their own, whatever stage writes them.
 
 use crate::{
-    body::{
-        bodies::body,
-        grains::{clump, member_ids},
-        rotation::inverse_inertia,
-    },
-    contact::contacts::closed_contacts,
+    contact::kicks::{kicks_of_bodies, kicks_of_clumps},
     measure::contacts::contact_of,
     space::precision::{low_of, spin_low_of},
     state::{Array, Counters, State, VelocityLow, array::*},
@@ -43,8 +38,8 @@ static RULES: &[(&[&Array], Rule)] = &[
             scale: rotation_of_a_clump,
         },
     ),
-    (&[&VELOCITY_LOW_NEXT], Rule::Velocities { of: velocities_of_a_body, scales: kicks_of_bodies }),
-    (&[&CLUMP_VELOCITY_LOW_NEXT], Rule::Velocities { of: velocities_of_a_clump, scales: kicks_of_clumps }),
+    (&[&VELOCITY_LOW_NEXT], Rule::Velocities { of: velocities_of_a_body, scales: |s| kicks_of_bodies(s, contact_of) }),
+    (&[&CLUMP_VELOCITY_LOW_NEXT], Rule::Velocities { of: velocities_of_a_clump, scales: |s| kicks_of_clumps(s, contact_of) }),
     (&[&COUNTERS], Rule::Records(counters)),
     (&[&ROTATION_ITERATIONS], Rule::Records(rotation_iterations)),
 ];
@@ -59,7 +54,7 @@ fn displacement_of_a_body(s: &State) -> f64 {
     let displacement = s.velocity_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * s.params.dt;
     // Members of clumps are put at the ends of arms, anew in every step, with 34 bits of the longest of these.
     let arm = s.member_offset.iter().map(|arm| arm.0.length()).fold(0.0, f64::max);
-    displacement.max(arm * 2f64.powi(-15)).max(s.params.quantum / 64.0)
+    displacement.max(arm * 2f64.powi(-15)).max(s.params.quantum / 64.0).max(kicks_of_bodies(s, contact_of)[0] * s.params.dt)
 }
 
 /// The same for centres of clumps.
@@ -87,52 +82,6 @@ fn velocities_of_a_clump(s: &State, c: usize) -> [DVec3; 2] {
 
 fn with_low(s: &State, v: DVec3, w: DVec3, low: VelocityLow) -> [DVec3; 2] {
     [v + low_of(s, Quantity::Velocity, v, low.v), w + spin_low_of(s, w, low.spin)]
-}
-
-/// The largest that any of the forces on a body does to its velocity and its spin in a step: what must not be lost, and
-/// what sums of forces of either sign are rounded by.
-fn kicks_of_bodies(s: &State) -> [f64; 2] {
-    let of_body = |i: usize| {
-        let here = body(s, i);
-        let forces = closed_contacts(s, i, &here, contact_of).map(|(_, contact)| contact.force.length());
-        let (force, inverse_mass) = (forces.sum::<f64>(), here.velocity.inverse_mass);
-        let inertia = inverse_inertia(s, &here.position, inverse_mass);
-        kick(s, [inverse_mass * force, inertia * here.position.radius * force], [here.velocity.v, here.spin])
-    };
-    (0..s.sizes.bodies).map(of_body).fold([0.0; 2], larger)
-}
-
-/// The same of clumps.
-fn kicks_of_clumps(s: &State) -> [f64; 2] {
-    let of_clump = |c: usize| {
-        let here = clump(s, c);
-        let (mut force, mut torque) = (0.0, 0.0);
-        for member_id in member_ids(s, c) {
-            let i = s.index_of_id[member_id] as usize;
-            let arm = s.member_offset[member_id].0.length() + s.position[i].radius;
-            for (_, contact) in closed_contacts(s, i, &body(s, i), contact_of) {
-                force += contact.force.length();
-                torque += arm * contact.force.length();
-            }
-        }
-        let inertia = here.inverse_moments.max_element();
-        // Products of angular velocities too.
-        let gyration = here.inverse_moments.max_element() / here.inverse_moments.min_element();
-        let spinning = if gyration.is_finite() { gyration * here.spin.length_squared() } else { 0.0 };
-        kick(s, [here.velocity.inverse_mass * force, inertia * torque + spinning], [here.velocity.v, here.spin])
-    };
-    (0..s.sizes.clumps).map(of_clump).fold([0.0; 2], larger)
-}
-
-/// By accelerations of contacts, gravity and damping.
-fn kick(s: &State, accelerations: [f64; 2], velocities: [DVec3; 2]) -> [f64; 2] {
-    let p = &s.params;
-    let [v, w] = velocities.map(|v| p.damping * v.length());
-    [p.dt * (accelerations[0] + p.gravity.length() + v), p.dt * (accelerations[1] + w)]
-}
-
-fn larger(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
-    [a[0].max(b[0]), a[1].max(b[1])]
 }
 
 /// Flags must agree; the displacement is a number behind its bits.

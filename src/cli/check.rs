@@ -17,6 +17,10 @@ pub struct CheckArgs {
     /// Steps to do before, so that there are contacts to compare
     #[arg(long, default_value_t = 0)]
     after: u64,
+    /// Steps over which paths, momentum and energy have to balance; 0 for none, fewer by themselves if there are many
+    /// grains
+    #[arg(long, value_name = "STEPS")]
+    balance: Option<u64>,
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
@@ -24,7 +28,10 @@ pub struct CheckArgs {
 
 pub fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     let (_, assembly) = args.scene.load(&[])?;
-    let report = check::check(&assembly, args.scene.options(), args.after, args.steps)?;
+    // Forces are read after every step.
+    let affordable = (2_000_000 / assembly.grains.len() as u64).clamp(50, 1000);
+    let balance = args.balance.unwrap_or(affordable);
+    let report = check::check(&assembly, args.scene.options(), args.after, args.steps, balance)?;
     if args.json {
         say(serde_json::to_string_pretty(&report)?);
     } else {

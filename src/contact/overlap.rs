@@ -8,8 +8,7 @@ use super::{
 };
 use crate::{
     space::{precision::position_low_of, walls::wall_separation},
-    stage::Floor,
-    state::{INDEX, NONE, State, array::*},
+    state::{INDEX, NONE, State},
 };
 
 /// Two surfaces.
@@ -46,19 +45,13 @@ pub fn deepest(s: &State) -> f64 {
     (0..s.sizes.bodies).flat_map(|i| overlaps(s, i)).map(|o| o.relative).fold(0.0, f64::max)
 }
 
-/// What a contact makes inherits the rounding of its normal force, however small it is itself: at rest, forces of many
-/// times a grain's weight balance to it.
-pub const FORCE_FLOORS: &[Floor] = &[
-    (&[&FORCE, &TANGENTIAL_FORCE, &MEMBER_FORCE], largest_force),
-    (&[&TORQUE, &MEMBER_TORQUE, &ROLLING_TORQUE], largest_torque),
-];
-
-/// N
-fn largest_force(s: &State) -> f64 {
+/// The largest, N. What a contact makes inherits the rounding of its normal force, however small it is itself: at rest,
+/// forces of many times a grain's weight balance to it.
+pub fn largest_force(s: &State) -> f64 {
     (0..s.sizes.bodies).flat_map(|i| overlaps(s, i)).map(|o| o.force).fold(0.0, f64::max)
 }
 
 /// N m
-fn largest_torque(s: &State) -> f64 {
+pub fn largest_torque(s: &State) -> f64 {
     largest_force(s) * s.position.iter().map(|p| p.radius).fold(0.0, f64::max)
 }

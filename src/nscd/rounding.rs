@@ -1,12 +1,30 @@
 //! What rounding may do to a step of contact dynamics: for `check`.
 
+use super::contact::contact_of;
 use crate::{
+    contact::kicks::kicks_of_bodies,
     stage::{Check, Floor, Tolerance},
     state::{Element, ResidualSums, State, Velocity, array::*},
 };
 
+/// What impulses do one by one, where they balance.
+pub const FLOORS: &[Floor] = &[
+    (&[&PASS_VELOCITY, &PASS_VELOCITY_BEFORE, &EXTRAPOLATED_VELOCITY, &VELOCITY_NEXT], kick),
+    (&[&PASS_SPIN, &PASS_SPIN_BEFORE, &EXTRAPOLATED_SPIN, &SPIN_NEXT], |s| kicks_of_bodies(s, contact_of)[1]),
+    (&[&DISPLACEMENT], |s| s.params.dt * kick(s)),
+];
+
+/// m/s
+fn kick(s: &State) -> f64 {
+    kicks_of_bodies(s, contact_of)[0]
+}
+
+/// Of velocities.
+pub const VELOCITIES: Check = Check { floors: FLOORS, ..Check::ROUNDING };
+
 /// Sums over contacts that are solved.
 pub const SUMS: Check = Check {
+    floors: FLOORS,
     tolerance: Tolerance::Cancellation(&RESIDUAL_SUMS),
     member_floors: &[(&RESIDUAL_SUMS, sums_of_solved_contacts)],
     ..Check::ROUNDING
@@ -15,12 +33,14 @@ pub const SUMS: Check = Check {
 /// The square of the rounding of velocities, (m/s)², and the energy of that, J. Friction at the Coulomb limit is beyond
 /// it by a rounding of the normal impulses.
 fn sums_of_solved_contacts(s: &State) -> Vec<f64> {
-    let squares = |of: fn(&Velocity) -> f64| {
+    let kick = kick(s).powi(2);
+    let squares = |of: &dyn Fn(&Velocity) -> f64| {
         s.extrapolated_velocity.iter().map(of).fold(0.0, f64::max) * s.model.precision.epsilon()
     };
-    let energy = squares(|m| if m.inverse_mass == 0.0 { 0.0 } else { m.v.length_squared() / m.inverse_mass });
+    let square = |m: &Velocity| m.v.length_squared().max(kick);
+    let energy = squares(&|m| if m.inverse_mass == 0.0 { 0.0 } else { square(m) / m.inverse_mass });
     let sums = ResidualSums {
-        residual_squared: squares(|m| m.v.length_squared()),
+        residual_squared: squares(&square),
         restart_criterion: energy,
         curvature: energy,
         step_squared: energy,
