@@ -35,10 +35,8 @@ use crate::{stage::*, state::array};
 use rounding::*;
 
 /// Contact dynamics 1: contacts of a step.
-pub static SETUP_CONTACTS: Stage = Stage {
-    check: VELOCITIES,
-    ..Stage::new("nscd", "setup_contacts", setup_contacts::setup_contacts, bodies)
-};
+pub static SETUP_CONTACTS: Stage =
+    Stage { check: VELOCITIES, ..Stage::new("nscd", "setup_contacts", setup_contacts::setup_contacts, bodies) };
 
 /// Contact dynamics, length of the passes' steps 1: where the power iteration starts.
 pub static POWER_ITERATION_START: Stage =
@@ -82,10 +80,8 @@ pub static SYNC_MEMBERS: Stage =
 pub static SCATTER_IMPULSES: Stage = Stage::new("nscd", "scatter_impulses", scatter_impulses::scatter_impulses, bodies);
 
 /// Colors of contacts 5: velocities without the rounding of the sweeps.
-pub static GATHER_IMPULSES: Stage = Stage {
-    check: VELOCITIES,
-    ..Stage::new("nscd", "gather_impulses", gather_impulses::gather_impulses, bodies)
-};
+pub static GATHER_IMPULSES: Stage =
+    Stage { check: VELOCITIES, ..Stage::new("nscd", "gather_impulses", gather_impulses::gather_impulses, bodies) };
 
 /// Colors of clumps, after `gather_impulses`: velocities without the rounding of the sweeps.
 pub static REFRESH_MEMBERS: Stage = Stage {

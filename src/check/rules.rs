@@ -39,7 +39,10 @@ static RULES: &[(&[&Array], Rule)] = &[
         },
     ),
     (&[&VELOCITY_LOW_NEXT], Rule::Velocities { of: velocities_of_a_body, scales: |s| kicks_of_bodies(s, contact_of) }),
-    (&[&CLUMP_VELOCITY_LOW_NEXT], Rule::Velocities { of: velocities_of_a_clump, scales: |s| kicks_of_clumps(s, contact_of) }),
+    (
+        &[&CLUMP_VELOCITY_LOW_NEXT],
+        Rule::Velocities { of: velocities_of_a_clump, scales: |s| kicks_of_clumps(s, contact_of) },
+    ),
     (&[&COUNTERS], Rule::Records(counters)),
     (&[&ROTATION_ITERATIONS], Rule::Records(rotation_iterations)),
 ];
@@ -54,7 +57,10 @@ fn displacement_of_a_body(s: &State) -> f64 {
     let displacement = s.velocity_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * s.params.dt;
     // Members of clumps are put at the ends of arms, anew in every step, with 34 bits of the longest of these.
     let arm = s.member_offset.iter().map(|arm| arm.0.length()).fold(0.0, f64::max);
-    displacement.max(arm * 2f64.powi(-15)).max(s.params.quantum / 64.0).max(kicks_of_bodies(s, contact_of)[0] * s.params.dt)
+    displacement
+        .max(arm * 2f64.powi(-15))
+        .max(s.params.quantum / 64.0)
+        .max(kicks_of_bodies(s, contact_of)[0] * s.params.dt)
 }
 
 /// The same for centres of clumps.

@@ -59,11 +59,8 @@ pub fn change_all_velocities(
         changed_velocities(s, i, &here, change, spin_change)
     };
     let values: Vec<_> = (0..s.sizes.bodies).into_par_iter().map(of_body).collect();
-    let mut next = NextVelocities {
-        velocity: &mut s.velocity_next,
-        spin: &mut s.spin_next,
-        low: &mut s.velocity_low_next,
-    };
+    let mut next =
+        NextVelocities { velocity: &mut s.velocity_next, spin: &mut s.spin_next, low: &mut s.velocity_low_next };
     values.into_iter().enumerate().for_each(|(i, changed)| next.store(i, changed));
 }
 

@@ -45,11 +45,12 @@ pub fn advance(s: &mut State) {
         .zip(by_body(&mut spin, s))
         .zip(by_body(&mut velocity_low, s))
         .zip(by_body(&mut displacement, s));
-    let work = |s: &State, k: usize, (((((position, low), velocity), spin), velocity_low), displacement), lists: Lists| {
-        let velocities = NextVelocities { velocity, spin, low: velocity_low };
-        let block = Block { next: NextPositions { position, low, displacement }, velocities, lists };
-        Arch::new().dispatch(Work { s, first: k * BLOCK, block })
-    };
+    let work =
+        |s: &State, k: usize, (((((position, low), velocity), spin), velocity_low), displacement), lists: Lists| {
+            let velocities = NextVelocities { velocity, spin, low: velocity_low };
+            let block = Block { next: NextPositions { position, low, displacement }, velocities, lists };
+            Arch::new().dispatch(Work { s, first: k * BLOCK, block })
+        };
     let limits = with_lists(s, blocks, work, Limits::and, Limits::default);
     (s.position_next, s.position_low_next, s.velocity_next, s.spin_next) = (position, low, velocity, spin);
     (s.velocity_low_next, s.displacement) = (velocity_low, displacement);

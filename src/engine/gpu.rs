@@ -442,8 +442,7 @@ impl Engine for Gpu {
             colors: len(&array::COLOR_COUNT),
             ..*params
         };
-        let bytes =
-            self.layouts.params.encode(1, &self.params_units, |sink| params.put(self.dims, &mut |x| sink(x)));
+        let bytes = self.layouts.params.encode(1, &self.params_units, |sink| params.put(self.dims, &mut |x| sink(x)));
         self.device.queue.write_buffer(&self.params, 0, &bytes);
         if self.times.is_some() {
             let watch = Stopwatch::new(&self.device)?;

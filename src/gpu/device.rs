@@ -174,7 +174,7 @@ impl Device {
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
-            size: bytes.next_multiple_of(4).max(16),
+            size: bytes.next_multiple_of(4).max(4),
             usage,
             mapped_at_creation: false,
         });

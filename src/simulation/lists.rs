@@ -3,9 +3,9 @@
 use super::{options::Options, runner::Runner};
 use crate::{
     error::{Error, Result},
+    model::Precision,
     plan::{Driver, Loop, Op},
     plans::Plans,
-    model::Precision,
     scene::{Assembly, Wall},
     space::precision::{extent_of, follow_extent, quantum},
     state::{ARRAYS, Array, Counters, Length, Params, State},

@@ -20,7 +20,8 @@ use crate::{
     space::{
         boundary::wrap,
         precision::{
-            Point, QUANTA_OF_SLACK, SplitOrientation, add_rotation, arm_end, extent_of, quantised, quantum, set_quantum, split,
+            Point, QUANTA_OF_SLACK, SplitOrientation, add_rotation, arm_end, extent_of, quantised, quantum,
+            set_quantum, split,
         },
     },
     state::{
@@ -270,8 +271,7 @@ pub(super) fn fill(state: &mut State, assembly: &Assembly) {
         let mass = time_step::mass(dimension, density, grain.radius);
         state.position[i] = Position { x: grain.position, radius: grain.radius };
         if let Some(low) = state.position_low.get_mut(i) {
-            let whole =
-                Position {
+            let whole = Position {
                 x: quantised(&state.params, grain.position),
                 radius: state.units.rounded(Quantity::Length, grain.radius),
             };
@@ -406,7 +406,12 @@ fn check_range(state: &State) -> Result<()> {
         for (i, (position, velocity)) in state.position.iter().zip(&state.velocity).enumerate() {
             let inertia = inverse_inertia(state, position, velocity.inverse_mass);
             if !in_range(state, Quantity::InverseInertia, inertia) {
-                return Err(beyond(&format!("grain {i}"), "inverse moment of inertia", inertia, Quantity::InverseInertia));
+                return Err(beyond(
+                    &format!("grain {i}"),
+                    "inverse moment of inertia",
+                    inertia,
+                    Quantity::InverseInertia,
+                ));
             }
         }
     }

@@ -13,6 +13,7 @@ mod impact;
 mod moving_walls;
 mod oblique;
 mod order;
+mod range;
 mod rolling;
 mod sliding;
 mod slow_changes;

@@ -30,7 +30,8 @@ pub fn free_body(bench: Bench, length: Length) -> Vec<Figure> {
     for _ in 0..10 {
         simulation.advance(steps / 10).unwrap();
         let (e, l) = state(&simulation.clumps().unwrap()[0]);
-        let kept = present(simulation.model(), &[&array::ORIENTATION, &array::ORIENTATION_LOW, &array::ORIENTATION_REST]);
+        let kept =
+            present(simulation.model(), &[&array::ORIENTATION, &array::ORIENTATION_LOW, &array::ORIENTATION_REST]);
         let s = simulation.read(&kept).unwrap();
         norm = worse(norm, grains::clump(s, 0).orientation.length() - 1.0);
         energies = worse(energies, e / energy - 1.0);
