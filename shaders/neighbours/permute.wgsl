@@ -10,8 +10,9 @@ fn permute(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
     }
     let old = sorted[i];
     let here = body(old);
-    position_next[i] = here.position;
-    store_position_low(i, here.low);
+    let point = requantised(here.position.x, here.low.x);
+    position_next[i] = Position(point.x, here.position.radius);
+    store_position_low(i, PositionLow(point.low, here.low.radius));
     velocity_next[i] = here.velocity;
     store_spin(i, here.spin);
     permute_velocity_low(i, old);

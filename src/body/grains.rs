@@ -5,7 +5,7 @@ use crate::{
     space::{
         boundary::wrap,
         dimension::{all_equal, conjugate, moment, quaternion_product, rotate, rotation_increment},
-        precision::{Point, SplitOrientation, add_rotation, displaced, norm_defect},
+        precision::{Point, SplitOrientation, add_rotation, displaced, norm_defect, requantised},
     },
 };
 use crate::{
@@ -160,8 +160,9 @@ impl Moved {
     pub fn of(s: &State, c: usize, here: &Clump, change: DVec3, spin_change: DVec3) -> Moved {
         let velocities = changed_clump_velocities(s, c, here, change, spin_change);
         let (v, w) = (velocities.velocity.v, velocities.spin.0);
+        let start = requantised(s, here.center);
         Moved {
-            center: wrap(s, displaced(s, here.center.x, here.center.low, s.params.dt * v)),
+            center: wrap(s, displaced(s, start.x, start.low, s.params.dt * v)),
             velocities,
             orientation: add_rotation(s, &split_orientation(s, c), orientation_increment(s, c, here, w)),
         }

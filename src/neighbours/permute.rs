@@ -2,6 +2,7 @@
 
 use crate::{
     model::Grains,
+    space::precision::{Point, requantised},
     state::{Element, State},
 };
 use rayon::prelude::*;
@@ -9,6 +10,10 @@ use rayon::prelude::*;
 pub fn permute(s: &mut State) {
     gather(&mut s.position_next, &s.position, &s.sorted);
     gather(&mut s.position_low_next, &s.position_low, &s.sorted);
+    for i in 0..s.position_low_next.len() {
+        let point = requantised(s, Point { x: s.position_next[i].x, low: s.position_low_next[i].x });
+        (s.position_next[i].x, s.position_low_next[i].x) = (point.x, point.low);
+    }
     gather(&mut s.velocity_next, &s.velocity, &s.sorted);
     gather(&mut s.spin_next, &s.spin, &s.sorted);
     gather(&mut s.velocity_low_next, &s.velocity_low, &s.sorted);

@@ -34,10 +34,21 @@ pub fn displaced(s: &State, x: DVec3, low: DVec3, step: DVec3) -> Point {
     match s.model.precision {
         Precision::Double => Point { x: x + step, low: DVec3::ZERO },
         Precision::Single => {
-            let start = quantised(&s.params, x);
-            let y = ((x - start) + low) + step;
+            let y = low + step;
             let whole = quantised(&s.params, y);
-            Point { x: start + whole, low: y - whole }
+            Point { x: x + whole, low: y - whole }
+        }
+    }
+}
+
+/// x + low part, split anew: the quantum grows where grains go far, and x may be no multiple of it any more. Bodies see
+/// to that when they are sorted, before which it may grow.
+pub fn requantised(s: &State, Point { x, low }: Point) -> Point {
+    match s.model.precision {
+        Precision::Double => Point { x, low },
+        Precision::Single => {
+            let whole = quantised(&s.params, x);
+            displaced(s, whole, (x - whole) + low, DVec3::ZERO)
         }
     }
 }
@@ -127,24 +138,24 @@ pub fn add_rotation(s: &State, from: &SplitOrientation, step: DVec4) -> SplitOri
 /// Parts of a unit in the last place that low parts of velocities are counted in.
 fn low_parts(dimension: Dimension) -> f64 {
     match dimension {
-        Dimension::Plane => 2.0_f64.powi(23),
-        Dimension::Space => 2.0_f64.powi(20),
+        Dimension::Plane => 2.0_f64.powi(20),
+        Dimension::Space => 2.0_f64.powi(20) - 2.0,
     }
 }
 
-/// So many of them for each component, in 64 bits: 32 each in the plane, where a spin has one, and 21, 22 and 21 in
+/// So many of them for each component, in 64 bits: 22 of each in the plane, where a spin has one, and 21, 22 and 21 in
 /// space.
 fn packed_low(dimension: Dimension, parts: IVec3) -> LowBits {
     let [x, y, z] = parts.to_array().map(|part| part as u32);
     match dimension {
-        Dimension::Plane => LowBits([x, y]),
+        Dimension::Plane => LowBits([x & 0x3f_ffff, y & 0x3f_ffff]),
         Dimension::Space => LowBits([(x & 0x1f_ffff) | (y << 21), ((y >> 11) & 0x7ff) | (z << 11)]),
     }
 }
 
 fn unpacked_low(dimension: Dimension, LowBits([a, b]): LowBits) -> IVec3 {
     match dimension {
-        Dimension::Plane => IVec3::new(a as i32, b as i32, 0),
+        Dimension::Plane => IVec3::new((a << 10) as i32 >> 10, (b << 10) as i32 >> 10, 0),
         Dimension::Space => {
             let y = (a >> 21) | (b << 11);
             IVec3::new((a << 11) as i32 >> 11, (y << 10) as i32 >> 10, b as i32 >> 11)
@@ -187,7 +198,7 @@ fn split_sum(s: &State, quantity: Quantity, v: DVec3, low: LowBits, step: DVec3)
     let (value, rest) = rounded_sum(s, quantity, v, low_of(s, quantity, v, low), step);
     let parts = low_parts(s.model.dimension);
     let count = rest / last_place(largest(value), s.units.of(quantity)) * parts;
-    let most = DVec3::splat(parts - 1.0);
+    let most = DVec3::splat(parts);
     let count = count.clamp(-most, most).to_array().map(|x| x.round_ties_even() as i32);
     Split { value, low: packed_low(s.model.dimension, IVec3::from_array(count)) }
 }

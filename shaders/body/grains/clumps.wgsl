@@ -133,7 +133,8 @@ fn move_clump(c: u32, here: Clump, change: Vec, spin_change: Spin) {
     let low = clump_velocity_low_of(c);
     let v = accelerated(here.velocity.v, low.v, change);
     let w = accelerated_spin(here.spin, low.spin, spin_change);
-    let point = wrap(displaced(here.center.x, here.center.low, params.dt * v.v));
+    let start = requantised(here.center.x, here.center.low);
+    let point = wrap(displaced(start.x, start.low, params.dt * v.v));
     center_next[c] = point.x;
     store_center_low(c, point.low);
     store_clump_velocity(c, here, v, w);

@@ -23,23 +23,23 @@ fn unpacked(p: Packed) -> Vec {
 }
 
 /// Parts of a unit in the last place that low parts of velocities are counted in.
-const LOW_PARTS: f32 = 0x1p23;
+const LOW_PARTS: f32 = 0x1p20;
 
-/// So many of them for each component, in 64 bits.
-fn packed_low(parts: Whole) -> vec2<u32> {
-    return bitcast<vec2<u32>>(parts);
+/// So many of them for each component, in the lowest 22 bits.
+fn packed_low(parts: Bits) -> vec2<u32> {
+    return parts;
 }
 
 fn unpacked_low(bits: vec2<u32>) -> Whole {
-    return bitcast<Whole>(bits);
+    return bitcast<Whole>(bits << vec2<u32>(10u)) >> vec2<u32>(10u);
 }
 
-fn packed_spin_low(parts: WholeSpin) -> vec2<u32> {
-    return vec2<u32>(bitcast<u32>(parts), 0u);
+fn packed_spin_low(parts: SpinBits) -> vec2<u32> {
+    return vec2<u32>(parts, 0u);
 }
 
 fn unpacked_spin_low(bits: vec2<u32>) -> WholeSpin {
-    return bitcast<WholeSpin>(bits.x);
+    return bitcast<WholeSpin>(bits.x << 10u) >> 10u;
 }
 
 /// The largest component.

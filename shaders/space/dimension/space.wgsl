@@ -23,13 +23,12 @@ fn unpacked(p: Packed) -> Vec {
     return Vec(p.x, p.y, p.z);
 }
 
-/// Parts of a unit in the last place that low parts of velocities are counted in: at most one of these units is 21 bits
-/// with its sign.
-const LOW_PARTS: f32 = 0x1p20;
+/// Parts of a unit in the last place that low parts of velocities are counted in: with the rounding of a whole unit,
+/// and a sign, they are 21 bits.
+const LOW_PARTS: f32 = 0x1p20 - 2;
 
-/// So many of them for each component, in 64 bits: 21, 22 and 21 of them.
-fn packed_low(parts: Whole) -> vec2<u32> {
-    let p = bitcast<vec3<u32>>(parts);
+/// So many of them for each component, in the lowest 22 bits: 21, 22 and 21 of them in 64 bits.
+fn packed_low(p: Bits) -> vec2<u32> {
     return vec2<u32>((p.x & 0x1fffffu) | (p.y << 21u), ((p.y >> 11u) & 0x7ffu) | (p.z << 11u));
 }
 
@@ -38,7 +37,7 @@ fn unpacked_low(bits: vec2<u32>) -> Whole {
     return bitcast<Whole>(vec3<u32>(bits.x << 11u, y << 10u, bits.y)) >> vec3<u32>(11u, 10u, 11u);
 }
 
-fn packed_spin_low(parts: WholeSpin) -> vec2<u32> {
+fn packed_spin_low(parts: SpinBits) -> vec2<u32> {
     return packed_low(parts);
 }
 

@@ -11,6 +11,10 @@ fn displaced(x: Vec, low: Vec, step: Vec) -> Point {
     return Point(x + step, Vec());
 }
 
+fn requantised(x: Vec, low: Vec) -> Point {
+    return Point(x, Vec());
+}
+
 /// Distance less the radii.
 fn gap_between(d: Vec, rest: Vec, distance: Real, a: Real, b: Real, radii_rest: Real) -> Real {
     return distance - (a + b);

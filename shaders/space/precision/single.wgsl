@@ -14,12 +14,18 @@ fn store_position_low(i: u32, value: PositionLow) {
     position_low_next[i] = value;
 }
 
-/// x + low part + step, split anew. The quantum grows where grains go far, so x may be no multiple of it any more.
+/// x + low part + step, split anew.
 fn displaced(x: Vec, low: Vec, step: Vec) -> Point {
-    let start = params.quantum * round(x * params.inverse_quantum);
-    let y = ((x - start) + low) + step;
+    let y = low + step;
     let whole = params.quantum * floor(y * params.inverse_quantum + Vec(0.5));
-    return Point(start + whole, y - whole);
+    return Point(x + whole, y - whole);
+}
+
+/// x + low part, split anew: the quantum grows where grains go far, and x may be no multiple of it any more. Bodies see
+/// to that when they are sorted, before which it may grow.
+fn requantised(x: Vec, low: Vec) -> Point {
+    let whole = params.quantum * round(x * params.inverse_quantum);
+    return displaced(whole, (x - whole) + low, Vec());
 }
 
 /// |d + rest| - (a + b + radii_rest), with the digits that this subtraction would lose: it is (d² - s²) / (d + s), and
@@ -206,32 +212,37 @@ fn last_place(largest: Real) -> LastPlace {
     return LastPlace(bitcast<f32>(unit), bitcast<f32>((254u << 23u) - unit));
 }
 
+/// What turns a float below 2^22 into a whole number in the lowest bits of its sum with this.
+const TO_BITS: Real = 0x1.8p23;
+
 /// v + low part + step, split anew: into a number of f32, which is the velocity that all but this function know, and
 /// what is left of changes too small for its digits, until they amount to one. Velocities that lost them would feel
 /// no slow change, or feel it too much, the same way in every step.
 fn accelerated(v: Vec, low: vec2<u32>, step: Vec) -> SplitVelocity {
-    let sum = v + step;
-    let place = last_place(max(largest_component(sum), 0x1p-20 * largest_component(v)));
-    let whole = place.unit * round(v * place.inverse);
-    let old = last_place(largest_component(v)).unit / LOW_PARTS;
-    let rest = ((v - whole) + old * Vec(unpacked_low(low))) + step;
-    let more = place.unit * round(rest * place.inverse);
-    let next = whole + more;
-    let parts = LOW_PARTS * last_place(largest_component(next)).inverse;
-    return SplitVelocity(next, packed_low(Whole(round(clamp((rest - more) * parts, Vec(1 - LOW_PARTS), Vec(LOW_PARTS - 1))))));
+    let size = largest_component(v);
+    let place = last_place(max(largest_component(v + step), 0x1p-20 * size));
+    let at = v * place.inverse;
+    let whole = round(at);
+    let unit = last_place(size).unit * place.inverse * (1 / LOW_PARTS);
+    let rest = fma(step, Vec(place.inverse), fma(Vec(unpacked_low(low)), Vec(unit), at - whole));
+    let more = round(rest);
+    let next = place.unit * (whole + more);
+    let parts = LOW_PARTS * (place.unit * last_place(largest_component(next)).inverse);
+    return SplitVelocity(next, packed_low(bitcast<Bits>(fma(rest - more, Vec(parts), Vec(TO_BITS)))));
 }
 
 /// The same for a spin.
 fn accelerated_spin(w: Spin, low: vec2<u32>, step: Spin) -> SplitSpin {
-    let sum = w + step;
-    let place = last_place(max(largest(sum), 0x1p-20 * largest(w)));
-    let whole = place.unit * round(w * place.inverse);
-    let old = last_place(largest(w)).unit / LOW_PARTS;
-    let rest = ((w - whole) + old * Spin(unpacked_spin_low(low))) + step;
-    let more = place.unit * round(rest * place.inverse);
-    let next = whole + more;
-    let parts = LOW_PARTS * last_place(largest(next)).inverse;
-    return SplitSpin(next, packed_spin_low(WholeSpin(round(clamp((rest - more) * parts, Spin(1 - LOW_PARTS), Spin(LOW_PARTS - 1))))));
+    let size = largest(w);
+    let place = last_place(max(largest(w + step), 0x1p-20 * size));
+    let at = w * place.inverse;
+    let whole = round(at);
+    let unit = last_place(size).unit * place.inverse * (1 / LOW_PARTS);
+    let rest = fma(step, Spin(place.inverse), fma(Spin(unpacked_spin_low(low)), Spin(unit), at - whole));
+    let more = round(rest);
+    let next = place.unit * (whole + more);
+    let parts = LOW_PARTS * (place.unit * last_place(largest(next)).inverse);
+    return SplitSpin(next, packed_spin_low(bitcast<SpinBits>(fma(rest - more, Spin(parts), Spin(TO_BITS)))));
 }
 
 /// Rounds of predictor and corrector end when they change Δω by less than this part of ω.
