@@ -10,7 +10,9 @@ use super::{
     trial::{self, Backend, Cost, Setting, Trial, automatic_step, displacement},
 };
 use crate::{
+    check::balance::balances,
     error::{Error, Result},
+    model::Precision,
     scene::{Assembly, Grain, Solver},
 };
 use glam::DVec3;
@@ -22,6 +24,8 @@ const MOST: usize = 1000;
 const HORIZON: u64 = 480;
 /// Particle-steps spent on reaching contact.
 const PATIENCE: f64 = 1e7;
+/// Steps over which momentum has to balance.
+const BALANCED_STEPS: u64 = 100;
 const FACTORS: [f64; 6] = [0.25, 0.5, 1.0, 2.0, 3.0, 4.0];
 
 /// What was tried, and what is best.
@@ -57,20 +61,22 @@ pub struct Candidate {
     /// Of the whole scene: wall seconds per simulated second.
     pub wall_per_simulated: Option<f64>,
     pub particle_steps_per_second: Option<f64>,
+    /// What it loses by rounding the same way in every step, with how much of what should be there is missing.
+    pub loses: Option<(&'static str, f64)>,
     /// `ok`, or `failed: ` and why.
     pub status: String,
 }
 
 impl Candidate {
-    fn new(setting: Setting, automatic: f64, outcome: Result<(f64, Cost)>) -> Candidate {
+    fn new(setting: Setting, automatic: f64, outcome: Result<(f64, Loss, Cost)>) -> Candidate {
         let dt = setting.factor * automatic;
-        let (error, rate, wall, status) = match outcome {
-            Ok((error, cost)) => {
+        let (error, loses, rate, wall, status) = match outcome {
+            Ok((error, loses, cost)) => {
                 // A step costs the same whatever its length.
                 let wall = cost.ms_per_step() * 1e-3 / dt;
-                (Some(error), Some(cost.rate()), Some(wall), "ok".to_owned())
+                (Some(error), loses, Some(cost.rate()), Some(wall), "ok".to_owned())
             }
-            Err(error) => (None, None, None, format!("failed: {error}")),
+            Err(error) => (None, None, None, None, format!("failed: {error}")),
         };
         Candidate {
             engine: setting.backend.engine(),
@@ -78,15 +84,16 @@ impl Candidate {
             dt,
             dt_over_auto: setting.factor,
             error,
+            loses,
             wall_per_simulated: wall,
             particle_steps_per_second: rate,
             status,
         }
     }
 
-    /// Whether the error is at most this; one that is not a number is not.
+    /// Whether the error is at most this; one that is not a number is not. What loses momentum keeps no error for long.
     pub fn keeps(&self, error: f64) -> bool {
-        self.error.is_some_and(|own| own <= error)
+        self.loses.is_none() && self.error.is_some_and(|own| own <= error)
     }
 }
 
@@ -115,7 +122,7 @@ pub fn tune(scene: &Assembly, asked: f64, watch: &mut dyn FnMut(&str)) -> Result
         for factor in FACTORS {
             let setting = Setting { backend, factor };
             let outcome = error(&start.assembly, setting, &expected)
-                .and_then(|error| Ok((error, *cost.as_ref().map_err(again)?)));
+                .and_then(|error| Ok((error, loss(&start.assembly, setting)?, *cost.as_ref().map_err(again)?)));
             candidates.push(Candidate::new(setting, automatic, outcome));
         }
     }
@@ -142,6 +149,21 @@ pub fn tune(scene: &Assembly, asked: f64, watch: &mut dyn FnMut(&str)) -> Result
 fn error(start: &Assembly, setting: Setting, expected: &[Grain]) -> Result<f64> {
     let (grains, _) = trial::run(start, setting, HORIZON)?;
     Ok(displacement(start, &grains, expected))
+}
+
+/// What a setting loses, and the part that is missing.
+type Loss = Option<(&'static str, f64)>;
+
+/// The balance that holds least, if one does not. In double precision they do.
+fn loss(start: &Assembly, setting: Setting) -> Result<Loss> {
+    if setting.backend.precision() == Precision::Double {
+        return Ok(None);
+    }
+    let mut trial = Trial::new(start, setting)?;
+    let found = balances(&mut trial.simulation, BALANCED_STEPS)?;
+    // Energy depends on the length of the step first of all, of which the error tells.
+    let broken = found.into_iter().filter(|b| b.of != "energy" && !b.holds());
+    Ok(broken.max_by(|a, b| a.worst.total_cmp(&b.worst)).map(|b| (b.of, b.worst)))
 }
 
 /// What a step of the whole scene costs.

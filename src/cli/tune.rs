@@ -66,11 +66,12 @@ fn print(tuning: &Tuning) {
 
 fn row(tuning: &Tuning, k: usize, c: &Candidate) -> Vec<String> {
     let number = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.2e}"));
-    let verdict = match () {
-        () if tuning.best == Some(k) => "fastest",
-        () if c.error.is_none() => &c.status,
-        () if c.keeps(tuning.asked) => "ok",
-        () => "too far",
+    let verdict = match c.loses {
+        _ if tuning.best == Some(k) => "fastest".to_owned(),
+        _ if c.error.is_none() => c.status.clone(),
+        Some((what, part)) => format!("loses {part:.1e} of {what}"),
+        None if c.keeps(tuning.asked) => "ok".to_owned(),
+        None => "too far".to_owned(),
     };
     vec![
         c.engine.to_owned(),
@@ -80,6 +81,6 @@ fn row(tuning: &Tuning, k: usize, c: &Candidate) -> Vec<String> {
         number(c.error),
         number(c.wall_per_simulated),
         number(c.particle_steps_per_second),
-        verdict.to_owned(),
+        verdict,
     ]
 }
