@@ -223,7 +223,7 @@ mod tests {
                 let sizes = Sizes { bodies: 2, clumps: 1, walls: 1, materials: 1, cells: 1, ..Sizes::default() };
                 let mut s = State::new(model, sizes, Params { dt: 1.0, ..Params::default() });
                 for array in present(&model, ARRAYS) {
-                    s.column_mut(array).resize(2);
+                    s.column_mut(array).resize(3); // one more than there are bodies, for `list_start`
                     s.column_mut(array).fill(model.dims(), &mut || 1.0);
                 }
                 states.push(s);
@@ -245,7 +245,9 @@ mod tests {
                 let members = twin.column(array).widths(dims).len();
                 assert!(named <= 1 || members == named || members == 1, "{array:?}: {members} members, {named} names");
                 assert_eq!(compare(&twin, &twin, &stage, array, &[]), (0.0, 0.0), "{array:?}");
-                for wrong in 0..width {
+                // A spin in the plane needs one of two words.
+                let unused = |k: usize| dims == 2 && k == 3 && array.original().ends_with("velocity_low");
+                for wrong in (0..width).filter(|k| !unused(*k)) {
                     let mut device = twin.clone();
                     let mut k = 0;
                     device.column_mut(array).fill(dims, &mut || {

@@ -79,7 +79,7 @@ impl Runner {
         let at = self.state.id.iter().position(|id| *id == lost).unwrap_or(0);
         let x = self.state.position[at].x;
         let stride = self.state.velocity[at].v.length() * p.dt;
-        let reason = if !x.is_finite() {
+        let reason = if !(x.is_finite() && stride.is_finite()) {
             format!("grain {lost} has no position any more (not a number)")
         } else if stride > p.step_limit {
             format!(
