@@ -22,7 +22,8 @@ fn advance(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
     }
     let here = body(i);
     let pushed = body_forces(i, here);
-    let v = change_velocities(i, here, velocity_change(here.velocity, pushed.sum.force), sphere_spin_change(here, pushed.sum.torque));
+    let spin_change = sphere_spin_change(here, pushed.sum.torque);
+    let v = change_velocities(i, here, velocity_change(here.velocity, pushed.sum.force), spin_change);
     let point = wrap(displaced(here.position.x, here.low.x, params.dt * v));
     if (commit_position(i, here.position, here.low, point, params.dt * sqrt(dot(v, v)), pushed.crossed)) {
         atomicStore(&halt_next, 1u);

@@ -8,5 +8,6 @@ fn half_kick(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgro
     }
     let here = body(i);
     let sum = contacts_of(i, here);
-    change_velocities(i, here, velocity_change_back(here.velocity, sum.force), sphere_spin_change_back(here, sum.torque));
+    let spin_change = sphere_spin_change_back(here, sum.torque);
+    change_velocities(i, here, velocity_change_back(here.velocity, sum.force), spin_change);
 }

@@ -10,5 +10,6 @@ fn free_velocities(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_w
     let change = free_spin_change_of_clump(here);
     count_iterations(change.rounds, change.settled);
     here.velocity = free_velocity(here.velocity);
-    set_clump_velocity(c, here, SplitVelocity(here.velocity.v, vec2<u32>()), SplitSpin(here.spin + change.spin, vec2<u32>()));
+    let spin = SplitSpin(here.spin + change.spin, vec2<u32>());
+    set_clump_velocity(c, here, SplitVelocity(here.velocity.v, vec2<u32>()), spin);
 }

@@ -67,8 +67,7 @@ impl Setup {
             colors: LEAST_LENGTH,
         };
         memory::check_host(bodies as u64 * memory::BYTES_PER_GRAIN)?;
-        let smallest = assembly.grains.iter().map(|g| g.radius).fold(f64::INFINITY, f64::min);
-        let range = range(&params, &model, smallest);
+        let range = range(&params, &model, assembly);
         let mut state = State { units, range, ..State::new(model, sizes, params) };
         fill(&mut state, assembly);
         if precision == Precision::Single {
@@ -132,7 +131,7 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
     };
     set_relaxation(&mut p, assembly, mean_radius);
     set_quanta(&mut p, assembly, model, largest);
-    let range = range(&p, model, smallest);
+    let range = range(&p, model, assembly);
     set_domain(&mut p, assembly, model, largest, range);
     limit_cells(&mut p, assembly, model.dims());
     // The long way around last, so that what is near in space is near in memory.
@@ -172,7 +171,8 @@ fn set_quanta(p: &mut Params, assembly: &Assembly, model: &Model, largest: f64) 
 const FAR: f64 = 16384.0;
 
 /// How far from the origin grains may go.
-fn range(p: &Params, model: &Model, smallest: f64) -> f64 {
+fn range(p: &Params, model: &Model, assembly: &Assembly) -> f64 {
+    let smallest = assembly.grains.iter().map(|g| g.radius).fold(f64::INFINITY, f64::min);
     match model.precision {
         Precision::Single => extent_of(p.quantum).max(FAR * smallest),
         Precision::Double => f64::INFINITY,

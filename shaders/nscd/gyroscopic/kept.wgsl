@@ -16,7 +16,8 @@ fn free_spin_change_of_clump(here: Clump) -> SpinIncrement {
         let turn = rotation_increment(0.25 * params.dt * (w + free.spin));
         // The momentum that stays, seen from the axes that turn; the spin that it gives, seen from the scene.
         let seen = rotated_spin_change(conjugate(turn), momentum);
-        let given = rotate_spin(here.orientation, here.inverse_moments * rotate_spin(conjugate(here.orientation), seen));
+        let own = rotate_spin(conjugate(here.orientation), seen);
+        let given = rotate_spin(here.orientation, here.inverse_moments * own);
         let next = given + rotated_spin_change(turn, w + given);
         free.settled = !(largest(next - free.spin) > SPIN_TOLERANCE * largest(w));
         free.spin = next;

@@ -3,9 +3,7 @@
 alias Vec = Real2;
 alias Spin = Real;
 alias Whole = vec2<i32>;
-alias WholeSpin = i32;
 alias Bits = vec2<u32>;
-alias SpinBits = u32;
 const DIMENSIONS = 2u;
 
 /// A vector without the padding that arrays of vectors may have.
@@ -34,12 +32,13 @@ fn unpacked_low(bits: vec2<u32>) -> Whole {
     return bitcast<Whole>(bits << vec2<u32>(10u)) >> vec2<u32>(10u);
 }
 
-fn packed_spin_low(parts: SpinBits) -> vec2<u32> {
-    return vec2<u32>(parts, 0u);
+/// A spin with the form of a vector, and back.
+fn as_vector(w: Spin) -> Vec {
+    return Vec(w, 0);
 }
 
-fn unpacked_spin_low(bits: vec2<u32>) -> WholeSpin {
-    return bitcast<WholeSpin>(bits.x << 10u) >> 10u;
+fn as_spin(v: Vec) -> Spin {
+    return v.x;
 }
 
 /// The largest component.

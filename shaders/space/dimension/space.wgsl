@@ -3,9 +3,7 @@
 alias Vec = Real3;
 alias Spin = Real3;
 alias Whole = vec3<i32>;
-alias WholeSpin = vec3<i32>;
 alias Bits = vec3<u32>;
-alias SpinBits = vec3<u32>;
 const DIMENSIONS = 3u;
 
 /// A vector without the padding that arrays of vectors have.
@@ -37,12 +35,13 @@ fn unpacked_low(bits: vec2<u32>) -> Whole {
     return bitcast<Whole>(vec3<u32>(bits.x << 11u, y << 10u, bits.y)) >> vec3<u32>(11u, 10u, 11u);
 }
 
-fn packed_spin_low(parts: SpinBits) -> vec2<u32> {
-    return packed_low(parts);
+/// A spin with the form of a vector, and back.
+fn as_vector(w: Spin) -> Vec {
+    return w;
 }
 
-fn unpacked_spin_low(bits: vec2<u32>) -> WholeSpin {
-    return unpacked_low(bits);
+fn as_spin(v: Vec) -> Spin {
+    return v;
 }
 
 /// The largest component.

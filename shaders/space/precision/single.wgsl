@@ -78,7 +78,7 @@ fn gap_in_cylinder(
     let squares = (Real(upper) * 8192 + Real(lower >> 12u) * 4096) + Real(lower & 4095);
     let mixed = s_round * s_rest - dot(d_round, d_rest);
     let rests = s_rest * s_rest - dot(d_rest, d_rest);
-    return place.unit * (((squares + 2 * mixed) + rests) / ((radius - sphere) * place.inverse + distance * place.inverse));
+    return place.unit * (((squares + 2 * mixed) + rests) / (((radius - sphere) + distance) * place.inverse));
 }
 
 var<storage, read> center_low: array<Vec>;                      // C, m
@@ -233,16 +233,8 @@ fn accelerated(v: Vec, low: vec2<u32>, step: Vec) -> SplitVelocity {
 
 /// The same for a spin.
 fn accelerated_spin(w: Spin, low: vec2<u32>, step: Spin) -> SplitSpin {
-    let size = largest(w);
-    let place = last_place(max(largest(w + step), 0x1p-20 * size));
-    let at = w * place.inverse;
-    let whole = round(at);
-    let unit = last_place(size).unit * place.inverse * (1 / LOW_PARTS);
-    let rest = fma(step, Spin(place.inverse), fma(Spin(unpacked_spin_low(low)), Spin(unit), at - whole));
-    let more = round(rest);
-    let next = place.unit * (whole + more);
-    let parts = LOW_PARTS * (place.unit * last_place(largest(next)).inverse);
-    return SplitSpin(next, packed_spin_low(bitcast<SpinBits>(fma(rest - more, Spin(parts), Spin(TO_BITS)))));
+    let next = accelerated(as_vector(w), low, as_vector(step));
+    return SplitSpin(as_spin(next.v), next.low);
 }
 
 /// Rounds of predictor and corrector end when they change Δω by less than this part of ω.
