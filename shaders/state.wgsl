@@ -79,7 +79,9 @@ struct Params {
     inverse_arm_unit: Real,        // 1/m
     step_limit: Real,              // m, no grain may go further in a step
     displacement_limit: Real,      // m, lists are good while no grain has moved further than this
-    tolerance: Real,               // contact dynamics: relative residual at which a step is solved
+    tolerance: Real,               // contact dynamics: relative residual of its contacts at which a step is solved
+    load_fraction: Real,           // contact dynamics: part of the loads of two grains that their residual is relative to
+    load_rounding: Real,           // contact dynamics: rounding of loads, as a part of them over the tolerance
     max_momentum: Real,            // most momentum of a pass, 0 to 1
     max_correction_velocity: Real, // m/s, at most this fast overlaps open
     gap_band: Real,                // m, gaps and overlaps up to this are taken for contacts

@@ -64,7 +64,7 @@ pub static JACOBI_PASS: Stage =
 
 /// Contact dynamics 3, coloured: the contacts of one colour.
 pub static GAUSS_SEIDEL_PASS: Stage = Stage {
-    check: Check { floors: &[(&[&array::PASS_RESIDUAL], cancelled_velocities)], ..Check::ROUNDING },
+    check: Check { floors: SWEPT, ..Check::ROUNDING },
     ..Stage::new("nscd", "gauss_seidel_pass", gauss_seidel_pass::gauss_seidel_pass, |sizes| sizes.bodies.div_ceil(4))
 };
 
@@ -79,13 +79,13 @@ pub static SYNC_MEMBERS: Stage =
 /// Colors of contacts 4: impulses back into the lists.
 pub static SCATTER_IMPULSES: Stage = Stage::new("nscd", "scatter_impulses", scatter_impulses::scatter_impulses, bodies);
 
-/// Colors of contacts 5: velocities without the rounding of the sweeps.
+/// Contact dynamics 5: velocities without the rounding of the passes, and the loads of grains.
 pub static GATHER_IMPULSES: Stage =
     Stage { check: VELOCITIES, ..Stage::new("nscd", "gather_impulses", gather_impulses::gather_impulses, bodies) };
 
-/// Colors of clumps, after `gather_impulses`: velocities without the rounding of the sweeps.
+/// Contact dynamics of clumps, after `gather_impulses`: velocities without the rounding of the passes, and loads.
 pub static REFRESH_MEMBERS: Stage = Stage {
-    check: Check { floors: SPIN_FLOORS, ..Check::ROUNDING },
+    check: Check { floors: MEMBER_FLOORS, ..Check::ROUNDING },
     ..Stage::new("nscd", "refresh_members", refresh_members::refresh_members, clumps)
 };
 
@@ -95,24 +95,24 @@ pub static MOMENTUM_RESTART: Stage = Stage {
     ..Stage::new("nscd", "momentum_restart", momentum_restart::momentum_restart, |_| 1)
 };
 
-/// Contact dynamics 5: velocities, carried ahead by momentum.
+/// Contact dynamics 6: velocities, carried ahead by momentum.
 pub static EXTRAPOLATE: Stage =
     Stage { check: VELOCITIES, ..Stage::new("nscd", "extrapolate", extrapolate::extrapolate, bodies) };
 
-/// Contact dynamics 6: residual.
+/// Contact dynamics 7: residual.
 pub static RESIDUAL: Stage = Stage {
     bind: &[("extrapolated_velocity", &array::PASS_VELOCITY), ("extrapolated_spin", &array::PASS_SPIN)],
     check: SUMS,
     ..Stage::new("nscd", "residual", residual::residual, bodies)
 };
 
-/// Contact dynamics 7: its norm, and whether momentum may go on.
+/// Contact dynamics 8: its norm, and whether momentum may go on.
 pub static REDUCE_RESIDUAL: Stage = Stage {
     dispatch: Dispatch::OneGroup,
     ..Stage::new("nscd", "reduce_residual", reduce_residual::reduce_residual, |_| 1)
 };
 
-/// Contact dynamics 8: positions.
+/// Contact dynamics 9: positions.
 pub static MOVE_SPHERES: Stage =
     Stage { check: VELOCITIES, ..Stage::new("nscd", "move_spheres", move_spheres::move_spheres, bodies) };
 

@@ -144,7 +144,7 @@ impl Simulation {
         runner.execute(&[Op::Clear(&LIST_START)], 1)?;
         runner.step = 0;
         if let Stepper::Nscd(nscd) = stepper {
-            nscd.statistics = SolverStatistics::default();
+            *nscd = Nscd::new(nscd.relaxation);
         }
         self.start()
     }

@@ -156,7 +156,7 @@ record!(
 );
 record!(
     /// A contact of a step of contact dynamics (this and the next: `shaders/nscd/contact.wgsl`).
-    ContactGeometry { n: DVec3, bias_velocity: f64 [Velocity] }
+    ContactGeometry { n: DVec3, speed: f64 [Velocity] }
 );
 record!(
     /// What an impulse does to the two of a contact.
@@ -171,13 +171,13 @@ record!(
     /// Sums of a group of grains.
     ResidualSums {
         reference: f64 [VelocitySquared],
-        gravity_speed_squared: f64 [VelocitySquared],
-        imposed_speed: f64 [Velocity],
         lipschitz_bound: f64,
         residual_squared: f64 [VelocitySquared],
         restart_criterion: f64 [Energy],
         curvature: f64 [Energy],
         step_squared: f64 [Energy],
+        largest_residual: f64,
+        resolved_residual: f64,
         max_normal_impulse: f64 [Impulse],
         coulomb_excess: f64 [Impulse],
         late_contacts: u32,
@@ -229,6 +229,8 @@ record!(
         step_limit: f64 [Length],
         displacement_limit: f64 [Length],
         tolerance: f64,
+        load_fraction: f64,
+        load_rounding: f64,
         max_momentum: f64,
         max_correction_velocity: f64 [Velocity],
         gap_band: f64 [Length],
@@ -657,6 +659,7 @@ state! {
     HISTORY_ROLLING_TORQUE history_rolling_torque: Spin, History, Torque, "", rolling;
     HISTORY_IMPULSE history_impulse: Packed, History, Impulse, "", rigid;
     CONTACT_GEOMETRY contact_geometry: ContactGeometry, Entries, -, "", rigid;
+    FREE_CONTACT_VELOCITY free_contact_velocity: Packed, Entries, Velocity, "if nothing touched", rigid;
     INVERSE_EFFECTIVE_MASS inverse_effective_mass: InverseEffectiveMass, Entries, -, "", rigid;
     DELASSUS_EIGENVALUE delassus_eigenvalue: f64, Entries, InverseMass, "", rigid_clumped;
     IMPULSE_BEFORE impulse_before: Packed, Entries, Impulse, "", rigid;
@@ -672,12 +675,14 @@ state! {
     COLOR_COUNT color_count: u32, Colors, Number, "contacts of each colour", colored;
     COLORED_CONTACT colored_contact: ColoredContact, Contacts, -, "see nscd/coloring/priority.wgsl", colored;
     COLORED_GEOMETRY colored_geometry: ContactGeometry, Contacts, -, "", colored;
+    COLORED_FREE_VELOCITY colored_free_velocity: Packed, Contacts, Velocity, "", colored;
     COLORED_INVERSE_EFFECTIVE_MASS colored_inverse_effective_mass: InverseEffectiveMass, Contacts, -, "", colored;
     COLORED_IMPULSE colored_impulse: Packed, Contacts, Impulse, "", colored;
     COLORED_IMPULSE_BEFORE colored_impulse_before: Packed, Contacts, Impulse, "", colored;
     COLOR_CURSOR color_cursor: ColorCursor, One, -, "see nscd/coloring/priority.wgsl", colored;
     COLOR_CURSOR_NEXT color_cursor_next: ColorCursor, One, -, "see nscd/coloring/priority.wgsl", colored;
     PASS_RESIDUAL pass_residual: f64, Bodies, VelocitySquared, "", colored;
+    LOAD_SPEED load_speed: f64, Bodies, Velocity, "if loads all push one way", rigid;
     RESIDUAL_SUMS residual_sums: ResidualSums, Groups, -, "", rigid;
     SOLVER_STATE solver_state: SolverState, One, -, "see nscd/contact.wgsl", rigid;
     HALT halt: u32, One, Number, "1: no more steps", always;

@@ -6,17 +6,15 @@ fn respond_to_members(c: u32) -> ResidualSums {
         return ResidualSums();
     }
     let here = clump(c);
-    let velocity = clump_response_of(c, here);
+    let velocity = impulse_response(c, here);
     set_member_velocities(c, here, velocity);
     var entries = 0u;
     for (var member_id = first_member[c]; member_id < first_member[c + 1u]; member_id++) {
         let i = index_of_id[member_id];
         entries += list_start[i + 1u] - list_start[i];
     }
-    let free = clump_velocity_next[c];
-    let unpushed = RigidVelocity(free.v, clump_spin_next[c]);
-    let squared = kinetic_metric(here, unpushed, unpushed) * free.inverse_mass;
-    var sums = residual_scale_of(entries, squared, free.inverse_mass);
+    var sums = ResidualSums();
+    sums.lipschitz_bound = Real(entries);
     let change = velocity_difference(extrapolated_clump(c, here.orientation), velocity);
     sums.curvature = kinetic_metric(here, change, change);
     return sums;

@@ -9,7 +9,7 @@ const GROUP = 64u;
 /// A contact of the step, seen from the grain of interest.
 struct ContactGeometry {
     n: Vec,       // from the grain of interest to the other
-    bias_velocity: Real, // m/s: the grains may approach each other at most at this speed, which closes the gap
+    speed: Real,  // m/s: what acts on it: gravity in a step, the free velocity of the two past each other, an overlap
 }
 
 /// What an impulse does to the two of a contact.
@@ -21,7 +21,11 @@ struct InverseEffectiveMass {
 }
 
 var<storage, read_write> contact_geometry: array<ContactGeometry>;            // entries
+// Entries, m/s: of the grain of interest past the other at the end of the step if nothing touched, less the speed along
+// n at which they may approach. It is q of the contact problem u = W r + q, and all velocities of passes are W r.
+var<storage, read_write> free_contact_velocity: array<Packed>;
 var<storage, read_write> inverse_effective_mass: array<InverseEffectiveMass>; // entries
+// Velocities of passes are what the impulses of a step have added: those of a bed that is carried keep their digits.
 var<storage, read_write> extrapolated_velocity: array<Velocity>;    // N, m/s, 1/kg: what a pass starts from
 var<storage, read_write> pass_velocity: array<Velocity>;    // N, m/s, 1/kg: after the last pass
 var<storage, read_write> pass_velocity_before: array<Velocity>; // N: after the pass before; a pass writes them anew
@@ -35,14 +39,14 @@ struct History {
 
 /// Sums of a workgroup, or of the body or clump of an invocation.
 struct ResidualSums {
-    reference: Real, // m²/s², free velocities, of clumps with their spins
-    gravity_speed_squared: Real,     // m²/s², what gravity gives them in a step
-    imposed_speed: Real,   // m/s, largest velocity that a wall, a fixed grain, a spin or an overlap asks for
+    reference: Real, // m²/s², squares of what residuals of contacts are relative to
     lipschitz_bound: Real,     // what no eigenvalue of W exceeds
     residual_squared: Real,  // and the next three: see `PassSums`; (m/s)²
     restart_criterion: Real, // J
     curvature: Real,         // J, by the velocities of the grains in the metric of their masses
     step_squared: Real,      // J
+    largest_residual: Real,  // of a contact, relative to what acts on it
+    resolved_residual: Real, // the same of what is beyond the rounding of loads
     max_normal_impulse: Real,  // N s, largest
     coulomb_excess: Real,    // N s, largest
     late_contacts: u32,       // pairs left out that meet after all
@@ -51,13 +55,13 @@ struct ResidualSums {
 fn combined(a: ResidualSums, b: ResidualSums) -> ResidualSums {
     return ResidualSums(
         a.reference + b.reference,
-        a.gravity_speed_squared + b.gravity_speed_squared,
-        max(a.imposed_speed, b.imposed_speed),
         max(a.lipschitz_bound, b.lipschitz_bound),
         a.residual_squared + b.residual_squared,
         a.restart_criterion + b.restart_criterion,
         a.curvature + b.curvature,
         a.step_squared + b.step_squared,
+        max(a.largest_residual, b.largest_residual),
+        max(a.resolved_residual, b.resolved_residual),
         max(a.max_normal_impulse, b.max_normal_impulse),
         max(a.coulomb_excess, b.coulomb_excess),
         a.late_contacts + b.late_contacts,
@@ -65,6 +69,7 @@ fn combined(a: ResidualSums, b: ResidualSums) -> ResidualSums {
 }
 
 alias Sums = ResidualSums;
+var<storage, read_write> load_speed: array<Real>; // N, m/s: what the loads of a grain do to it if they all push one way
 var<storage, read_write> residual_sums: array<ResidualSums>; // groups of bodies, then of clumps
 var<storage, read_write> solver_state: SolverState;
 
@@ -103,16 +108,12 @@ fn damping_factor() -> Real {
     return 1 / (1 + params.dt * params.damping);
 }
 
-/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that impulses
-/// act on.
-fn free_velocity(velocity: Velocity) -> Velocity {
-    if (velocity.inverse_mass == 0) {
-        return velocity;
-    }
-    return Velocity(velocity.v + free_velocity_change(velocity), damping_factor() * velocity.inverse_mass);
+/// The inverse mass of a body that impulses act on, 1/kg.
+fn impulse_inverse_mass(i: u32) -> Real {
+    return damping_factor() * velocity[i].inverse_mass;
 }
 
-/// By how much it differs from that of now, m/s.
+/// By how much the velocity of a grain would change in the step if nothing touched it, m/s.
 fn free_velocity_change(velocity: Velocity) -> Vec {
     if (velocity.inverse_mass == 0) {
         return Vec();
@@ -128,16 +129,22 @@ fn free_spin_change(velocity: Velocity, spin: Spin) -> Spin {
     return -damping_factor() * params.dt * params.damping * spin;
 }
 
-/// What residuals are relative to: the square of a grain's free velocity, m²/s²; and a bound on the eigenvalues of W.
-fn residual_scale_of(lipschitz_bound: u32, squared: Real, inverse_mass: Real) -> ResidualSums {
-    var sums = ResidualSums();
-    sums.lipschitz_bound = Real(lipschitz_bound);
-    if (inverse_mass != 0) {
-        sums.reference = squared;
-        sums.gravity_speed_squared = params.dt * params.dt * dot(params.gravity, params.gravity);
-    }
-    return sums;
+/// A body or the first member of its clump at the end of the step if nothing touched, at the end of an arm from there.
+struct FreeMotion {
+    v: Vec,    // m/s: the velocity of its grain now, as all kernels know it
+    rest: Vec, // m/s: all that comes to it, so that differences of two keep their digits
+    spin: Spin,
 }
+
+/// Velocity of a point of the first of two bodies past the second in the same place, m/s.
+fn past(a: FreeMotion, arm: Vec, b: FreeMotion, arm_to: Vec) -> Vec {
+    let rest = a.rest + surface_velocity(a.spin, arm);
+    return (a.v - b.v) + (rest - (b.rest + surface_velocity(b.spin, arm_to)));
+}
+
+/// Smaller than any speed that matters, m/s.
+const NO_SPEED: Real = 1e-30;
+
 
 /// Velocities of body i, after a pass and as carried ahead from it, by what its impulses make of them: freed of the
 /// rounding that updates in place have left.
@@ -164,7 +171,6 @@ fn contact_at(
     side.sign = 1;
     side.share = 1;
     side.n = geometry.n;
-    side.bias_velocity = geometry.bias_velocity;
     side.normal = inverse_mass.normal;
     side.tangential = inverse_mass.tangential;
     side.friction = pair_of(i, j).friction;
@@ -174,11 +180,17 @@ fn contact_at(
 
 /// The contact at an entry of grain i at the velocities that a pass starts from.
 fn oriented_contact(i: u32, entry: u32, j: u32, here: Velocity, spin: Spin) -> OrientedContact {
+    var side = pushed_contact(i, entry, j, here, spin);
+    side.velocity += side.sign * unpacked(free_contact_velocity[entry]);
+    return side;
+}
+
+/// The same with what impulses have added to the velocity of its sides alone.
+fn pushed_contact(i: u32, entry: u32, j: u32, here: Velocity, spin: Spin) -> OrientedContact {
     let inverse_mass = inverse_effective_mass[entry];
     var side = contact_at(i, j, contact_geometry[entry], inverse_mass, Vec());
     if (j >= params.bodies) {
-        let arm = inverse_mass.arm * side.n;
-        side.velocity = (here.v - wall_velocity(j - params.bodies, position[i].x + arm)) + surface_velocity(spin, arm);
+        side.velocity = here.v + surface_velocity(spin, inverse_mass.arm * side.n);
         return side;
     }
     let first = i < j;

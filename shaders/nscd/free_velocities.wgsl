@@ -6,10 +6,9 @@ fn free_velocities(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_w
     if (c >= params.clumps) {
         return;
     }
-    var here = clump(c);
+    let here = clump(c);
     let change = free_spin_change_of_clump(here);
     count_iterations(change.rounds, change.settled);
-    here.velocity = free_velocity(here.velocity);
-    let spin = SplitSpin(here.spin + change.spin, vec2<u32>());
-    set_clump_velocity(c, here, SplitVelocity(here.velocity.v, vec2<u32>()), spin);
+    clump_velocity_next[c] = Velocity(free_velocity_change(here.velocity), damping_factor() * here.velocity.inverse_mass);
+    clump_spin_next[c] = change.spin;
 }

@@ -19,11 +19,10 @@ fn update(k: u32) {
     var there = ContactBody();
     if (j < params.bodies) {
         there = contact_body(j, -inverse_mass.arm_to * geometry.n);
-    } else {
-        there.velocity.v = wall_velocity(j - params.bodies, position[i].x + arm);
     }
     let surface = surface_velocity(here.spin, here.arm) - surface_velocity(there.spin, there.arm);
-    let side = contact_at(i, j, geometry, inverse_mass, (here.velocity.v - there.velocity.v) + surface);
+    let pushed = (here.velocity.v - there.velocity.v) + surface;
+    let side = contact_at(i, j, geometry, inverse_mass, pushed + unpacked(colored_free_velocity[k]));
     let old = unpacked(colored_impulse[k]);
     let start = old + solver_state.beta * (old - unpacked(colored_impulse_before[k]));
     let next = disc_update(side, start, Real(1));

@@ -4,7 +4,6 @@
 fn init_solver(@builtin(local_invocation_index) lane: u32) {
     let sum = total_sums(lane);
     if (lane == 0u) {
-        let scale = max(sqrt(max(sum.reference, sum.gravity_speed_squared)), max(sum.imposed_speed, Real(1e-30)));
-        solver_state = initial_state(scale, sum.lipschitz_bound, solver_state.lipschitz);
+        solver_state = initial_state(max(sqrt(sum.reference), NO_SPEED), sum.lipschitz_bound, solver_state.lipschitz);
     }
 }

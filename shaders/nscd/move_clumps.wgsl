@@ -8,6 +8,6 @@ fn move_clumps(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workg
     }
     let here = clump(c);
     let pushed = impulse_response(c, here);
-    let change = free_velocity_change(here.velocity) + pushed.v;
-    move_clump(c, here, change, free_spin_change_of_clump(here).spin + pushed.spin);
+    let free = RigidVelocity(clump_velocity_next[c].v, clump_spin_next[c]); // since `free_velocities`
+    move_clump(c, here, free.v + pushed.v, free.spin + pushed.spin);
 }

@@ -20,15 +20,9 @@ fn power_iteration_of(i: u32) -> ResidualSums {
         if ((tagged & ACTIVE) == 0u) {
             continue;
         }
-        let side = oriented_contact(i, entry, tagged & INDEX, here, spin);
-        let j = tagged & INDEX;
-        var velocity = side.velocity;
-        if (j >= params.bodies) {
-            // As if it stood.
-            velocity += wall_velocity(j - params.bodies, position[i].x + inverse_effective_mass[entry].arm * side.n);
-        }
-        let approach = dot(velocity, side.n);
-        let slip = velocity - approach * side.n;
+        let side = pushed_contact(i, entry, tagged & INDEX, here, spin);
+        let approach = dot(side.velocity, side.n);
+        let slip = side.velocity - approach * side.n;
         let mine = (side.sign * scale) * (approach / side.normal * side.n + slip * (1 / side.tangential));
         sum.force += mine;
         sum.torque += moment(inverse_effective_mass[entry].arm * contact_geometry[entry].n, mine);

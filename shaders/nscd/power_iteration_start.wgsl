@@ -10,9 +10,9 @@ fn power_iteration_start(@builtin(global_invocation_id) gid: vec3<u32>, @builtin
         solver_state.lipschitz = 0;
         solver_state.beta = 0;
     }
-    let free = free_velocity(velocity[i]);
+    let inverse_mass = impulse_inverse_mass(i);
     var v = Vec();
-    if (free.inverse_mass != 0) {
+    if (inverse_mass != 0) {
         // One of two directions along every axis, by the bits of a scrambled number.
         var bits = (grain_of(i) + 1u) * 2654435769u;
         bits = (bits ^ (bits >> 15u)) * 2246822519u;
@@ -21,6 +21,6 @@ fn power_iteration_start(@builtin(global_invocation_id) gid: vec3<u32>, @builtin
             v[axis] = select(Real(-1), Real(1), ((bits >> axis) & 1u) == 0u);
         }
     }
-    extrapolated_velocity[i] = Velocity(v, free.inverse_mass);
+    extrapolated_velocity[i] = Velocity(v, inverse_mass);
     store_extrapolated_spin(i, Spin());
 }

@@ -4,7 +4,9 @@
 fn reduce_residual(@builtin(local_invocation_index) lane: u32) {
     let sum = total_sums(lane);
     if (lane == 0u) {
-        solver_state.residual = sqrt(sum.residual_squared) / solver_state.scale;
+        solver_state.residual = sum.largest_residual;
+        solver_state.resolved_residual = sum.resolved_residual;
+        solver_state.residual_norm = sqrt(sum.residual_squared) / max(sqrt(sum.reference), NO_SPEED);
         solver_state.late_contacts = sum.late_contacts;
         if (sum.late_contacts > 0u) {
             // With more contacts the residual begins anew.

@@ -7,12 +7,11 @@ fn setup_contacts_of(i: u32) -> ResidualSums {
         return ResidualSums();
     }
     let here = body(i);
-    let free = free_velocity_of(i);
+    let free = free_motion(i);
     var sum = ForceTorque();
     var contacts = 0u;
     var sums = ResidualSums();
     let slack = params.dt * sqrt(dot(params.gravity, params.gravity));
-    let rim_speed = here.position.radius * sqrt(spin_squared(here.spin));
     let end = list_start[i + 1u];
     for (var entry = list_start[i]; entry < end; entry++) {
         let tagged = neighbour[entry];
@@ -21,34 +20,41 @@ fn setup_contacts_of(i: u32) -> ResidualSums {
         }
         let j = tagged & INDEX;
         var touch = Separation();
-        var there = Velocity();
+        var there = FreeMotion();
         if (j < params.bodies) {
             touch = sphere_separation_of(i, here, j);
-            there = free_velocity_of(j);
+            there = free_motion(j);
         } else {
             touch = wall_separation(j - params.bodies, here.position, here.low);
-            there.v = wall_velocity(j - params.bodies, here.position.x);
+            there.v = wall_velocity(j - params.bodies, here.position.x + (here.position.radius + 0.5 * touch.gap) * touch.n);
             if (touch.gap < -here.position.radius) {
                 atomicMax(&counters.lost_body, params.bodies - id[i]);
             }
         }
-        let inverse_mass = inverse_effective_mass_of(entry, i, j, free, there, touch);
+        let inverse_mass = inverse_effective_mass_of(entry, i, j, touch);
         inverse_effective_mass[entry] = inverse_mass;
         let bias_velocity = bias_velocity_of(touch.gap);
-        // Pairs that are not about to touch take no part in passes, unless the residual finds that they should. Both
-        // grains compute that from the first side, so that they agree.
-        let first = i < j;
-        let v = select(there.v, free.v, first) - select(free.v, there.v, first);
-        let is_active = (tagged & ACTIVE) != 0u || bias_velocity <= dot(v, select(-touch.n, touch.n, first)) + slack;
+        // Both grains compute it from the first side, so that they agree.
+        let arm = inverse_mass.arm * touch.n;
+        let arm_to = -inverse_mass.arm_to * touch.n;
+        var v = Vec();
+        if (i < j) {
+            v = past(free, arm, there, arm_to);
+        } else {
+            v = -past(there, arm_to, free, arm);
+        }
+        let speed = max(max(sqrt(dot(v, v)), -bias_velocity), slack);
+        let q = v - bias_velocity * touch.n;
+        free_contact_velocity[entry] = packed(q);
+        contact_geometry[entry] = ContactGeometry(touch.n, speed);
+        // Pairs that are not about to touch take no part in passes, unless the residual finds that they should.
+        let is_active = (tagged & ACTIVE) != 0u || dot(q, touch.n) + slack >= 0;
         set_active(entry, tagged, is_active);
         contacts++;
-        if (is_active) {
-            let imposed = select(Vec(), there.v, there.inverse_mass == 0);
-            let speed = max(max(sqrt(dot(imposed, imposed)), rim_speed), -bias_velocity);
-            sums.imposed_speed = max(sums.imposed_speed, speed);
-        }
-        contact_geometry[entry] = ContactGeometry(touch.n, bias_velocity);
         let old = warm_start_impulse(entry, tagged);
+        if (is_active) {
+            sums.reference += select(Real(1), Real(0.5), j < params.bodies) * speed * speed;
+        }
         store_impulse(entry, old);
         impulse_before[entry] = packed(old);
         sum.force += old;

@@ -3,7 +3,7 @@
 // one sets out from y = x⁺ + beta (x⁺ - x) with beta of Nesterov (1983). Momentum begins anew when it carries the wrong
 // way (O'Donoghue and Candès 2015), when the residual has risen, or when the curvature of W along the step shows that
 // it was too long. Steps that are not too long for W may be for friction: passes then go in circles, and come no nearer
-// in as many as it took to get there. (Updates in place have no such steps, and no sums `curvature` and
+// in as many as it took to get there. (Sweeps of scenes have no such steps, and no sums `curvature` and
 // `step_squared`.)
 
 /// L is raised by so much more than what was seen of it, which comes from below.
@@ -29,7 +29,9 @@ struct SolverState {
     lowest_residual: Real,   // the least one since steps were made shorter
     lowest_pass: u32,        // after so many passes
     step_divisor: Real,      // by this factor steps are shorter than W asks for
-    residual: Real,          // of scenes: relative residual of the natural map, as last computed
+    residual: Real,          // of scenes, as last computed: largest residual of a contact relative to what acts on it
+    resolved_residual: Real, // of scenes, as last computed: the same of what is beyond the rounding of loads
+    residual_norm: Real,     // of scenes, as last computed: relative residual of the natural map
     coulomb_excess: Real,    // of scenes, as last computed: largest friction beyond its limit, over the largest push
     passes: u32,
     late_contacts: u32,      // of scenes: pairs found by the last residual to meet after all, counted from both sides

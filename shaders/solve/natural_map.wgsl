@@ -10,11 +10,10 @@ struct OrientedContact {
     sign: Real,          // 1: the grain of interest is that side; -1: the other
     share: Real,         // 1/2 of a contact that two grains add to a sum
     n: Vec,              // away from that side
-    bias_velocity: Real, // m/s: the sides may approach each other at most at this speed
     normal: Real,        // 1/kg, see `UpdateScales`
     tangential: Real,    // 1/kg
     friction: Real,
-    velocity: Vec,       // m/s, of that side past the other in the contact point
+    velocity: Vec,       // m/s, of that side past the other in the contact point, beyond what they may approach
 }
 
 /// What the disc update divides velocities by, 1/kg.
@@ -57,7 +56,7 @@ fn disc_update(side: OrientedContact, impulse: Vec, step: Real) -> Vec {
     let approach = dot(side.velocity, side.n);
     let friction = impulse + normal_impulse * side.n;
     let slip = side.velocity - approach * side.n;
-    let normal_impulse_next = max(normal_impulse + step / side.normal * (approach - side.bias_velocity), Real(0));
+    let normal_impulse_next = max(normal_impulse + step / side.normal * approach, Real(0));
     // In m/s, because squares of a small grain's impulses are beyond single precision.
     let weight = side.tangential;
     let limit = side.friction * (weight * normal_impulse_next);
@@ -73,12 +72,12 @@ fn natural_map(side: OrientedContact, impulse: Vec, weight: Real) -> Vec {
     let friction = impulse + normal_impulse * side.n;
     let slip = side.velocity - approach * side.n;
     let mu = side.friction;
-    let normal = weight * normal_impulse + (approach - side.bias_velocity) - mu * sqrt(dot(slip, slip));
+    let normal = weight * normal_impulse + approach - mu * sqrt(dot(slip, slip));
     let across = weight * friction - slip;
     let length = sqrt(dot(across, across));
     if (normal > 0 && length <= mu * normal) {
         // What is left of the differences below, without the rounding of impulses beside which velocities are small.
-        return slip + (approach - side.bias_velocity - mu * sqrt(dot(slip, slip))) * side.n;
+        return slip + (approach - mu * sqrt(dot(slip, slip))) * side.n;
     }
     var projected_friction = Vec();
     var projected_normal = Real(0);

@@ -47,7 +47,7 @@ fn paused() -> bool {
 
 /// A contact at velocity u.
 fn contact_at(c: ProblemContact, u: Vec) -> OrientedContact {
-    return OrientedContact(1, 1, -first_axis(), 0, c.normal, c.tangential, c.mu, u);
+    return OrientedContact(1, 1, -first_axis(), c.normal, c.tangential, c.mu, u);
 }
 
 alias Sums = PassSums;

@@ -19,7 +19,8 @@ use std::{
 /// Exit codes besides 0; 2 is also clap's for wrong usage.
 pub const STOPPED: u8 = 1;
 pub const BAD_INPUT: u8 = 2;
-pub const UNCONVERGED: u8 = 3;
+/// A solver has not reached its tolerance, or a result is doubtful.
+pub const UNSURE: u8 = 3;
 pub const INTERRUPTED: u8 = 130;
 
 /// What it takes to read a scene.
@@ -75,6 +76,11 @@ pub fn say(line: impl Display) {
 pub fn complain(error: impl Display) {
     let line = error.to_string().lines().map(str::trim).collect::<Vec<_>>().join(" ");
     eprintln!("error: {line}");
+}
+
+/// What makes a result doubtful, on the standard error.
+pub fn warn(doubt: impl Display) {
+    eprintln!("warning: {doubt}");
 }
 
 /// The name of a file without folder and ending.

@@ -1,12 +1,12 @@
 //! `packstone run`
 
-use super::common::{INTERRUPTED, STOPPED, SceneArgs, complain, engines, say, stem};
+use super::common::{INTERRUPTED, STOPPED, SceneArgs, UNSURE, complain, engines, say, stem, warn};
 use super::progress::Progress;
 use packstone::{
     Error,
     io::{
         Results,
-        summary::{Ending, Summary},
+        summary::{Ending, Relaxation, Summary},
     },
     measure::Sample,
     scene::{Assembly, Stop},
@@ -37,6 +37,9 @@ pub struct RunArgs {
     /// The same as --set stop.steps=N
     #[arg(long, value_name = "N")]
     steps: Option<u64>,
+    /// Exit with code 3 if the result is doubtful
+    #[arg(long)]
+    strict: bool,
     /// The same as --set stop.time=T, s
     #[arg(long, value_name = "T")]
     time: Option<f64>,
@@ -60,9 +63,16 @@ pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     // Only now, so that a scene that cannot run leaves no trace.
     let mut run = Run::new(simulation, &folder)?;
     let end = run.drive()?;
-    run.write(scene.name(), &end)?;
+    let summary = run.write(scene.name(), &end)?;
+    if let Some(Relaxation { force_balance_max: Some(worst), force_balance_grain: Some(grain), .. }) =
+        summary.relaxation
+    {
+        say(format!("forces on a grain balance to {worst:.1e} of its weight or more (grain {grain})"));
+    }
+    summary.doubts.iter().for_each(warn);
     say(format!("results in {}", folder.display()));
     Ok(match end {
+        End::Reached | End::AtRest if args.strict && !summary.doubts.is_empty() => ExitCode::from(UNSURE),
         End::Reached | End::AtRest => ExitCode::SUCCESS,
         End::Interrupted => ExitCode::from(INTERRUPTED),
         End::Stopped(error) => {
@@ -267,7 +277,7 @@ impl Run {
     }
 
     /// The last state and the summary.
-    fn write(mut self, scene: &str, end: &End) -> packstone::Result<()> {
+    fn write(mut self, scene: &str, end: &End) -> packstone::Result<Summary> {
         let wall_seconds = self.start.elapsed().as_secs_f64();
         let step = self.simulation.step();
         if self.row.1 != step {
@@ -285,7 +295,8 @@ impl Run {
         let (grains, clumps) = (self.simulation.grains()?, self.simulation.clumps()?);
         let ending = Ending { wall_seconds, converged, stopped };
         let summary = Summary::new(scene, &mut self.simulation, &sample, &grains, &clumps, ending)?;
-        self.results.finish(&summary, &grains, &clumps)
+        self.results.finish(&summary, &grains, &clumps)?;
+        Ok(summary)
     }
 }
 

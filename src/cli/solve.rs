@@ -1,6 +1,6 @@
 //! `packstone solve`
 
-use super::common::{UNCONVERGED, engines, precisions, say};
+use super::common::{UNSURE, engines, precisions, say};
 use glam::DVec3;
 use packstone::{
     Error, io,
@@ -122,7 +122,7 @@ pub fn solve(args: &SolveArgs) -> anyhow::Result<ExitCode> {
     } else {
         print(args, &problem, &solution, siconos, &report, seconds);
     }
-    Ok(if solution.converged { ExitCode::SUCCESS } else { ExitCode::from(UNCONVERGED) })
+    Ok(if solution.converged { ExitCode::SUCCESS } else { ExitCode::from(UNSURE) })
 }
 
 /// The answer of somebody else, as if it were ours.
@@ -152,7 +152,7 @@ fn print(args: &SolveArgs, problem: &Problem, solution: &Solution, siconos: f64,
     say(format!("problem      {n} contacts in {dims}D, {blocks} blocks"));
     if problem.asymmetry() > 1e-8 {
         say(format!(
-            "warning      W is not quite symmetric ({:.1e}); the mean with its transpose is solved",
+            "warning      W is not quite symmetric ({:.1e} of its norm); the mean with its transpose is solved",
             problem.asymmetry()
         ));
     }

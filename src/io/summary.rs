@@ -47,6 +47,8 @@ pub struct Summary {
     /// Of clumps.
     #[serde(flatten)]
     pub rotation: Option<Rotation>,
+    /// What makes the result doubtful, in words.
+    pub doubts: Vec<String>,
     /// Why the run ended before its time.
     pub stopped: Option<String>,
     pub version: &'static str,
@@ -59,16 +61,20 @@ pub struct Summary {
 pub struct Relaxation {
     /// Steps that ended with a residual above the tolerance.
     pub unconverged_steps: u64,
-    /// Relative residual of the natural map.
+    /// Largest residual of a contact, by the natural map and relative to what acts on it.
     pub residual_max: f64,
     pub residual_mean: f64,
     pub iterations_mean: f64,
     /// Of solvers that solve contacts one by one: updates that found no solution.
     pub local_failures: u64,
+    /// How far the forces on a free grain are from balance at most, over its weight or the mean contact force, and which
+    /// grain that is.
+    pub force_balance_max: Option<f64>,
+    pub force_balance_grain: Option<usize>,
 }
 
 impl Relaxation {
-    fn new(solved: &SolverStatistics) -> Relaxation {
+    fn new(solved: &SolverStatistics, balance: Option<(f64, usize)>) -> Relaxation {
         let steps = solved.steps.max(1) as f64;
         Relaxation {
             unconverged_steps: solved.unconverged,
@@ -76,6 +82,8 @@ impl Relaxation {
             residual_mean: solved.residual_sum / steps,
             iterations_mean: solved.iterations as f64 / steps,
             local_failures: solved.local_failures,
+            force_balance_max: balance.map(|(worst, _)| worst),
+            force_balance_grain: balance.map(|(_, grain)| grain),
         }
     }
 }
@@ -112,6 +120,7 @@ impl Summary {
     ) -> Result<Summary> {
         let walls = simulation.walls()?;
         let rounds = simulation.rotation_rounds()?;
+        let balance = if simulation.solver_statistics().is_some() { simulation.force_balance()? } else { None };
         let s = &*simulation;
         let assembly = s.assembly();
         let (momentum, angular_momentum) = if clumps.is_empty() {
@@ -145,17 +154,37 @@ impl Summary {
             momentum,
             angular_momentum,
             converged: ending.converged,
-            relaxation: s.solver_statistics().map(Relaxation::new),
+            relaxation: s.solver_statistics().map(|solved| Relaxation::new(solved, balance)),
             rotation: rounds.map(|(most, capped)| Rotation {
                 clumps: clumps.len(),
                 rotation_rounds_max: most,
                 rotation_rounds_capped: capped,
             }),
+            doubts: doubts(assembly, sample, s.solver_statistics(), ending.converged),
             stopped: ending.stopped,
             version: env!("CARGO_PKG_VERSION"),
             surroundings: Surroundings::new(assembly, &walls),
         })
     }
+}
+
+/// An overlap, in radii, beyond which grains are not what their contact law was made for.
+const LARGE_OVERLAP: f64 = 0.1;
+
+fn doubts(assembly: &Assembly, sample: &Sample, solved: Option<&SolverStatistics>, at_rest: bool) -> Vec<String> {
+    let overlap = sample.max_overlap_over_radius;
+    let deep = (overlap > LARGE_OVERLAP).then(|| format!("an overlap is {overlap:.2} radii deep"));
+    let unsolved = solved.filter(|solved| solved.unconverged > 0).map(|solved| {
+        format!(
+            "{} of {} steps were not solved within solver.max_iterations: a contact had a residual of up to {:.1e}",
+            solved.unconverged, solved.steps, solved.residual_max
+        )
+    });
+    let moving = assembly.stop.equilibrium.filter(|_| !at_rest).map(|asked| {
+        let found = sample.unbalanced_force_ratio;
+        format!("stop.equilibrium = {asked:e} was not reached: the ratio of unbalanced forces is {found:.1e}")
+    });
+    [deep, unsolved, moving].into_iter().flatten().collect()
 }
 
 /// What surrounds the grains: the part of the summary that a picture needs.

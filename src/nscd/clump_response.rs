@@ -3,9 +3,9 @@
 use crate::{
     body::grains::{clump, member_ids},
     nscd::{
-        contact::{residual_scale_of, store_clump_residual_sums},
+        contact::store_clump_residual_sums,
         response::{
-            RigidVelocity, clump_kinetic_metric, clump_response_of, clump_velocities, extrapolated_clump,
+            RigidVelocity, clump_kinetic_metric, clump_velocities, extrapolated_clump, impulse_response,
             member_velocity, velocity_difference,
         },
     },
@@ -25,17 +25,15 @@ pub fn clump_response(s: &mut State) {
 }
 
 fn respond_to_members(s: &mut State) -> Vec<RigidVelocity> {
-    let velocities = clump_velocities(s, clump_response_of);
+    let velocities = clump_velocities(s, impulse_response);
     store_clump_residual_sums(s, |s, c| {
         let here = clump(s, c);
         let change = velocity_difference(&extrapolated_clump(s, c, &here), &velocities[c]);
         let entries: usize = member_ids(s, c).map(|member_id| s.row(s.index_of_id[member_id] as usize).len()).sum();
-        let free = s.clump_velocity_next[c];
-        let unpushed = RigidVelocity { v: free.v, spin: s.clump_spin_next[c].0 };
-        let squared = clump_kinetic_metric(s, &here, &unpushed, &unpushed) * free.inverse_mass;
         ResidualSums {
+            lipschitz_bound: entries as f64,
             curvature: clump_kinetic_metric(s, &here, &change, &change),
-            ..residual_scale_of(s, entries, squared, free.inverse_mass)
+            ..ResidualSums::default()
         }
     });
     velocities

@@ -10,11 +10,7 @@ use crate::{
         law::Contact,
         materials::pair_of,
     },
-    space::{
-        dimension::moment,
-        precision::position_low_of,
-        walls::{wall_separation, wall_velocity},
-    },
+    space::{dimension::moment, precision::position_low_of, walls::wall_separation},
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -23,13 +19,13 @@ use rayon::prelude::*;
 pub fn combined(a: ResidualSums, b: ResidualSums) -> ResidualSums {
     ResidualSums {
         reference: a.reference + b.reference,
-        gravity_speed_squared: a.gravity_speed_squared + b.gravity_speed_squared,
-        imposed_speed: a.imposed_speed.max(b.imposed_speed),
         lipschitz_bound: a.lipschitz_bound.max(b.lipschitz_bound),
         residual_squared: a.residual_squared + b.residual_squared,
         restart_criterion: a.restart_criterion + b.restart_criterion,
         curvature: a.curvature + b.curvature,
         step_squared: a.step_squared + b.step_squared,
+        largest_residual: a.largest_residual.max(b.largest_residual),
+        resolved_residual: a.resolved_residual.max(b.resolved_residual),
         max_normal_impulse: a.max_normal_impulse.max(b.max_normal_impulse),
         coulomb_excess: a.coulomb_excess.max(b.coulomb_excess),
         late_contacts: a.late_contacts + b.late_contacts,
@@ -46,19 +42,12 @@ pub fn damping_factor(s: &State) -> f64 {
     1.0 / (1.0 + s.params.dt * s.params.damping)
 }
 
-/// Velocity that a grain would have at the end of the step if nothing touched it, and the inverse mass that impulses
-/// act on.
-pub fn free_velocity(s: &State, velocity: &Velocity) -> Velocity {
-    if velocity.inverse_mass == 0.0 {
-        return *velocity;
-    }
-    Velocity {
-        v: velocity.v + free_velocity_change(s, velocity),
-        inverse_mass: damping_factor(s) * velocity.inverse_mass,
-    }
+/// The inverse mass of a body that impulses act on, 1/kg.
+pub fn impulse_inverse_mass(s: &State, i: usize) -> f64 {
+    damping_factor(s) * s.velocity[i].inverse_mass
 }
 
-/// By how much it differs from that of now, m/s.
+/// By how much the velocity of a grain would change in the step if nothing touched it, m/s.
 pub fn free_velocity_change(s: &State, velocity: &Velocity) -> DVec3 {
     if velocity.inverse_mass == 0.0 {
         return DVec3::ZERO;
@@ -74,15 +63,24 @@ pub fn free_spin_change(s: &State, velocity: &Velocity, spin: DVec3) -> DVec3 {
     -damping_factor(s) * s.params.dt * s.params.damping * spin
 }
 
-/// What residuals are relative to: the square of a grain's free velocity, m²/s²; and a bound on the eigenvalues of W.
-pub fn residual_scale_of(s: &State, lipschitz_bound: usize, squared: f64, inverse_mass: f64) -> ResidualSums {
-    let mut sums = ResidualSums { lipschitz_bound: lipschitz_bound as f64, ..ResidualSums::default() };
-    if inverse_mass != 0.0 {
-        sums.reference = squared;
-        sums.gravity_speed_squared = s.params.dt * s.params.dt * s.params.gravity.length_squared();
-    }
-    sums
+/// A body or the first member of its clump at the end of the step if nothing touched.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FreeMotion {
+    /// m/s: the velocity of its grain now, as all kernels know it.
+    pub v: DVec3,
+    /// m/s: all that comes to it, so that differences of two keep their digits.
+    pub rest: DVec3,
+    pub spin: DVec3,
 }
+
+/// Velocity of a point of the first of two bodies past the second in the same place, m/s.
+pub fn past(a: &FreeMotion, arm: DVec3, b: &FreeMotion, arm_to: DVec3) -> DVec3 {
+    let rest = |motion: &FreeMotion, arm| motion.rest + surface_velocity(motion.spin, arm);
+    (a.v - b.v) + (rest(a, arm) - rest(b, arm_to))
+}
+
+/// Smaller than any speed that matters, m/s.
+pub const NO_SPEED: f64 = 1e-30;
 
 /// Velocities of body i, after a pass and as carried ahead from it, by what its impulses make of them: freed of the
 /// rounding that updates in place have left.
@@ -111,7 +109,6 @@ pub fn contact_at(
         sign: 1.0,
         share: 1.0,
         n: geometry.n,
-        bias_velocity: geometry.bias_velocity,
         normal: inverse_mass.normal,
         tangential: inverse_mass.tangential,
         friction: pair_of(s, i, j).friction,
@@ -121,14 +118,18 @@ pub fn contact_at(
 
 /// The contact at an entry of grain i at the velocities that `at` gives for a grain: translation and spin.
 pub fn oriented_contact(s: &State, i: usize, entry: usize, at: impl Fn(usize) -> (DVec3, DVec3)) -> OrientedContact {
+    let side = pushed_contact(s, i, entry, at);
+    OrientedContact { velocity: side.velocity + side.sign * s.free_contact_velocity[entry].0, ..side }
+}
+
+/// The same with what impulses have added to the velocity of its sides alone.
+pub fn pushed_contact(s: &State, i: usize, entry: usize, at: impl Fn(usize) -> (DVec3, DVec3)) -> OrientedContact {
     let j = (s.neighbour[entry] & INDEX) as usize;
     let (geometry, inverse_mass) = (s.contact_geometry[entry], s.inverse_effective_mass[entry]);
     let (here, arm, arm_to) = (at(i), inverse_mass.arm, inverse_mass.arm_to);
     let side = |velocity| contact_at(s, (i, j), &geometry, &inverse_mass, velocity);
-    if let Some(w) = j.checked_sub(s.sizes.bodies) {
-        let arm = arm * geometry.n;
-        let wall = wall_velocity(&s.wall[w], s.position[i].x + arm);
-        return side(relative_velocity(here, arm, (wall, DVec3::ZERO), DVec3::ZERO));
+    if j >= s.sizes.bodies {
+        return side(here.0 + surface_velocity(here.1, arm * geometry.n));
     }
     let sign = if i < j { 1.0 } else { -1.0 };
     let n = sign * geometry.n;

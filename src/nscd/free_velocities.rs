@@ -1,13 +1,13 @@
-//! Twin of `shaders/nscd/free_velocities.wgsl`: velocities of clumps and their members at the end of the step if
-//! nothing touched.
+//! Twin of `shaders/nscd/free_velocities.wgsl`: by how much the velocities of clumps would change in the step if nothing
+//! touched.
 
 use crate::{
-    body::{
-        bodies::Velocities,
-        grains::{clump, count_iterations, set_clump_velocity},
+    body::grains::{clump, count_iterations},
+    nscd::{
+        contact::{damping_factor, free_velocity_change},
+        gyroscopic::free_spin_change_of_clump,
     },
-    nscd::{contact::free_velocity, gyroscopic::free_spin_change_of_clump},
-    state::{Spin, State, VelocityLow},
+    state::{Spin, State, Velocity},
 };
 use rayon::prelude::*;
 
@@ -15,13 +15,10 @@ pub fn free_velocities(s: &mut State) {
     let changes: Vec<_> =
         (0..s.sizes.clumps).into_par_iter().map(|c| free_spin_change_of_clump(s, &clump(s, c))).collect();
     for (c, change) in changes.into_iter().enumerate() {
-        let here = clump(s, c);
-        let free = Velocities {
-            velocity: free_velocity(s, &here.velocity),
-            spin: Spin(here.spin + change.spin),
-            low: VelocityLow::default(),
-        };
-        set_clump_velocity(s, c, &here, free);
+        let now = s.clump_velocity[c];
+        s.clump_velocity_next[c] =
+            Velocity { v: free_velocity_change(s, &now), inverse_mass: damping_factor(s) * now.inverse_mass };
+        s.clump_spin_next[c] = Spin(change.spin);
         count_iterations(s, change.rounds, change.settled);
     }
 }

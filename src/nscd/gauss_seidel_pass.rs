@@ -8,7 +8,6 @@ use crate::{
         response::{ContactBody, VelocityUpdate, apply_impulse, contact_body, natural_map_scale},
     },
     solve::natural_map::{disc_update, natural_map},
-    space::walls::wall_velocity,
     state::{ColorCursor, ColoredContact, NONE, Packed, State},
 };
 use glam::DVec3;
@@ -53,11 +52,8 @@ impl Update {
         let here = contact_body(s, i, arm);
         let there = (j < s.sizes.bodies).then(|| contact_body(s, j, -inverse_mass.arm_to * geometry.n));
         let velocity = |body: &ContactBody| body.velocity.v + surface_velocity(body.spin, body.arm);
-        let velocity_to = match &there {
-            Some(there) => velocity(there),
-            None => wall_velocity(&s.wall[j - s.sizes.bodies], s.position[i].x + arm),
-        };
-        let side = contact_at(s, (i, j), &geometry, &inverse_mass, velocity(&here) - velocity_to);
+        let pushed = velocity(&here) - there.as_ref().map_or(DVec3::ZERO, velocity);
+        let side = contact_at(s, (i, j), &geometry, &inverse_mass, pushed + s.colored_free_velocity[k].0);
         let old = s.colored_impulse[k].0;
         let start = old + s.solver_state[0].beta * (old - s.colored_impulse_before[k].0);
         let next = disc_update(&side, start, 1.0);

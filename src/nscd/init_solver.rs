@@ -2,12 +2,12 @@
 //! W serves on.
 
 use crate::{
-    nscd::contact::total_sums,
+    nscd::contact::{NO_SPEED, total_sums},
     state::{SolverState, State},
 };
 
 pub fn init_solver(s: &mut State) {
     let sum = total_sums(s);
-    let scale = sum.reference.max(sum.gravity_speed_squared).sqrt().max(sum.imposed_speed).max(1e-30);
-    s.solver_state[0] = SolverState::new(scale, sum.lipschitz_bound, s.solver_state[0].lipschitz);
+    s.solver_state[0] =
+        SolverState::new(sum.reference.sqrt().max(NO_SPEED), sum.lipschitz_bound, s.solver_state[0].lipschitz);
 }

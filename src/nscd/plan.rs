@@ -106,7 +106,9 @@ fn pass(model: &Model) -> Plan {
 fn residual(model: &Model) -> Plan {
     let clumps = model.grains == Grains::Clumps;
     plan([
-        plan([run(&SCATTER_IMPULSES), run(&GATHER_IMPULSES), run(&REFRESH_MEMBERS).when(clumps)]).when(model.colored),
+        run(&SCATTER_IMPULSES).when(model.colored),
+        run(&GATHER_IMPULSES),
+        run(&REFRESH_MEMBERS).when(clumps),
         run(&RESIDUAL),
         run(&REDUCE_RESIDUAL),
     ])

@@ -1,7 +1,7 @@
 //! Twin of `shaders/nscd/power_iteration_start.wgsl`: velocities that hide from no mode, for a power iteration.
 
 use crate::{
-    nscd::{contact::free_velocity, response::grain_of},
+    nscd::{contact::impulse_inverse_mass, response::grain_of},
     state::{Spin, State, Velocity},
     units::Quantity,
 };
@@ -11,7 +11,7 @@ pub fn power_iteration_start(s: &mut State) {
     (s.solver_state[0].lipschitz, s.solver_state[0].beta) = (0.0, 0.0);
     let unit = s.units.of(Quantity::Velocity);
     for i in 0..s.sizes.bodies {
-        let inverse_mass = free_velocity(s, &s.velocity[i]).inverse_mass;
+        let inverse_mass = impulse_inverse_mass(s, i);
         let mut v = DVec3::ZERO;
         if inverse_mass != 0.0 {
             // One of two directions along every axis, by the bits of a scrambled number.

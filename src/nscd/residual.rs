@@ -1,17 +1,21 @@
 //! Twin of `shaders/nscd/residual.wgsl`: how far the impulses are from a solution, by the natural map, which anyone can
-//! compute again.
+//! compute again. A step is solved when every contact is, relative to what acts on it: a norm would not see a column
+//! that falls beside many grains at rest, or far from a fast one.
 
 use crate::{
     contact::history::set_active,
     nscd::{
-        contact::{list_entries, oriented_contact, store_residual_sums},
+        contact::{NO_SPEED, list_entries, oriented_contact, store_residual_sums},
         response::natural_map_scale,
     },
     solve::natural_map::{OrientedContact, natural_map},
-    state::{ACTIVE, ResidualSums, State},
+    state::{ACTIVE, INDEX, ResidualSums, State},
 };
 use glam::DVec3;
 use rayon::prelude::*;
+
+/// More than this part of what acts on a contact is no rounding: loads that nothing balances grow from pass to pass.
+const MOST_ROUNDING: f64 = 1e-2;
 
 pub fn residual(s: &mut State) {
     store_residual_sums(s, residual_sums_of);
@@ -30,7 +34,7 @@ fn late(s: &State, i: usize) -> impl Iterator<Item = usize> + '_ {
 }
 
 fn is_late(s: &State, entry: usize, side: &OrientedContact) -> bool {
-    s.neighbour[entry] & ACTIVE == 0 && side.velocity.dot(side.n) > side.bias_velocity
+    s.neighbour[entry] & ACTIVE == 0 && side.velocity.dot(side.n) > 0.0
 }
 
 fn residual_sums_of(s: &State, i: usize) -> ResidualSums {
@@ -42,6 +46,16 @@ fn residual_sums_of(s: &State, i: usize) -> ResidualSums {
         let normal_impulse = -impulse.dot(side.n);
         let friction = impulse + normal_impulse * side.n;
         let error = natural_map(&side, impulse, natural_map_scale(s, entry, side.tangential));
+        // Of its two grains' loads a small part, because sums of loads that balance have no more digits.
+        let j = (s.neighbour[entry] & INDEX) as usize;
+        let loads = s.load_speed[i] + s.load_speed.get(j).copied().unwrap_or_default();
+        let scale = s.contact_geometry[entry].speed + s.params.load_fraction * loads + NO_SPEED;
+        let size = error.length();
+        sums.largest_residual = sums.largest_residual.max(size / scale);
+        let may_be_rounding = size <= MOST_ROUNDING * s.contact_geometry[entry].speed;
+        let rounding = if may_be_rounding { s.params.load_rounding * loads } else { 0.0 };
+        sums.resolved_residual = sums.resolved_residual.max(size / (scale + rounding));
+        sums.reference += side.share * scale * scale;
         sums.residual_squared += side.share * error.length_squared();
         sums.max_normal_impulse = sums.max_normal_impulse.max(normal_impulse);
         sums.coulomb_excess = sums.coulomb_excess.max(friction.length() - side.friction * normal_impulse);

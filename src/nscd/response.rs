@@ -9,29 +9,47 @@ use crate::{
         rotation::{inverse_inertia, spin_of, surface_velocity},
     },
     contact::materials::pair_of,
-    nscd::contact::{damping_factor, free_spin_change, free_velocity},
-    space::dimension::{conjugate, moment, rotate, spin_dot, spin_squared},
+    nscd::contact::{FreeMotion, damping_factor, free_spin_change, free_velocity_change, impulse_inverse_mass},
+    space::{
+        dimension::{conjugate, largest, moment, rotate, spin_dot, spin_squared},
+        precision::{low_of, spin_low_of},
+    },
 };
 use crate::{
     model::Grains,
     solve::natural_map::{UpdateScales, largest_eigenvalue, update_scales},
-    state::{InverseEffectiveMass, Spin, State, Velocity},
+    state::{InverseEffectiveMass, Spin, State, Velocity, VelocityLow},
+    units::Quantity,
 };
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 use std::ops::Mul;
 
-/// Velocity of body i at the end of the step if nothing touched it, and the inverse mass that impulses act on.
-pub fn free_velocity_of(s: &State, i: usize) -> Velocity {
+/// Body i at the end of the step if nothing touched its grain. From `free_velocities` to `move_clumps`
+/// `clump_velocity_next` and `clump_spin_next` have by how much velocities would change in the step then.
+pub fn free_motion(s: &State, i: usize) -> FreeMotion {
     match s.model.grains {
-        Grains::Spheres => free_velocity(s, &s.velocity[i]),
-        Grains::Clumps => s.velocity_next[i], // since `free_velocities`
+        Grains::Spheres => {
+            let (now, w) = (s.velocity[i], spin_of(s, i));
+            let [low, spin_low] = lows_of(s, now.v, w, s.velocity_low.get(i));
+            let rest = low + free_velocity_change(s, &now);
+            FreeMotion { v: now.v, rest, spin: w + (spin_low + free_spin_change(s, &now, w)) }
+        }
+        Grains::Clumps => {
+            let member_id = s.id[i] as usize;
+            let c = s.clump_of_id[member_id] as usize;
+            let here = clump(s, c);
+            let [low, spin_low] = lows_of(s, here.velocity.v, here.spin, s.clump_velocity_low.get(c));
+            let spin = here.spin + (spin_low + s.clump_spin_next[c].0);
+            let surface = surface_velocity(spin, arm_of(s, here.orientation, member_id));
+            FreeMotion { v: here.velocity.v, rest: low + s.clump_velocity_next[c].v + surface, spin }
+        }
     }
 }
 
-/// The same for the spin of a sphere.
-pub fn free_spin_of(s: &State, i: usize) -> DVec3 {
-    spin_of(s, i) + free_spin_change(s, &s.velocity[i], spin_of(s, i))
+/// What a velocity and a spin have beyond f32.
+fn lows_of(s: &State, v: DVec3, w: DVec3, low: Option<&VelocityLow>) -> [DVec3; 2] {
+    low.map_or([DVec3::ZERO; 2], |low| [low_of(s, Quantity::Velocity, v, low.v), spin_low_of(s, w, low.spin)])
 }
 
 /// The number of the grain that body i is, or belongs to.
@@ -52,7 +70,7 @@ pub fn inverse_inertia_of(s: &State, here: &Clump) -> DMat3 {
 fn delassus_block(s: &State, i: usize, arm: DVec3) -> DMat3 {
     let member_id = s.id[i] as usize;
     let here = clump(s, s.clump_of_id[member_id] as usize);
-    let (inverse_mass, inertia) = (free_velocity_of(s, i).inverse_mass, inverse_inertia_of(s, &here));
+    let (inverse_mass, inertia) = (impulse_inverse_mass(s, i), inverse_inertia_of(s, &here));
     let arm = arm_of(s, here.orientation, member_id) + arm;
     let column = |axis: DVec3| point_response(inverse_mass, inertia, arm, axis);
     DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))
@@ -74,7 +92,7 @@ pub fn inverse_effective_mass_of(s: &State, i: usize, j: usize, gap: f64, n: DVe
     let (own, other) = (arms(i), arms(j));
     match s.model.grains {
         Grains::Spheres => {
-            let weight = |i: usize| s.velocity.get(i).map_or(0.0, |_| free_velocity_of(s, i).inverse_mass);
+            let weight = |i: usize| s.velocity.get(i).map_or(0.0, |_| impulse_inverse_mass(s, i));
             let rotational = |i: usize, arm: f64| {
                 s.position.get(i).map_or(0.0, |position| arm * arm * inverse_inertia(s, position, weight(i)))
             };
@@ -105,11 +123,25 @@ pub fn natural_map_scale(s: &State, entry: usize, tangential: f64) -> f64 {
     }
 }
 
+/// Velocity, m/s, that an impulse of 1 N s gives a point of body i at most.
+pub fn largest_response(s: &State, i: usize) -> f64 {
+    let (inverse_mass, radius) = (impulse_inverse_mass(s, i), s.position[i].radius);
+    inverse_mass
+        + match s.model.grains {
+            Grains::Spheres => radius * radius * inverse_inertia(s, &s.position[i], inverse_mass),
+            Grains::Clumps => {
+                let member_id = s.id[i] as usize;
+                let turning = damping_factor(s) * largest(s.inverse_moments[s.clump_of_id[member_id] as usize].0);
+                (s.member_offset[member_id].0.length() + radius).powi(2) * turning
+            }
+        }
+}
+
 /// Velocity and spin that impulses give sphere i at the end of the step.
 pub fn response(s: &State, i: usize, sum: &ForceTorque) -> (Velocity, DVec3) {
-    let free = free_velocity_of(s, i);
-    let inertia = inverse_inertia(s, &s.position[i], free.inverse_mass);
-    (Velocity { v: free.v + free.inverse_mass * sum.force, ..free }, free_spin_of(s, i) + inertia * sum.torque)
+    let inverse_mass = impulse_inverse_mass(s, i);
+    let inertia = inverse_inertia(s, &s.position[i], inverse_mass);
+    (Velocity { v: inverse_mass * sum.force, inverse_mass }, inertia * sum.torque)
 }
 
 /// Clumps will answer to the impulses of their members.
@@ -225,21 +257,15 @@ pub fn velocity_difference(a: &RigidVelocity, b: &RigidVelocity) -> RigidVelocit
 pub fn impulse_response(s: &State, c: usize, here: &Clump) -> RigidVelocity {
     let sum = clump_load(s, c, here.orientation);
     RigidVelocity {
-        v: free_velocity(s, &here.velocity).inverse_mass * sum.force,
+        v: damping_factor(s) * here.velocity.inverse_mass * sum.force,
         spin: inverse_inertia_of(s, here) * sum.torque,
     }
-}
-
-/// How a clump moves with them.
-pub fn clump_response_of(s: &State, c: usize, here: &Clump) -> RigidVelocity {
-    let push = impulse_response(s, c, here);
-    RigidVelocity { v: s.clump_velocity_next[c].v + push.v, spin: s.clump_spin_next[c].0 + push.spin }
 }
 
 /// How its surface moves where a member is.
 pub fn member_velocity(s: &State, here: &Clump, velocity: &RigidVelocity, member_id: usize) -> Velocity {
     let v = velocity.v + surface_velocity(velocity.spin, arm_of(s, here.orientation, member_id));
-    Velocity { v, inverse_mass: free_velocity(s, &here.velocity).inverse_mass }
+    Velocity { v, inverse_mass: damping_factor(s) * here.velocity.inverse_mass }
 }
 
 /// How a clump moves whose first member has these velocities.

@@ -37,6 +37,7 @@ fn sums_of_solved_contacts(s: &State) -> Vec<f64> {
     let squares = |of: &dyn Fn(&Velocity) -> f64| {
         s.extrapolated_velocity.iter().map(of).fold(0.0, f64::max) * s.model.precision.epsilon()
     };
+    let kick = kick.max(contact_speed(s).powi(2));
     let square = |m: &Velocity| m.v.length_squared().max(kick);
     let energy = squares(&|m| if m.inverse_mass == 0.0 { 0.0 } else { square(m) / m.inverse_mass });
     let sums = ResidualSums {
@@ -54,6 +55,9 @@ fn sums_of_solved_contacts(s: &State) -> Vec<f64> {
 pub const SPIN_FLOORS: &[Floor] =
     &[(&[&PASS_SPIN, &PASS_SPIN_BEFORE, &EXTRAPOLATED_SPIN, &CLUMP_SPIN_NEXT], largest_spin_from_a_member)];
 
+/// What members get from their clump.
+pub const MEMBER_FLOORS: &[Floor] = &[FLOORS[0], SPIN_FLOORS[0]];
+
 /// rad/s
 fn largest_spin_from_a_member(s: &State) -> f64 {
     let of_member = |member_id: usize| {
@@ -64,9 +68,24 @@ fn largest_spin_from_a_member(s: &State) -> f64 {
     (0..s.sizes.bodies).map(of_member).fold(0.0, f64::max)
 }
 
+/// What a sweep updates in place: impulses answer to all of a contact's velocity, not to what is left of it.
+pub const SWEPT: &[Floor] = &[
+    (&[&PASS_RESIDUAL], cancelled_velocities),
+    (&[&EXTRAPOLATED_VELOCITY], contact_speed),
+    (&[&EXTRAPOLATED_SPIN], |s| {
+        contact_speed(s) / s.position.iter().map(|position| position.radius).fold(f64::INFINITY, f64::min)
+    }),
+];
+
+/// Of the sides of a contact past each other, m/s.
+fn contact_speed(s: &State) -> f64 {
+    let pushed = s.extrapolated_velocity.iter().map(|m| m.v.length());
+    pushed.chain(s.free_contact_velocity.iter().map(|q| q.0.length())).fold(0.0, f64::max)
+}
+
 /// Squares of what is left where velocities cancel, (m/s)²: d(x²) = 2 x dx, and dx is a rounding of velocities.
-pub fn cancelled_velocities(s: &State) -> f64 {
-    let v = s.extrapolated_velocity.iter().map(|m| m.v.length()).fold(0.0, f64::max);
+fn cancelled_velocities(s: &State) -> f64 {
+    let v = contact_speed(s);
     let left = s.pass_residual.iter().copied().fold(0.0, f64::max).sqrt();
     2.0 * v * left.max(64.0 * s.model.precision.epsilon() * v)
 }

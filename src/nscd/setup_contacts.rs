@@ -2,18 +2,18 @@
 //! step would give it.
 
 use crate::{
-    body::{ForceTorque, bodies::body, rotation::spin_of},
+    body::{ForceTorque, bodies::body},
     contact::history::set_active,
     model::Grains,
     nscd::{
         contact::{
-            active_entries, bias_velocity_of, combined, impulse_sum, list_entries, residual_scale_of, separation_with,
+            FreeMotion, active_entries, bias_velocity_of, impulse_sum, list_entries, past, separation_with,
             store_residual_sums, warm_start_impulse,
         },
-        response::{free_velocity_of, inverse_effective_mass_of, response, store_member_load},
+        response::{free_motion, inverse_effective_mass_of, response, store_member_load},
     },
     space::walls::wall_velocity,
-    state::{ACTIVE, ContactGeometry, INDEX, ResidualSums, State},
+    state::{ACTIVE, ContactGeometry, INDEX, Packed, ResidualSums, State},
 };
 use rayon::prelude::*;
 
@@ -21,21 +21,25 @@ pub fn setup_contacts(s: &mut State) {
     let mut bad = 0;
     let slack = s.params.dt * s.params.gravity.length();
     for i in 0..s.sizes.bodies {
-        let here = body(s, i);
+        let (here, free) = (body(s, i), free_motion(s, i));
         for entry in list_entries(s, i).collect::<Vec<_>>() {
             let (tagged, old) = (s.neighbour[entry], warm_start_impulse(s, entry));
             let j = (tagged & INDEX) as usize;
             let touch = separation_with(s, i, &here, j);
             let bias_velocity = bias_velocity_of(s, touch.gap);
-            let velocity_to = match j.checked_sub(s.sizes.bodies) {
-                None => free_velocity_of(s, j).v,
-                Some(w) => wall_velocity(&s.wall[w], here.position.x),
-            };
-            // Pairs that are not about to touch take no part in passes, unless the residual finds that they should.
-            let approach = (free_velocity_of(s, i).v - velocity_to).dot(touch.n);
-            set_active(&mut s.neighbour[entry], tagged & ACTIVE != 0 || bias_velocity <= approach + slack);
-            s.contact_geometry[entry] = ContactGeometry { n: touch.n, bias_velocity };
             let (inverse_effective_mass, delassus_eigenvalue) = inverse_effective_mass_of(s, i, j, touch.gap, touch.n);
+            let [arm, arm_to] = [inverse_effective_mass.arm * touch.n, -inverse_effective_mass.arm_to * touch.n];
+            let there = match j.checked_sub(s.sizes.bodies) {
+                None => free_motion(s, j),
+                Some(w) => FreeMotion { v: wall_velocity(&s.wall[w], here.position.x + arm), ..FreeMotion::default() },
+            };
+            let v = past(&free, arm, &there, arm_to);
+            let q = v - bias_velocity * touch.n;
+            s.free_contact_velocity[entry] = Packed(q);
+            let speed = v.length().max(-bias_velocity).max(slack);
+            s.contact_geometry[entry] = ContactGeometry { n: touch.n, speed };
+            // Pairs that are not about to touch take no part in passes, unless the residual finds that they should.
+            set_active(&mut s.neighbour[entry], tagged & ACTIVE != 0 || q.dot(touch.n) + slack >= 0.0);
             s.inverse_effective_mass[entry] = inverse_effective_mass;
             if let Some(kept) = s.delassus_eigenvalue.get_mut(entry) {
                 *kept = delassus_eigenvalue;
@@ -47,7 +51,7 @@ pub fn setup_contacts(s: &mut State) {
             }
         }
     }
-    store_residual_sums(s, |s, i| combined(imposed_speed(s, i), residual_scale(s, i)));
+    store_residual_sums(s, residual_scale);
     s.counters[0].lost_body = s.counters[0].lost_body.max(bad);
     let sums: Vec<ForceTorque> =
         (0..s.sizes.bodies).into_par_iter().map(|i| impulse_sum(s, list_entries(s, i))).collect();
@@ -65,27 +69,15 @@ pub fn setup_contacts(s: &mut State) {
     }
 }
 
-/// The largest velocity that a wall, a fixed grain, a spin or an overlap asks for.
-fn imposed_speed(s: &State, i: usize) -> ResidualSums {
+/// What residuals are relative to, and of spheres a bound on the eigenvalues of W; that of members their clump knows.
+fn residual_scale(s: &State, i: usize) -> ResidualSums {
     let mut sums = ResidualSums::default();
-    let rim_speed = s.position[i].radius * spin_of(s, i).length();
+    if s.model.grains == Grains::Spheres {
+        sums.lipschitz_bound = list_entries(s, i).count() as f64;
+    }
     for entry in active_entries(s, i) {
-        let j = (s.neighbour[entry] & INDEX) as usize;
-        let speed = match j.checked_sub(s.sizes.bodies) {
-            Some(w) => wall_velocity(&s.wall[w], s.position[i].x).length(),
-            None if s.velocity[j].inverse_mass == 0.0 => free_velocity_of(s, j).v.length(),
-            None => 0.0,
-        };
-        sums.imposed_speed = sums.imposed_speed.max(speed.max(rim_speed).max(-s.contact_geometry[entry].bias_velocity));
+        let with_wall = (s.neighbour[entry] & INDEX) as usize >= s.sizes.bodies;
+        sums.reference += if with_wall { 1.0 } else { 0.5 } * s.contact_geometry[entry].speed.powi(2);
     }
     sums
-}
-
-/// What a sphere adds; for members, clumps do.
-fn residual_scale(s: &State, i: usize) -> ResidualSums {
-    if s.model.grains == Grains::Clumps {
-        return ResidualSums::default();
-    }
-    let free = free_velocity_of(s, i);
-    residual_scale_of(s, list_entries(s, i).count(), free.v.length_squared(), free.inverse_mass)
 }

@@ -162,7 +162,7 @@ fn method(solver: &schema::Solver, check: &Check) -> Result<Method> {
     Ok(Method::ContactDynamics(Relaxation {
         solver: word("relaxation", solver.relaxation.as_deref(), solve::Solver::JacobiAccelerated, check)?,
         order: word("order", solver.order.as_deref(), solve::Order::default(), check)?,
-        tolerance: solver.tolerance.unwrap_or(1e-3),
+        tolerance: solver.tolerance.unwrap_or(1e-5),
         max_iterations: solver.max_iterations.unwrap_or(1000),
         max_correction_velocity: solver.max_correction_velocity,
         gyroscopic: solver.gyroscopic.unwrap_or(false),

@@ -10,12 +10,11 @@ use crate::{
     error::Result,
     model::Grains as Kind,
     nscd::{
-        contact::{active_entries, entry_of, relative_velocity},
-        response::{free_spin_of, free_velocity_of, grain_of, inverse_inertia_of, point_response},
+        contact::{active_entries, entry_of, impulse_inverse_mass, relative_velocity},
+        response::{grain_of, inverse_inertia_of, point_response},
     },
     scene::Relaxation,
     solve::{Operator, Options, Problem, Solution, Solver, gauss_seidel, solve},
-    space::walls::wall_velocity,
     state::{INDEX, Packed, Spin, State, Velocity, array::*, present},
 };
 use glam::{DMat3, DVec3};
@@ -24,9 +23,8 @@ use std::{ops::Mul, time::Instant};
 /// A contact of the body with the smaller index, which belongs to grain `first`.
 struct Contact {
     first: usize,
-    /// The other grain. None: a wall, with the velocity of its surface, m/s.
+    /// The other grain. None: a wall.
     second: Option<usize>,
-    wall: DVec3,
     /// Entries of the two in their lists.
     entry: usize,
     entry_to: Option<usize>,
@@ -35,8 +33,8 @@ struct Contact {
     /// m, from the centres of the grains to the contact point.
     arm: DVec3,
     arm_to: DVec3,
-    /// m/s
-    bias_velocity: f64,
+    /// m/s, in its frame: q.
+    free: DVec3,
     friction: f64,
 }
 
@@ -61,8 +59,6 @@ impl Inertia for DMat3 {}
 
 /// What impulses do to a grain.
 struct Grain<I> {
-    /// Velocity, m/s, and spin, rad/s, without any impulse.
-    free: (DVec3, DVec3),
     /// 1/kg and 1/(kg m²)
     inverse_mass: f64,
     inverse_inertia: I,
@@ -109,24 +105,23 @@ impl<I: Inertia> Grains<I> {
         if let Some((second, _)) = second {
             self.grains[second].contact_ids.push(k);
         }
-        self.contact_ids.push(Contact {
+        let mut contact = Contact {
             first,
             second: second.map(|(second, _)| second),
-            wall: wall.map_or(DVec3::ZERO, |w| {
-                wall_velocity(&s.wall[w], s.position[i].x + inverse_effective_mass.arm * geometry.n)
-            }),
             entry,
             entry_to: wall.is_none().then(|| entry_of(s, j, i)),
             axes: [geometry.n, tangents.0, tangents.1],
             arm: to_first + inverse_effective_mass.arm * geometry.n,
             arm_to: second.map_or(DVec3::ZERO, |(_, to_second)| to_second - inverse_effective_mass.arm_to * geometry.n),
-            bias_velocity: geometry.bias_velocity,
+            free: DVec3::ZERO,
             friction: pair_of(s, i, j).friction,
-        });
+        };
+        contact.free = contact.in_frame(s.free_contact_velocity[entry].0);
+        self.contact_ids.push(contact);
     }
 }
 
-/// The state are the velocities of the grains.
+/// The state are velocities and spins that impulses have added to those of the grains.
 impl<I: Inertia> Operator for Grains<I> {
     type State = Vec<(DVec3, DVec3)>;
 
@@ -162,18 +157,18 @@ impl<I: Inertia> Operator for Grains<I> {
     }
 
     fn free(&self) -> Self::State {
-        self.grains.iter().map(|grain| grain.free).collect()
+        vec![(DVec3::ZERO, DVec3::ZERO); self.grains.len()]
     }
 
     fn set(&self, state: &mut Self::State, r: &[DVec3]) {
-        state.iter_mut().zip(&self.grains).for_each(|(state, grain)| *state = grain.free);
+        state.fill((DVec3::ZERO, DVec3::ZERO));
         r.iter().enumerate().for_each(|(k, r)| self.add(state, k, *r));
     }
 
     fn velocity(&self, state: &Self::State, k: usize) -> DVec3 {
         let m = &self.contact_ids[k];
-        let second = m.second.map_or((m.wall, DVec3::ZERO), |j| state[j]);
-        m.in_frame(relative_velocity(state[m.first], m.arm, second, m.arm_to)) + m.bias_velocity * DVec3::X
+        let second = m.second.map_or((DVec3::ZERO, DVec3::ZERO), |j| state[j]);
+        m.in_frame(relative_velocity(state[m.first], m.arm, second, m.arm_to)) + m.free
     }
 
     fn add(&self, state: &mut Self::State, k: usize, change: DVec3) {
@@ -208,10 +203,9 @@ fn solve_state(s: &mut State, relaxation: &Relaxation, step: u64, began: Instant
     match s.model.grains {
         Kind::Spheres => {
             let of_body = |i| {
-                let inverse_mass = free_velocity_of(s, i).inverse_mass;
+                let inverse_mass = impulse_inverse_mass(s, i);
                 let inverse_inertia = inverse_inertia(s, &s.position[i], inverse_mass);
-                let free = (free_velocity_of(s, i).v, free_spin_of(s, i));
-                Grain { free, inverse_mass, inverse_inertia, contact_ids: Vec::new() }
+                Grain { inverse_mass, inverse_inertia, contact_ids: Vec::new() }
             };
             let grains = (0..s.sizes.bodies).map(of_body).collect();
             solve_grains(
@@ -225,7 +219,6 @@ fn solve_state(s: &mut State, relaxation: &Relaxation, step: u64, began: Instant
         }
         Kind::Clumps => {
             let of_clump = |c: usize| Grain {
-                free: (s.clump_velocity_next[c].v, s.clump_spin_next[c].0),
                 inverse_mass: s.clump_velocity_next[c].inverse_mass,
                 inverse_inertia: inverse_inertia_of(s, &clump(s, c)),
                 contact_ids: Vec::new(),
@@ -314,6 +307,7 @@ pub fn solve_step(runner: &mut Runner, relaxation: &Relaxation, began: Instant) 
         &LIST_START,
         &NEIGHBOUR,
         &CONTACT_GEOMETRY,
+        &FREE_CONTACT_VELOCITY,
         &INVERSE_EFFECTIVE_MASS,
         &IMPULSE,
         &SOLVER_STATE,

@@ -26,6 +26,11 @@ const MOST_BY_COLORS: u32 = 16;
 /// contacts.
 const MOST_SWEEPS: u32 = 8192;
 
+/// A residual has fallen since an earlier look if it is less than this part of what it was.
+const FALLEN: f64 = 0.7;
+/// Passes without a fall after which there may be none any more.
+const PATIENCE: u32 = 16;
+
 /// Most solutions of a step on the host, each with the pairs that the one before has brought together.
 const HOST_ROUNDS: u32 = 16;
 
@@ -33,12 +38,13 @@ const HOST_ROUNDS: u32 = 16;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SolverStatistics {
     pub steps: u64,
-    /// Steps that ended with a residual above the tolerance.
+    /// Steps that ended with a residual above the tolerance that is not the rounding of loads.
     pub unconverged: u64,
     /// Passes of all steps, and of the last one.
     pub iterations: u64,
     pub last_iterations: u32,
-    /// Relative residual of the natural map: sum over the steps, largest, and of the last one.
+    /// Largest residual of a contact, by the natural map and relative to what acts on it: sum over the steps, largest,
+    /// and of the last one.
     pub residual_sum: f64,
     pub residual_max: f64,
     pub last_residual: f64,
@@ -49,10 +55,10 @@ pub struct SolverStatistics {
 }
 
 impl SolverStatistics {
-    fn add(&mut self, passes: u32, end: &SolverState, tolerance: f64) {
+    fn add(&mut self, passes: u32, end: &SolverState, solved: bool) {
         let residual = end.residual;
         self.steps += 1;
-        self.unconverged += u64::from(!(residual <= tolerance));
+        self.unconverged += u64::from(!solved);
         self.iterations += u64::from(passes);
         self.residual_sum += residual;
         self.residual_max = if residual.is_nan() { f64::INFINITY } else { self.residual_max.max(residual) };
@@ -65,7 +71,7 @@ impl SolverStatistics {
 pub struct ResidualRecord {
     /// Passes so far.
     pub passes: u32,
-    /// Relative residual of the natural map.
+    /// Largest residual of a contact, by the natural map and relative to what acts on it.
     pub residual: f64,
     /// Wall time since contacts were looked for in the lists, s.
     pub seconds: f64,
@@ -75,13 +81,15 @@ pub struct ResidualRecord {
 pub struct Nscd {
     pub relaxation: Relaxation,
     pub statistics: SolverStatistics,
+    /// Passes after which the residual of the last step fell no more.
+    enough: u32,
     /// Of the last step; the last entry is what it ended with.
     pub residual_history: Vec<ResidualRecord>,
 }
 
 impl Nscd {
     pub fn new(relaxation: Relaxation) -> Nscd {
-        Nscd { relaxation, statistics: SolverStatistics::default(), residual_history: Vec::new() }
+        Nscd { relaxation, statistics: SolverStatistics::default(), enough: 0, residual_history: Vec::new() }
     }
 
     /// One step.
@@ -91,8 +99,9 @@ impl Nscd {
     pub fn advance(&mut self, plans: &Plans, runner: &mut Runner, lists: &mut NeighbourLists) -> Result<()> {
         let mut step = Step::new(self, runner, lists);
         plans.chunk.walk(&mut step)?;
-        let (passes, end) = (step.passes, step.end);
-        self.statistics.add(passes, &end, runner.state.params.tolerance);
+        let (passes, end, solved, best) = (step.passes, step.end, step.solved, step.best);
+        self.enough = best.1;
+        self.statistics.add(passes, &end, solved);
         lists.serve_step();
         runner.step += 1;
         Ok(())
@@ -111,6 +120,14 @@ struct Step<'a> {
     batch: u32,
     /// What the last look has seen.
     end: SolverState,
+    /// Whether that is a solution.
+    solved: bool,
+    /// The least residual that a look has seen, after so many passes.
+    best: (f64, u32),
+    /// Of a solver on the host: the relative residual, a norm over all contacts, that it is to reach next, and whether
+    /// it has reached the last one.
+    host_tolerance: f64,
+    host_converged: bool,
     coloring: Coloring,
     /// Why the step is taken back, if it lost a grain.
     lost: Option<Error>,
@@ -124,6 +141,10 @@ impl<'a> Step<'a> {
             passes: 0,
             batch: 0,
             end: SolverState::default(),
+            solved: false,
+            best: (f64::INFINITY, 0),
+            host_tolerance: 0.0,
+            host_converged: true,
             coloring: Coloring::default(),
             lost: None,
             nscd,
@@ -138,8 +159,10 @@ impl<'a> Step<'a> {
         self.began = Instant::now();
         self.passes = 0;
         // Most steps take about as many passes as the one before; to learn of fewer, begin with fewer.
-        self.batch = (self.nscd.statistics.last_iterations * 3 / 4).clamp(LEAST_AT_ONCE, MOST_AT_ONCE);
+        self.batch = (self.nscd.enough * 3 / 4).clamp(LEAST_AT_ONCE, MOST_AT_ONCE);
         self.end = SolverState { residual: f64::INFINITY, ..SolverState::default() };
+        self.best = (f64::INFINITY, 0);
+        self.host_tolerance = self.nscd.relaxation.tolerance;
         self.coloring = Coloring::default();
     }
 }
@@ -153,8 +176,13 @@ impl Driver for Step<'_> {
     fn solve_on_host(&mut self) -> Result<()> {
         self.runner.submit()?;
         let passes = self.passes;
-        let left = Relaxation { max_iterations: self.nscd.relaxation.max_iterations - passes, ..self.nscd.relaxation };
+        let left = Relaxation {
+            max_iterations: self.nscd.relaxation.max_iterations - passes,
+            tolerance: self.host_tolerance,
+            ..self.nscd.relaxation
+        };
         let solution = host_solver::solve_step(self.runner, &left, self.began)?;
+        self.host_converged = solution.converged;
         self.nscd.statistics.local_failures += solution.local_failures as u64;
         self.nscd.residual_history.extend(solution.history.iter().map(|record| ResidualRecord {
             passes: passes + record.pass as u32,
@@ -249,19 +277,29 @@ impl Step<'_> {
         self.runner.submit()?;
         let before = (self.passes, self.end.residual);
         self.end = self.runner.read(&[&array::SOLVER_STATE])?.solver_state[0];
-        let SolverState { residual, late_contacts, .. } = self.end;
+        let SolverState { residual, resolved_residual, late_contacts, .. } = self.end;
         if !self.on_host {
             self.passes = self.end.passes;
         }
         let seconds = self.began.elapsed().as_secs_f64();
         self.nscd.residual_history.push(ResidualRecord { passes: self.passes, residual, seconds });
         let tolerance = self.runner.state.params.tolerance;
-        if residual <= tolerance || self.passes >= self.nscd.relaxation.max_iterations {
+        if late_contacts > 0 || !(residual >= FALLEN * self.best.0) {
+            self.best = (residual, self.passes);
+        }
+        // What falls no more and is rounding will not fall.
+        let stalled = self.passes >= self.best.1 + (self.best.1 / 2).max(PATIENCE);
+        self.solved = residual <= tolerance || (stalled && resolved_residual <= tolerance);
+        if self.solved || self.passes >= self.nscd.relaxation.max_iterations {
             return Ok(true);
         }
         if self.on_host {
-            // Pairs that were left out may have met; then once more, with them.
-            return Ok(late_contacts == 0 || round == HOST_ROUNDS);
+            // Pairs that were left out may have met; then once more, with them. Or the norm is small, but a contact's
+            // own residual is not yet.
+            if late_contacts == 0 {
+                self.host_tolerance *= (0.5 * tolerance / residual).min(0.5);
+            }
+            return Ok(round == HOST_ROUNDS || (late_contacts == 0 && !self.host_converged));
         }
         // As many as it takes if the residual goes on falling as it has since the last look, but no more than a quarter
         // of what there were.

@@ -4,7 +4,7 @@ use super::{Simulation, columns::Columns};
 use crate::{
     body::grains,
     error::Result,
-    measure::{Sample, masses},
+    measure::{Sample, mass_of_clump, masses},
     model::{Grains, Rotation},
     scene::{Clump, Grain, Surface, Wall},
     space::precision::{low_of, position_low_of, spin_low_of},
@@ -135,6 +135,31 @@ impl Simulation {
             forces[s.id[i] as usize] = (s.force[i], s.torque.get(i).map_or(DVec3::ZERO, |t| t.0));
         }
         Ok(forces)
+    }
+
+    /// How far the forces on a free grain are from balance at most: `|ΣF + m g|` over its weight or, where that is more,
+    /// the mean contact force; and the number of that grain, of a clump its own. In contact dynamics that is the
+    /// acceleration which the impulses of the last step have left. None without a free grain.
+    pub fn force_balance(&mut self) -> Result<Option<(f64, usize)>> {
+        let contact_force = self.sample()?.contact_force;
+        let forces = self.forces()?;
+        let (masses, gravity) = (masses(&self.assembly), self.assembly.gravity);
+        let of_grain = |mass: f64, force: DVec3| {
+            let scale = (mass * gravity.length()).max(contact_force).max(f64::MIN_POSITIVE);
+            (force + mass * gravity).length() / scale
+        };
+        let balances: Vec<(f64, usize)> = match &self.assembly.clumps[..] {
+            [] => {
+                let free = self.assembly.grains.iter().enumerate().filter(|(_, grain)| !grain.fixed);
+                free.map(|(i, _)| (of_grain(masses[i], forces[i].0), i)).collect()
+            }
+            clumps => {
+                let free = clumps.iter().enumerate().filter(|(_, clump)| !clump.fixed);
+                let load = |c: usize| self.assembly.members(c).map(|i| forces[i].0).sum();
+                free.map(|(c, clump)| (of_grain(mass_of_clump(&self.assembly, clump), load(c)), c)).collect()
+            }
+        };
+        Ok(balances.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)))
     }
 
     /// Walls now.

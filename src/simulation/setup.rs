@@ -81,6 +81,12 @@ impl Setup {
 /// cost the next one passes.
 const GAP_BAND: f64 = 1e-4;
 
+/// The part of the loads of its two grains that the residual of a contact is relative to: far less than the loads,
+/// because the errors of a chain of contacts add up.
+const LOAD_FRACTION: f64 = 5e-5;
+/// Units in the last place of the loads of two grains below which the residual of their contact may be rounding.
+const LOAD_ROUNDINGS: f64 = 4.0;
+
 /// What a device computes in: the mean radius, the mean mass and the step up to which contacts are stable, or the step
 /// where none is, or that is not stable.
 fn units(assembly: &Assembly, model: &Model, dt: f64, dt_bound: f64) -> Units {
@@ -129,7 +135,7 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
         partial_sums_len: PARTIAL_SUMS as u32,
         ..Params::default()
     };
-    set_relaxation(&mut p, assembly, mean_radius);
+    set_relaxation(&mut p, assembly, model.precision, mean_radius);
     set_quanta(&mut p, assembly, model, largest);
     let range = range(&p, model, assembly);
     set_domain(&mut p, assembly, model, largest, range);
@@ -143,9 +149,11 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
 }
 
 /// Of contact dynamics.
-fn set_relaxation(p: &mut Params, assembly: &Assembly, mean_radius: f64) {
+fn set_relaxation(p: &mut Params, assembly: &Assembly, precision: Precision, mean_radius: f64) {
     if let Method::ContactDynamics(relaxation) = assembly.solver.method {
         p.tolerance = relaxation.tolerance;
+        p.load_fraction = LOAD_FRACTION;
+        p.load_rounding = LOAD_ROUNDINGS * precision.epsilon() / relaxation.tolerance;
         p.max_momentum = if relaxation.solver == solve::Solver::Jacobi { 0.0 } else { 1.0 };
         // Slower than what gravity takes away in a step, so that nothing flies up; without gravity something small.
         let gained = assembly.gravity.length() * p.dt;

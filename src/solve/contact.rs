@@ -76,16 +76,7 @@ impl Contact {
     /// The contact at velocity u.
     pub fn at(&self, u: DVec3) -> OrientedContact {
         let UpdateScales { normal, tangential } = self.scales;
-        OrientedContact {
-            sign: 1.0,
-            share: 1.0,
-            n: NORMAL,
-            bias_velocity: 0.0,
-            normal,
-            tangential,
-            friction: self.mu,
-            velocity: u,
-        }
+        OrientedContact { sign: 1.0, share: 1.0, n: NORMAL, normal, tangential, friction: self.mu, velocity: u }
     }
 
     /// See [`natural_map`](fn@natural_map); a velocity.

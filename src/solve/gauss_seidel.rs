@@ -1,8 +1,10 @@
 //! One contact after the other with all others as they are: each solved exactly, in various orders, or colour by colour
-//! by the disc update of scenes, with momentum.
+//! by the disc update of scenes, with momentum. Sweeps by colours may go in circles; then steps are halved, and if that
+//! does not help, Jacobi's passes go on from the best iterate.
 
 use crate::solve::{
     contact::Contact,
+    jacobi,
     momentum::{MomentumLimits, PassSums, SolverState, next_momentum},
     natural_map::disc_update,
     operator::Operator,
@@ -21,6 +23,9 @@ const REFRESH: u32 = 64;
 /// Updates of a contact whenever a sweep by colours comes to it. The first one solves spheres exactly, as in scenes;
 /// blocks of files, which join normal and tangent, leave something to a second one, which costs no pass.
 const UPDATES: usize = 2;
+
+/// Steps of sweeps by colours that are shorter than one over this do not end circles either.
+const MOST_HALVED: f64 = 2.0;
 
 /// Contacts with their impulses and the state that belongs to them.
 struct Sweep<'a, O: Operator> {
@@ -107,7 +112,6 @@ pub fn colored<O: Operator>(operator: &O, start: Vec<DVec3>, options: &Options) 
     // The iterate before, and where the sweep began.
     let (mut x, mut y) = (sweep.r.clone(), sweep.r.clone());
     let (mut state_x, mut newer) = (sweep.state.clone(), sweep.state.clone());
-    // Updates in place have no step length.
     let mut momentum = SolverState::new(operator.reference(), 0.0, 1.0);
     let limits = MomentumLimits { max_momentum: 1.0, rounding: 0.0 };
     let mut stop = monitor.stop(0, sweep.residual(), &sweep.r);
@@ -115,9 +119,9 @@ pub fn colored<O: Operator>(operator: &O, start: Vec<DVec3>, options: &Options) 
         y.copy_from_slice(&sweep.r);
         sweep.run(&order, |contact, r, u| {
             let b = contact.without(r, u);
-            (0..UPDATES).fold(r, |r, _| disc_update(&contact.at(contact.with(r, b)), r, 1.0))
+            (0..UPDATES).fold(r, |r, _| disc_update(&contact.at(contact.with(r, b)), r, momentum.step()))
         });
-        let mut sums = PassSums::default();
+        let mut sums = PassSums::of_sweep();
         for (k, contact) in contacts.iter().enumerate() {
             let (u, u_x) = (operator.velocity(&sweep.state, k), operator.velocity(&state_x, k));
             sums.residual_squared += contact.natural_map(sweep.r[k], u).length_squared();
@@ -126,6 +130,9 @@ pub fn colored<O: Operator>(operator: &O, start: Vec<DVec3>, options: &Options) 
         }
         momentum = next_momentum(&momentum, &sums, &limits);
         stop = monitor.stop(momentum.passes as usize, momentum.residual_estimate, &sweep.r);
+        if !stop && momentum.step_divisor > MOST_HALVED {
+            return jacobi::relax(operator, &contacts, monitor.best(), true, options, monitor);
+        }
 
         let beta = momentum.beta;
         for (x, r) in x.iter_mut().zip(&mut sweep.r) {

@@ -25,18 +25,29 @@ use std::time::Instant;
 
 /// Jacobi relaxation from `start`.
 pub fn solve<O: Operator>(operator: &O, start: Vec<DVec3>, accelerated: bool, options: &Options) -> Solution {
-    let started = Instant::now();
     let contacts = contacts(operator);
-    let mut monitor = Monitor::new(operator, &contacts, options, started);
-    let n = contacts.len();
+    let monitor = Monitor::new(operator, &contacts, options, Instant::now());
+    relax(operator, &contacts, start, accelerated, options, monitor)
+}
+
+/// The same from where another solver has come to, with the passes that it has left.
+pub fn relax<O: Operator>(
+    operator: &O,
+    contacts: &[Contact],
+    start: Vec<DVec3>,
+    accelerated: bool,
+    options: &Options,
+    mut monitor: Monitor<O>,
+) -> Solution {
+    let (n, passes) = (contacts.len(), monitor.passes());
     let (mut x, mut y, mut next) = (start.clone(), start, vec![DVec3::ZERO; n]);
     let (mut bodies, mut u_x) = (operator.free(), vec![DVec3::ZERO; n]);
     velocities(operator, &mut bodies, &x, &mut u_x);
     let (mut u_y, mut u_next) = (u_x.clone(), u_x.clone());
-    monitor.other_passes = POWER_ITERATIONS as usize + 1;
-    let mut state = initial_state(operator, &contacts);
+    monitor.other_passes += POWER_ITERATIONS as usize + 1;
+    let mut state = initial_state(operator, contacts);
     let limits = MomentumLimits::of_problem(accelerated, options.tolerance, ROUNDING_DOUBLE);
-    let mut stop = monitor.stop(0, relative(&contacts, &x, &u_x, operator.reference()), &x);
+    let mut stop = monitor.stop(passes, relative(contacts, &x, &u_x, operator.reference()), &x);
     while !stop {
         for k in 0..n {
             next[k] = disc_update(&contacts[k].at(u_y[k]), y[k], state.step());
@@ -52,7 +63,7 @@ pub fn solve<O: Operator>(operator: &O, start: Vec<DVec3>, accelerated: bool, op
             sums.step_squared += scaled_product(&side, back, back);
         }
         state = next_momentum(&state, &sums, &limits);
-        stop = monitor.stop(state.passes as usize, state.residual_estimate, &next);
+        stop = monitor.stop(passes + state.passes as usize, state.residual_estimate, &next);
         if state.step_too_long != 0 {
             y.copy_from_slice(&x);
             u_y.copy_from_slice(&u_x);

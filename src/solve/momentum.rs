@@ -10,8 +10,8 @@
 //! - when the curvature of W along the step shows that it was too long: then L is raised (backtracking of Beck and
 //!   Teboulle 2009);
 //! - when passes come no nearer in as many as it took to get there. Steps that are not too long for W may be for
-//!   friction, so that passes go in circles: then steps are halved. (Updates in place have no such steps, and no sums
-//!   `curvature` and `step_squared`.)
+//!   friction, so that passes go in circles: then steps are halved. (Sweeps have no curvature: their L is 1. Those of scenes
+//!   keep their steps.)
 
 use crate::record::record;
 
@@ -52,9 +52,12 @@ record!(
         lowest_pass: u32,
         /// By this factor steps are shorter than W asks for.
         step_divisor: f64,
-        /// Of scenes, as last computed: relative residual of the natural map, and the largest friction beyond the
-        /// Coulomb limit over the largest normal impulse.
+        /// Of scenes, as last computed: the largest residual of a contact relative to what acts on it, the same of
+        /// what is beyond the rounding of loads, the relative residual of the natural map, and the largest friction
+        /// beyond the Coulomb limit over the largest normal impulse.
         residual: f64,
+        resolved_residual: f64,
+        residual_norm: f64,
         coulomb_excess: f64,
         passes: u32,
         /// Of scenes: pairs found by the last residual to meet after all, counted from both sides.
@@ -97,6 +100,13 @@ pub struct PassSums {
     pub curvature: f64,
     /// J, `‖x⁺ − y‖²` in the scales of the update.
     pub step_squared: f64,
+}
+
+impl PassSums {
+    /// Of updates in place, which have no curvature, and steps of a length that nobody asks for but that is not zero.
+    pub fn of_sweep() -> PassSums {
+        PassSums { step_squared: 1.0, ..PassSums::default() }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -210,8 +220,8 @@ mod tests {
             state = next_momentum(&state, &sums, &LIMITS);
         }
         assert_eq!((state.passes, state.beta, state.step()), (2 * 20 + PATIENCE + 1, 0.0, 0.25));
-        let in_place = PassSums { step_squared: 0.0, ..sums };
-        let state = (0..1000).fold(after(20), |state, _| next_momentum(&state, &in_place, &LIMITS));
+        let settled = PassSums { step_squared: 0.0, ..sums };
+        let state = (0..1000).fold(after(20), |state, _| next_momentum(&state, &settled, &LIMITS));
         assert_eq!(state.step_divisor, 1.0);
     }
 }

@@ -16,13 +16,11 @@ pub struct OrientedContact {
     pub share: f64,
     /// Away from that side.
     pub n: DVec3,
-    /// m/s: the sides may approach each other at most at this speed.
-    pub bias_velocity: f64,
     /// 1/kg, see [`UpdateScales`].
     pub normal: f64,
     pub tangential: f64,
     pub friction: f64,
-    /// m/s, of that side past the other in the contact point.
+    /// m/s, of that side past the other in the contact point, beyond what they may approach.
     pub velocity: DVec3,
 }
 
@@ -59,7 +57,7 @@ pub fn disc_update(side: &OrientedContact, impulse: DVec3, step: f64) -> DVec3 {
     let approach = side.velocity.dot(side.n);
     let friction = impulse + normal_impulse * side.n;
     let slip = side.velocity - approach * side.n;
-    let normal_impulse_next = (normal_impulse + step / side.normal * (approach - side.bias_velocity)).max(0.0);
+    let normal_impulse_next = (normal_impulse + step / side.normal * approach).max(0.0);
     let weight = side.tangential;
     let friction_next =
         project_on_disc(weight * friction - step * slip, side.friction * (weight * normal_impulse_next));
@@ -74,12 +72,12 @@ pub fn natural_map(side: &OrientedContact, impulse: DVec3, weight: f64) -> DVec3
     let friction = impulse + normal_impulse * side.n;
     let slip = side.velocity - approach * side.n;
     let mu = side.friction;
-    let normal = weight * normal_impulse + (approach - side.bias_velocity) - mu * slip.length();
+    let normal = weight * normal_impulse + approach - mu * slip.length();
     let across = weight * friction - slip;
     let length = across.length();
     if normal > 0.0 && length <= mu * normal {
         // What is left of the differences below, without the rounding of impulses beside which velocities are small.
-        return slip + (approach - side.bias_velocity - mu * slip.length()) * side.n;
+        return slip + (approach - mu * slip.length()) * side.n;
     }
     let (mut projected_friction, mut projected_normal) = (DVec3::ZERO, 0.0);
     if mu * length > -normal {

@@ -40,8 +40,9 @@ impl Matrix {
     }
 }
 
-/// W as printed with a few digits, or summed in another order, may differ from its transpose by this fraction.
-const ASYMMETRY: f64 = 1e-3;
+/// W as printed with a few digits, or of a contact law that is not quite symmetric, may differ from its transpose by this
+/// fraction of its norm.
+const ASYMMETRY: f64 = 5e-2;
 
 /// Find r with `u = W r + q` and `K* ∋ u + μ‖u_T‖ n ⟂ r ∈ K_μ`: velocities u and impulses r of contacts, in blocks of
 /// (n, t1, t2) or (n, t). W is symmetric and stored by rows of 3×3 blocks; blocks that are zero are not there, and in
@@ -147,25 +148,36 @@ impl Problem {
 
     fn assemble(dims: usize, blocks: BTreeMap<(usize, usize), DMat3>, q: &[f64], mu: &[f64]) -> Result<Problem> {
         let n = mu.len();
+        let (mut symmetric, mut worst) = (BTreeMap::new(), (0.0, (0, 0)));
+        let (mut norm, mut difference) = (0.0, 0.0);
+        for (&(i, j), block) in &blocks {
+            let mirror = blocks.get(&(j, i)).copied().unwrap_or(DMat3::ZERO).transpose();
+            let apart = squares(&(*block - mirror));
+            norm += squares(block);
+            // Of a pair of which one block is not there, the other one counts for both.
+            difference += if blocks.contains_key(&(j, i)) { apart } else { 2.0 * apart };
+            if apart > worst.0 {
+                worst = (apart, (i, j));
+            }
+            let mean = (*block + mirror) * 0.5;
+            symmetric.extend([((i, j), mean), ((j, i), mean.transpose())]);
+        }
+        let asymmetry = if difference > 0.0 { (difference / norm).sqrt() } else { 0.0 };
+        if !(asymmetry <= ASYMMETRY) {
+            let (i, j) = worst.1;
+            return bad(format!(
+                "W is not symmetric: it differs from its transpose by {:.3} of its norm, at most {ASYMMETRY} can be \
+                 mended, and most in block ({i}, {j})",
+                asymmetry
+            ));
+        }
+        let blocks = symmetric;
         let mut diagonal = Vec::with_capacity(n);
         for k in 0..n {
             let block = blocks.get(&(k, k)).copied().unwrap_or(DMat3::ZERO);
             check_diagonal(k, &block)?;
             diagonal.push(block);
         }
-        let (mut symmetric, mut asymmetry) = (BTreeMap::new(), 0.0f64);
-        for (&(i, j), block) in &blocks {
-            let mirror = blocks.get(&(j, i)).copied().unwrap_or(DMat3::ZERO).transpose();
-            let scale = (largest(&diagonal[i]) * largest(&diagonal[j])).sqrt();
-            let difference = largest(&(*block - mirror)) / scale;
-            if difference > ASYMMETRY {
-                return bad(format!("W is not symmetric: block ({i}, {j}) is not the transpose of block ({j}, {i})"));
-            }
-            asymmetry = asymmetry.max(difference);
-            let mean = (*block + mirror) * 0.5;
-            symmetric.extend([((i, j), mean), ((j, i), mean.transpose())]);
-        }
-        let blocks = symmetric;
         let mut starts = vec![0; n + 1];
         blocks.keys().for_each(|&(i, _)| starts[i + 1] += 1);
         (0..n).for_each(|i| starts[i + 1] += starts[i]);
@@ -202,7 +214,7 @@ impl Problem {
         self.blocks.len()
     }
 
-    /// By how much W differed from its transpose, relative to the diagonal; the mean of the two was taken.
+    /// By how much W differed from its transpose, `‖W − Wᵀ‖ / ‖W‖` in Frobenius' norm; the mean of the two was taken.
     pub fn asymmetry(&self) -> f64 {
         self.asymmetry
     }
@@ -290,6 +302,10 @@ fn check_vectors(dims: usize, mu: &[f64], q: &[f64], name: &str) -> Result<()> {
         Some(k) => bad(format!("mu[{k}] = {} must be finite and not negative", mu[k])),
         None => Ok(()),
     }
+}
+
+fn squares(m: &DMat3) -> f64 {
+    m.to_cols_array().iter().map(|x| x * x).sum()
 }
 
 fn largest(m: &DMat3) -> f64 {

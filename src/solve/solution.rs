@@ -73,6 +73,16 @@ impl<'a, O: Operator> Monitor<'a, O> {
         }
     }
 
+    /// Passes so far.
+    pub fn passes(&self) -> usize {
+        self.passes
+    }
+
+    /// The best iterate so far.
+    pub fn best(&self) -> Vec<DVec3> {
+        self.best.clone()
+    }
+
     /// By one more pass, without whatever round-off the caller's velocities have gathered.
     fn exact(&mut self, r: &[DVec3]) -> f64 {
         self.other_passes += 1;

@@ -29,6 +29,7 @@ fn order_by_color(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_wo
         }
         colored_contact[at] = ColoredContact(select(NONE, i, (tagged & ACTIVE) != 0u), j, entry, back);
         colored_geometry[at] = contact_geometry[entry];
+        colored_free_velocity[at] = free_contact_velocity[entry];
         colored_inverse_effective_mass[at] = inverse_effective_mass[entry];
         let impulse = packed(impulse_of(entry));
         colored_impulse[at] = impulse;

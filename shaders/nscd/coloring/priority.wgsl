@@ -24,6 +24,7 @@ var<storage, read_write> contact_color: array<ContactColor>; // entries
 // before anew.
 var<storage, read_write> colored_contact: array<ColoredContact>;
 var<storage, read_write> colored_geometry: array<ContactGeometry>;
+var<storage, read_write> colored_free_velocity: array<Packed>;
 var<storage, read_write> colored_inverse_effective_mass: array<InverseEffectiveMass>;
 var<storage, read_write> colored_impulse: array<Packed>;
 var<storage, read_write> colored_impulse_before: array<Packed>;

@@ -1,16 +1,23 @@
 // twin: src/nscd/response.rs
 // Contact dynamics of clumps: members hand the impulses of their contacts to their clump, which answers with its full
 // inertia, and get the velocities of its surface. So a contact sees members only, as in the discrete element method,
-// but for sweeps by colours. From `free_velocities` on the `_next` arrays have the velocities at the end of the step if
-// nothing touched.
+// but for sweeps by colours. From `free_velocities` to `move_clumps` `clump_velocity_next` and `clump_spin_next` have by
+// how much velocities would change in the step if nothing touched.
 
 var<storage, read_write> delassus_eigenvalue: array<Real>;      // entries, 1/kg: largest eigenvalue of W_kk
 var<storage, read_write> response: array<Velocity>;    // N, m/s, 1/kg: what members get from their clumps
 var<storage, read_write> response_spin: array<Spin>; // N, rad/s
 
-/// Velocity of body i at the end of the step if nothing touched its clump, and the inverse mass that impulses act on.
-fn free_velocity_of(i: u32) -> Velocity {
-    return velocity_next[i];
+/// Body i at the end of the step if nothing touched its clump.
+fn free_motion(i: u32) -> FreeMotion {
+    let member_id = id[i];
+    let c = clump_of_id[member_id];
+    let now = clump_velocity[c];
+    let w = clump_spin[c];
+    let low = clump_velocity_low_of(c);
+    let spin = w + (spin_low_of(w, low.spin) + clump_spin_next[c]);
+    let surface = surface_velocity(spin, arm_of(orientation[c] + orientation_low_of(c), member_id));
+    return FreeMotion(now.v, low_of(now.v, low.v) + clump_velocity_next[c].v + surface, spin);
 }
 
 /// The number of the grain that body i belongs to.
@@ -24,19 +31,12 @@ fn delassus_block(i: u32, arm: Vec) -> Columns {
     let c = clump_of_id[member_id];
     let q = orientation[c] + orientation_low_of(c);
     let turning = rotational_block(q, damping_factor() * inverse_moments[c], arm_of(q, member_id) + arm);
-    return plus(turning, velocity_next[i].inverse_mass, identity());
+    return plus(turning, impulse_inverse_mass(i), identity());
 }
 
 /// What an impulse does to bodies i and j, which have met at an entry; j may be a wall. Keeps the entry's largest
 /// eigenvalue of the Delassus block. Both get the same bits, because the body with the smaller index comes first.
-fn inverse_effective_mass_of(
-    entry: u32,
-    i: u32,
-    j: u32,
-    free: Velocity,
-    there: Velocity,
-    touch: Separation,
-) -> InverseEffectiveMass {
+fn inverse_effective_mass_of(entry: u32, i: u32, j: u32, touch: Separation) -> InverseEffectiveMass {
     var inverse_mass = InverseEffectiveMass();
     inverse_mass.arm = position[i].radius + 0.5 * touch.gap;
     let n = touch.n;
@@ -118,8 +118,13 @@ fn respond_to_sweep(i: u32) -> Real {
     return 0;
 }
 
-fn respond_to_gather(i: u32, sum: ForceTorque) {
+/// `load`: of all contacts, N s.
+fn respond_to_gather(i: u32, sum: ForceTorque, load: Real) {
     store_member_load(i, sum);
+    let offset = unpacked(member_offset[id[i]]);
+    let reach = sqrt(dot(offset, offset)) + position[i].radius;
+    let turning = damping_factor() * largest(inverse_moments[clump_of_id[id[i]]]);
+    load_speed[i] = load * (impulse_inverse_mass(i) + reach * reach * turning);
 }
 
 /// Spin that a moment, N m s, gives a clump, rad/s.
@@ -150,20 +155,14 @@ fn velocity_difference(a: RigidVelocity, b: RigidVelocity) -> RigidVelocity {
 /// What the impulses that its members hold add to how a clump moves.
 fn impulse_response(c: u32, here: Clump) -> RigidVelocity {
     let sum = clump_load(c, here.orientation);
-    let v = free_velocity(here.velocity).inverse_mass * sum.force;
+    let v = (damping_factor() * here.velocity.inverse_mass) * sum.force;
     return RigidVelocity(v, spin_from(here.orientation, here.inverse_moments, sum.torque));
-}
-
-/// How a clump moves with them.
-fn clump_response_of(c: u32, here: Clump) -> RigidVelocity {
-    let push = impulse_response(c, here);
-    return RigidVelocity(clump_velocity_next[c].v + push.v, clump_spin_next[c] + push.spin);
 }
 
 /// How its surface moves where a member is.
 fn member_velocity(here: Clump, velocity: RigidVelocity, member_id: u32) -> Velocity {
     let v = velocity.v + surface_velocity(velocity.spin, arm_of(here.orientation, member_id));
-    return Velocity(v, free_velocity(here.velocity).inverse_mass);
+    return Velocity(v, damping_factor() * here.velocity.inverse_mass);
 }
 
 /// Members get the velocities of their clump's surface.

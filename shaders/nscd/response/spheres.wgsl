@@ -1,9 +1,13 @@
 // twin: src/nscd/response.rs
 // Contact dynamics of spheres and disks: every body answers to the impulses of its own contacts.
 
-/// Velocity of body i at the end of the step if nothing touched it, and the inverse mass that impulses act on.
-fn free_velocity_of(i: u32) -> Velocity {
-    return free_velocity(velocity[i]);
+/// Body i at the end of the step if nothing touched it.
+fn free_motion(i: u32) -> FreeMotion {
+    let now = velocity[i];
+    let w = spin_of(i);
+    let low = velocity_low_of(i);
+    let spin = w + (spin_low_of(w, low.spin) + free_spin_change(now, w));
+    return FreeMotion(now.v, low_of(now.v, low.v) + free_velocity_change(now), spin);
 }
 
 /// The number of the grain that body i is.
@@ -11,25 +15,21 @@ fn grain_of(i: u32) -> u32 {
     return id[i];
 }
 
-/// What an impulse does to bodies i and j at an entry; j may be a wall, which `there` gives no inverse mass.
-fn inverse_effective_mass_of(
-    entry: u32,
-    i: u32,
-    j: u32,
-    free: Velocity,
-    there: Velocity,
-    touch: Separation,
-) -> InverseEffectiveMass {
+/// What an impulse does to bodies i and j at an entry; j may be a wall.
+fn inverse_effective_mass_of(entry: u32, i: u32, j: u32, touch: Separation) -> InverseEffectiveMass {
     var inverse_mass = InverseEffectiveMass();
+    let own = impulse_inverse_mass(i);
     inverse_mass.arm = position[i].radius + 0.5 * touch.gap;
-    inverse_mass.normal = free.inverse_mass + there.inverse_mass;
+    inverse_mass.normal = own;
     if (j < params.bodies) {
+        let other = impulse_inverse_mass(j);
         inverse_mass.arm_to = position[j].radius + 0.5 * touch.gap;
+        inverse_mass.normal += other;
         let arm_to = inverse_mass.arm_to;
-        inverse_mass.tangential = arm_to * arm_to * inverse_inertia(position[j], there.inverse_mass);
+        inverse_mass.tangential = arm_to * arm_to * inverse_inertia(position[j], other);
     }
     let arm = inverse_mass.arm;
-    let rotational = inverse_mass.tangential + arm * arm * inverse_inertia(position[i], free.inverse_mass);
+    let rotational = inverse_mass.tangential + arm * arm * inverse_inertia(position[i], own);
     inverse_mass.tangential = inverse_mass.normal + rotational;
     return inverse_mass;
 }
@@ -47,11 +47,9 @@ struct Response {
 }
 
 fn response(i: u32, sum: ForceTorque) -> Response {
-    let free = free_velocity_of(i);
-    let inertia = inverse_inertia(position[i], free.inverse_mass);
-    let w = spin_of(i);
-    let spin = w + free_spin_change(velocity[i], w) + inertia * sum.torque;
-    return Response(Velocity(free.v + free.inverse_mass * sum.force, free.inverse_mass), spin, inertia);
+    let inverse_mass = impulse_inverse_mass(i);
+    let inertia = inverse_inertia(position[i], inverse_mass);
+    return Response(Velocity(inverse_mass * sum.force, inverse_mass), inertia * sum.torque, inertia);
 }
 
 /// A step begins with the impulses of the last one, `contacts` of them.
@@ -63,8 +61,9 @@ fn respond_to_warm_start(i: u32, sum: ForceTorque, contacts: u32) -> ResidualSum
     store_pass_spin(i, start.spin);
     store_pass_spin_before(i, start.spin);
     store_extrapolated_spin(i, start.spin);
-    let free = free_velocity_of(i);
-    return residual_scale_of(contacts, dot(free.v, free.v), free.inverse_mass);
+    var sums = ResidualSums();
+    sums.lipschitz_bound = Real(contacts);
+    return sums;
 }
 
 /// A pass that started from these velocities has left these impulses. Work of the change, J.
@@ -77,10 +76,10 @@ fn respond_to_pass(i: u32, sum: ForceTorque, here: Velocity, spin: Spin) -> Real
 
 /// A pass of the power iteration from these velocities has left these impulses: they alone give velocities. Work, J.
 fn respond_to_power_iteration(i: u32, sum: ForceTorque, here: Velocity, spin: Spin) -> Real {
-    let inertia = inverse_inertia(position[i], here.inverse_mass);
-    pass_velocity[i] = Velocity(here.inverse_mass * sum.force, here.inverse_mass);
-    store_pass_spin(i, inertia * sum.torque);
-    return kinetic_metric(here.v, here.inverse_mass, spin, inertia);
+    let next = response(i, sum);
+    pass_velocity[i] = next.velocity;
+    store_pass_spin(i, next.spin);
+    return kinetic_metric(here.v, here.inverse_mass, spin, next.inertia);
 }
 
 /// A body as a contact of a colour holds it.
@@ -124,10 +123,12 @@ fn respond_to_sweep(i: u32) -> Real {
     return against;
 }
 
-/// What sweeps have left is freed of its rounding.
-fn respond_to_gather(i: u32, sum: ForceTorque) {
+/// What passes have left is freed of its rounding. `load`: of all contacts, N s.
+fn respond_to_gather(i: u32, sum: ForceTorque, load: Real) {
     let now = response(i, sum);
     remove_rounding(i, now.velocity, now.spin);
+    let radius = position[i].radius;
+    load_speed[i] = load * (now.velocity.inverse_mass + radius * radius * now.inertia);
 }
 
 /// Kinetic energy, twice, J.

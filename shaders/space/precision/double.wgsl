@@ -95,5 +95,13 @@ fn accelerated_spin(w: Spin, low: vec2<u32>, step: Spin) -> SplitSpin {
     return SplitSpin(w + step, vec2<u32>());
 }
 
+fn low_of(v: Vec, low: vec2<u32>) -> Vec {
+    return Vec();
+}
+
+fn spin_low_of(w: Spin, low: vec2<u32>) -> Spin {
+    return Spin();
+}
+
 /// Rounds of predictor and corrector end when they change Δω by less than this part of ω.
 const SPIN_TOLERANCE: Real = 1e-12;

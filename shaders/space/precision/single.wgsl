@@ -237,5 +237,15 @@ fn accelerated_spin(w: Spin, low: vec2<u32>, step: Spin) -> SplitSpin {
     return SplitSpin(as_spin(next.v), next.low);
 }
 
+/// What a velocity has beyond f32.
+fn low_of(v: Vec, low: vec2<u32>) -> Vec {
+    return (last_place(largest_component(v)).unit * (1 / LOW_PARTS)) * Vec(unpacked_low(low));
+}
+
+/// What a spin has beyond f32.
+fn spin_low_of(w: Spin, low: vec2<u32>) -> Spin {
+    return as_spin(low_of(as_vector(w), low));
+}
+
 /// Rounds of predictor and corrector end when they change Δω by less than this part of ω.
 const SPIN_TOLERANCE: Real = 1e-6;

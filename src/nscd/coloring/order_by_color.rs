@@ -24,6 +24,7 @@ pub fn order_by_color(s: &mut State) {
         (s.colored_contact[at], s.colored_impulse[at], s.colored_impulse_before[at]) = (contact, impulse, impulse);
         (s.colored_geometry[at], s.colored_inverse_effective_mass[at]) =
             (s.contact_geometry[entry], s.inverse_effective_mass[entry]);
+        s.colored_free_velocity[at] = s.free_contact_velocity[entry];
     }
     s.pass_velocity_before.clone_from(&s.pass_velocity);
     s.extrapolated_velocity.clone_from(&s.pass_velocity);
