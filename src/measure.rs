@@ -9,6 +9,7 @@ pub(crate) mod energies;
 mod measure;
 mod measure_clumps;
 pub(crate) mod plan;
+mod sizes;
 pub(crate) mod sums;
 mod synchronise;
 mod synchronise_clumps;
@@ -17,6 +18,8 @@ pub use analysis::{
     Sample, angular_momentum, angular_momentum_of_clumps, backbone, mass_of_clump, masses, momentum,
     momentum_of_clumps, packing_fraction,
 };
+
+pub use sizes::{Percentiles, Sizes};
 
 use contacts::contact_of;
 

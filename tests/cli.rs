@@ -151,7 +151,7 @@ fn two_grains_leave_all_files_and_keys() {
     let summary = place.summary();
     let keys = "scene engine adapter precision dimension particles steps time dt dt_bound wall_seconds \
                 particle_steps_per_second bytes_per_particle replayed_chunks lost_contacts contacts \
-                coordination_number packing_fraction max_overlap_over_radius unbalanced_force_ratio kinetic_energy \
+                coordination_number packing_fraction diameters max_overlap_over_radius unbalanced_force_ratio kinetic_energy \
                 momentum angular_momentum converged stopped version domain walls";
     for key in keys.split_whitespace() {
         assert!(summary.get(key).is_some(), "no {key}");
@@ -160,6 +160,7 @@ fn two_grains_leave_all_files_and_keys() {
     assert_eq!((&summary["particles"], &summary["dimension"]), (&2.into(), &3.into()));
     assert_eq!((&summary["stopped"], &summary["converged"]), (&Value::Null, &false.into()));
     assert!(summary["unbalanced_force_ratio"].is_null(), "the grains have parted");
+    assert_eq!(summary["diameters"]["by_volume"]["d90"], 2e-3);
     assert!(summary["time"].as_f64().unwrap() >= 2e-3);
     let momentum = summary["momentum"][0].as_f64().unwrap();
     let before = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * 1e-9 * 0.1;
@@ -322,7 +323,16 @@ fn describe_tells_memory_and_time_step() {
     let output = place.packstone(&["describe", "scene.toml"]);
     assert!(output.status.success(), "{output:?}");
     let said = out(&output);
-    let parts = ["a hundred disks", "bytes/particle", "total", "time step", "bound", "damping/mass_scaled.wgsl"];
+    let parts = [
+        "a hundred disks",
+        "by number",
+        "by volume",
+        "bytes/particle",
+        "total",
+        "time step",
+        "bound",
+        "damping/mass_scaled.wgsl",
+    ];
     for part in parts.into_iter().chain(["contact/law.wgsl", "displacement_check", "neighbour"]) {
         assert!(said.contains(part), "no {part} in\n{said}");
     }

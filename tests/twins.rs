@@ -98,6 +98,7 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
         grains,
         shapes: Vec::new(),
         clumps: Vec::new(),
+        notices: Vec::new(),
         solver: Solver {
             method: if rigid {
                 Method::ContactDynamics(Relaxation {

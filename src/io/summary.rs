@@ -3,7 +3,7 @@
 use super::files::at;
 use crate::{
     error::{Error, Result},
-    measure::{self, Sample},
+    measure::{self, Sample, Sizes},
     scene::{self, Assembly, Clump, Grain, Surface},
     simulation::{Simulation, SolverStatistics},
 };
@@ -32,6 +32,8 @@ pub struct Summary {
     pub contacts: u64,
     pub coordination_number: f64,
     pub packing_fraction: Option<f64>,
+    /// m
+    pub diameters: Option<Sizes>,
     pub max_overlap_over_radius: f64,
     pub unbalanced_force_ratio: f64,
     /// J
@@ -139,6 +141,7 @@ impl Summary {
             contacts: sample.contacts,
             coordination_number: sample.coordination_number,
             packing_fraction: measure::packing_fraction(assembly, grains, &walls),
+            diameters: Sizes::of(assembly),
             max_overlap_over_radius: sample.max_overlap_over_radius,
             unbalanced_force_ratio: sample.unbalanced_force_ratio,
             kinetic_energy: sample.kinetic_energy,

@@ -37,6 +37,8 @@ pub struct Assembly {
     pub stop: Stop,
     /// What to write.
     pub output: Output,
+    /// Where the grains are not what the scene asks for, and what they are instead.
+    pub notices: Vec<String>,
 }
 
 /// Axis-aligned domain. An axis without bounds has `lower = -inf, upper = inf`.

@@ -117,7 +117,8 @@ fn place(
     let count = population.count.ok_or_else(|| missing("count"))?;
     crate::memory::check_host(count as u64 * crate::memory::BYTES_PER_GRAIN)?;
     let law = population.radius.as_ref().ok_or_else(|| missing("radius"))?;
-    let radii = radius::draw(law, &format!("{key}.radius"), count, rng, check)?;
+    let radius::Drawn { radii, notices } = radius::draw(law, &format!("{key}.radius"), count, rng, check)?;
+    earlier.notices.extend(notices);
     for &radius in &radii {
         check.body(&format!("{key}.radius"), radius, material)?;
     }

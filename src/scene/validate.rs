@@ -44,6 +44,7 @@ pub fn assemble(file: &File, origin: &Origin) -> Result<Assembly> {
     let site = Site { domain: &domain, walls: &walls, gravity, seed: file.seed };
     let mut bodies = Bodies::new(Shapes::read(&file.shape, check)?, domain);
     grains(file, &site, &mut bodies, check)?;
+    let notices = std::mem::take(&mut bodies.notices);
     let (shapes, mut grains, mut clumps) = bodies.finish();
     fold_ends(&mut grains, &mut clumps, &domain);
     let assembly = Assembly {
@@ -63,6 +64,7 @@ pub fn assemble(file: &File, origin: &Origin) -> Result<Assembly> {
         solver,
         stop,
         output,
+        notices,
     };
     check_start(&assembly, check)?;
     Ok(assembly)

@@ -93,6 +93,7 @@ pub fn blank(dimension: usize) -> Assembly {
         },
         stop: Stop::default(),
         output: Output { history: None, snapshots: None, csv: false, vtp: false },
+        notices: vec![],
     }
 }
 
