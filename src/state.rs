@@ -231,6 +231,8 @@ record!(
         tolerance: f64,
         max_momentum: f64,
         max_correction_velocity: f64 [Velocity],
+        wall_depth: f64 [Length],
+        turn_limit: f64,
         gap_band: f64 [Length],
         pair: Pair,
         axes: UVec3,

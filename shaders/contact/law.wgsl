@@ -226,7 +226,7 @@ fn body_forces(i: u32, here: Body) -> BodyForces {
                 set_history(entry, contact.history);
                 forces.sum.force += contact.force;
                 forces.sum.torque += contact_torque(contact);
-                forces.crossed |= contact.gap < -here.position.radius;
+                forces.crossed |= is_crossed(contact.gap, here.position.radius);
             }
             set_active(entry, tagged, contact.is_active);
             entry++;

@@ -10,7 +10,7 @@ use super::origin::Origin;
 use super::populate::{Site, populate};
 use super::schema::{self, Boundary, Face, File, Format, Spin};
 use super::shape::{Shape, Shapes};
-use super::walls::walls;
+use super::walls::{check_apart, walls};
 use super::{
     Assembly, Clump, Domain, Grain, Material, Method, Output, Relaxation, Solver, Stop, TimeStep, Wall, materials,
 };
@@ -296,6 +296,7 @@ pub fn fold_ends(grains: &mut [Grain], clumps: &mut [Clump], domain: &Domain) {
 
 /// Checks the start as a whole: domain, walls, overlaps.
 pub fn check_start(assembly: &Assembly, check: &Check) -> Result<()> {
+    check_apart(&assembly.walls, check)?;
     check_clumps(&assembly.clumps, &assembly.shapes, &assembly.domain, check)?;
     check_grains(assembly, check)
 }

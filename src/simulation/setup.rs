@@ -119,6 +119,8 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
         margin: reach + margin,
         displacement_limit: 0.5 * margin,
         step_limit: 0.5 * margin.min(smallest),
+        wall_depth: time_step::depth_beyond_walls(assembly),
+        turn_limit: time_step::MOST_TURN,
         gap_band: GAP_BAND * smallest,
         pair: parameters(&assembly.pairs[0]),
         cells: UVec3::ONE,

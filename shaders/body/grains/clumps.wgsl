@@ -162,7 +162,9 @@ fn place_member(i: u32) -> bool {
     let offset = unpacked(member_offset[member_id]);
     let point = wrap(arm_end(center, orientation_next[c], orientation_low_next_of(c), offset));
     let stride = params.dt * velocity.v + gain;
-    return commit_position(i, position[i], position_low_of(i), point, sqrt(dot(stride, stride)), false);
+    let turn = params.dt * sqrt(spin_squared(spin));
+    let hopeless = !(turn <= params.turn_limit);
+    return commit_position(i, position[i], position_low_of(i), point, sqrt(dot(stride, stride)), hopeless);
 }
 
 /// A clump has these velocities next.
