@@ -616,7 +616,7 @@ state! {
     ID_NEXT id_next: u32, Bodies, Number, "number in the scene", always;
     CLUMP_OF_ID clump_of_id: u32, Bodies, Number, "clump, by number", clumped;
     MEMBER_OFFSET member_offset: Packed, Bodies, Length, "by number", clumped;
-    INDEX_OF_ID index_of_id: u32, Bodies, Number, "index, by number", clumped;
+    INDEX_OF_ID index_of_id: u32, Bodies, Number, "index, by number", always;
     FIRST_MEMBER first_member: u32, ClumpsPlusOne, Number, "number in the scene", clumped;
     INVERSE_MOMENTS inverse_moments: Spin, Clumps, InverseInertia, "", clumped;
     CENTER center: DVec3, Clumps, Length, "", clumped;

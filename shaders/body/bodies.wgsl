@@ -4,6 +4,7 @@
 var<storage, read> position: array<Position>;   // N, at step n
 var<storage, read> velocity: array<Velocity>; // N, at n - 1/2
 var<storage, read> id: array<u32>;    // N: the grain's number in the scene
+var<storage, read_write> index_of_id: array<u32>; // N, by number: where the grain is
 var<storage, read_write> position_next: array<Position>;   // N
 var<storage, read_write> velocity_next: array<Velocity>; // N
 var<storage, read_write> displacement: array<Real>;        // N, m: way since the lists were made

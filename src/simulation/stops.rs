@@ -41,14 +41,14 @@ pub fn reason(s: &State, lost: u32, known: &Known) -> String {
         return format!("{who} has no position any more (not a number){}", step_or(s, known, at, ""));
     }
     if s.model.grains == Grains::Clumps && turn > p.turn_limit {
-        let way_out = format!("; with this spin of {spin:e} rad/s solver.dt must be below {:e} s", p.turn_limit / spin);
+        let way_out = format!("; with this spin of {spin:.4e} rad/s solver.dt must be below {:.4e} s", p.turn_limit / spin);
         let cause = step_or(s, known, at, &way_out);
-        return format!("{who} turns by {turn:e} rad in one step; at most {} can be followed{cause}", p.turn_limit);
+        return format!("{who} turns by {turn:.4e} rad in one step; at most {} can be followed{cause}", p.turn_limit);
     }
     if stride > p.step_limit {
-        let way_out = format!("; at its speed of {speed:e} m/s solver.dt must be below {:e} s", p.step_limit / speed);
+        let way_out = format!("; at its speed of {speed:.4e} m/s solver.dt must be below {:.4e} s", p.step_limit / speed);
         return format!(
-            "{who} moves {stride:e} m in one step, {:.2} of its radius; at most {:e} m can be followed safely (half of solver.margin, or \
+            "{who} moves {stride:.4e} m in one step, {:.2} of its radius; at most {:e} m can be followed safely (half of solver.margin, or \
              of the smallest radius){}",
             stride / radius,
             p.step_limit,
@@ -64,7 +64,7 @@ pub fn reason(s: &State, lost: u32, known: &Known) -> String {
     }
     if outside(x, p.lower, p.upper) {
         return format!(
-            "{who} has left the domain at {x} m through its open {} face, at {speed:e} m/s; hold grains by a wall, or give them a \
+            "{who} has left the domain at {x} m through its open {} face, at {speed:.4e} m/s; hold grains by a wall, or give them a \
              larger domain",
             face(s, x)
         );
@@ -117,11 +117,11 @@ fn beyond_wall(s: &State, at: usize, who: &str, known: &Known) -> String {
     let closing = |w: &usize| -touch(w).n.dot(s.wall[*w].velocity);
     let cause = match walls().find(|w| closing(w) > 0.0) {
         Some(w) => {
-            format!("the wall \"{}\" comes at {:e} m/s and the grains cannot give way", known.walls[w], closing(&w))
+            format!("the wall \"{}\" comes at {:.4e} m/s and the grains cannot give way", known.walls[w], closing(&w))
         }
         None if s.model.method == Method::ContactDynamics => "the contacts of its steps are not solved".to_owned(),
         None => format!(
-            "what presses it, at {:e} m/s now, is more than its springs can hold: give materials a larger normal_stiffness \
+            "what presses it, at {:.4e} m/s now, is more than its springs can hold: give materials a larger normal_stiffness \
              (youngs_modulus)",
             s.velocity[at].v.length()
         ),
