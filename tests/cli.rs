@@ -151,7 +151,8 @@ fn two_grains_leave_all_files_and_keys() {
     let summary = place.summary();
     let keys = "scene engine adapter precision dimension particles steps time dt dt_bound wall_seconds \
                 particle_steps_per_second bytes_per_particle replayed_chunks lost_contacts contacts \
-                coordination_number packing_fraction diameters max_overlap_over_radius unbalanced_force_ratio kinetic_energy \
+                coordination_number packing_fraction packing_fraction_error \
+                overall_packing_fraction overall_packing_fraction_error diameters max_overlap_over_radius unbalanced_force_ratio kinetic_energy \
                 momentum angular_momentum converged stopped version domain walls";
     for key in keys.split_whitespace() {
         assert!(summary.get(key).is_some(), "no {key}");
@@ -339,6 +340,30 @@ fn describe_tells_memory_and_time_step() {
     let smooth = ["--set", "material.glass.friction=0", "--set", "material.steel.friction=0"];
     let said = out(&place.packstone(&[&["describe", "scene.toml"], &smooth[..]].concat()));
     assert!(!said.contains("torque"), "no friction, no torque:\n{said}");
+}
+
+/// What a run needs follows from the grains that there are, and not from the space between them.
+#[cfg(unix)]
+#[test]
+fn grains_far_apart_need_no_memory() {
+    let walls = "[[wall]]\nkind = \"plane\"\nmaterial = \"glass\"\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\n";
+    for (far, gravity, walls) in [("2", "0", ""), ("2e5", "0", ""), ("2e5", "-9.81", walls)] {
+        let scene = TWO_GRAINS
+            .replace("[2.1e-3, 0.5e-3, 0]", &format!("[{far}, {far}, {far}]"))
+            .replace("gravity = [0, 0, 0]", &format!("gravity = [0, 0, {gravity}]"))
+            .replace("time = 2e-3", "steps = 3");
+        let place = Place::new(&(scene + walls));
+        let program = env!("CARGO_BIN_EXE_packstone");
+        let limited = format!("ulimit -v 400000; exec '{program}' run scene.toml --engine cpu");
+        let output = Command::new("sh")
+            .current_dir(place.0.path())
+            .env("RAYON_NUM_THREADS", "1")
+            .args(["-c", &limited])
+            .output()
+            .expect("a shell");
+        assert!(output.status.success(), "{far}: {output:?}");
+        assert_eq!(place.summary()["steps"], 3);
+    }
 }
 
 #[test]
