@@ -26,7 +26,7 @@ pub use assembly::{
 pub use builder::SceneBuilder;
 pub use law::{Dashpot, Hertz, MaterialBuilder, Pair, PairBuilder, Rolling};
 pub(crate) use neighbours::Neighbours;
-pub use schema::{Face, Format, Placement};
+pub use schema::{Face, Format, Placement, Twist};
 pub use shape::{Kind, Member, Shape};
 
 use std::path::Path;

@@ -288,6 +288,18 @@ pub struct Solver {
     pub max_iterations: Option<u32>,
     pub max_correction_velocity: Option<f64>,
     pub gyroscopic: Option<bool>,
+    pub twist: Twist,
+}
+
+/// Whether springs follow the twist of their contact about its normal.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum Twist {
+    /// They stay as they are, (2.11) as printed.
+    #[default]
+    Ignored,
+    /// They turn with the mean spin of the two.
+    Followed,
 }
 
 impl Default for Solver {
@@ -306,6 +318,7 @@ impl Default for Solver {
             max_iterations: None,
             max_correction_velocity: None,
             gyroscopic: None,
+            twist: Twist::Ignored,
         }
     }
 }

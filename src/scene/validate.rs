@@ -8,7 +8,7 @@ use super::check::{self, AXES, Check, show, show_vector};
 use super::neighbours::Neighbours;
 use super::origin::Origin;
 use super::populate::{Site, populate};
-use super::schema::{self, Boundary, Face, File, Format, Spin};
+use super::schema::{self, Boundary, Face, File, Format, Spin, Twist};
 use super::shape::{Shape, Shapes};
 use super::walls::{check_apart, walls};
 use super::{
@@ -113,6 +113,7 @@ fn solver(solver: &schema::Solver, check: &Check) -> Result<Solver> {
         allow_overlap: solver.allow_overlap,
         damping: solver.damping,
         margin,
+        twist: solver.twist,
     };
     check_solver(&solver, check)?;
     Ok(solver)
@@ -121,6 +122,11 @@ fn solver(solver: &schema::Solver, check: &Check) -> Result<Solver> {
 /// The numbers of a method.
 pub fn check_solver(solver: &Solver, check: &Check) -> Result<()> {
     if let Method::ContactDynamics(relaxation) = &solver.method {
+        if solver.twist == Twist::Followed {
+            return Err(check
+                .origin
+                .wrong("solver.twist", "is for method = \"dem\" only; rigid grains have no springs"));
+        }
         relaxation.solver.check_built().map_err(|error| check.origin.wrong("solver.relaxation", error))?;
         check.positive("solver.tolerance", relaxation.tolerance, "")?;
         if relaxation.max_iterations == 0 {
