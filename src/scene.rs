@@ -1,5 +1,6 @@
 //! Scenes: files (TOML text, `--set` overrides and grain tables) or builders in, a checked [`Assembly`] out.
 
+mod apportion;
 mod assembly;
 mod bodies;
 pub mod builder;

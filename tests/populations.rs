@@ -126,9 +126,24 @@ fn shares_of_a_list_are_met_exactly() {
     assert_eq!(counts(2, 900, halves, &[1.0, 2.0]), [720, 180]);
     // In no order.
     let radii = radii(&population(3, 1000, three));
-    assert!(radii[..500].iter().any(|r| *r == 3.0) && radii[500..].iter().any(|r| *r == 1.0));
+    assert!(radii[..500].contains(&3.0) && radii[500..].contains(&1.0));
     let rare = population(3, 10, "{ list = [1, 2], shares = [1000, 1] }");
     assert!(rare.notices[0].contains("no grain has the radius 2 m"), "{:?}", rare.notices);
+}
+
+/// And so are those of shapes.
+#[test]
+fn shares_of_shapes_are_met_exactly() {
+    let text = "dimension = 3\nstop.steps = 1\n[material.m]\ndensity = 2500\nnormal_stiffness = 1e5\n[[population]]\n\
+                material = \"m\"\ncount = 100\nradius = 1\nshape = { dimer = 2, rod = 1 }\n\
+                region = { lower = [0, 0, 0], upper = [100, 100, 100] }\n";
+    let assembly = Scene::parse(text, "shapes.toml", Path::new("."), &[]).unwrap().assemble().unwrap();
+    let count = |name: &str| {
+        let of_shape = |c: &&packstone::scene::Clump| assembly.shapes[c.shape as usize].name == name;
+        assembly.clumps.iter().filter(of_shape).count()
+    };
+    assert_eq!([count("dimer"), count("rod")], [67, 33]);
+    assert!(assembly.clumps[..50].iter().any(|c| c.shape != assembly.clumps[0].shape), "in no order");
 }
 
 /// What passes the radii of the curve, inline and from a file.

@@ -7,6 +7,7 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, Uniform};
 
+use super::apportion::apportioned;
 use super::check::{Check, TOO_WIDE, show, show_list};
 use super::schema::{Distribution, Moments, Radius, Weighting};
 use crate::{Error, Result};
@@ -108,19 +109,13 @@ fn listed(
     if !(total > 0.0 && total.is_finite()) {
         return Err(check.origin.bad(&shares_key, show_list(&shares), "must add up to a positive number"));
     }
-    let wanted: Vec<f64> = weights.iter().map(|weight| count as f64 * (weight / total)).collect();
-    let mut counts: Vec<usize> = wanted.iter().map(|wanted| wanted.floor() as usize).collect();
-    let mut order: Vec<usize> = (0..list.len()).collect();
-    order.sort_by(|&a, &b| wanted[b].fract().total_cmp(&wanted[a].fract()));
-    let left = count.saturating_sub(counts.iter().sum());
-    order.iter().cycle().take(left).for_each(|&k| counts[k] += 1);
+    let counts = apportioned(&weights, count);
     let mut radii: Vec<f64> =
         list.iter().zip(&counts).flat_map(|(radius, n)| std::iter::repeat_n(*radius, *n)).collect();
-    radii.truncate(count);
     radii.shuffle(rng);
     let absent = (0..list.len()).filter(|&k| counts[k] == 0 && shares[k] > 0.0);
     let notice = |k: usize| {
-        let (radius, wanted) = (show(list[k]), show(wanted[k]));
+        let (radius, wanted) = (show(list[k]), show(count as f64 * (weights[k] / total)));
         format!("{list_key}: no grain has the radius {radius} m, as its share of {count} grains is {wanted}")
     };
     Ok(Drawn { radii, notices: absent.map(notice).collect() })

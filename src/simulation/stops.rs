@@ -41,12 +41,14 @@ pub fn reason(s: &State, lost: u32, known: &Known) -> String {
         return format!("{who} has no position any more (not a number){}", step_or(s, known, at, ""));
     }
     if s.model.grains == Grains::Clumps && turn > p.turn_limit {
-        let way_out = format!("; with this spin of {spin:.4e} rad/s solver.dt must be below {:.4e} s", p.turn_limit / spin);
+        let way_out =
+            format!("; with this spin of {spin:.4e} rad/s solver.dt must be below {:.4e} s", p.turn_limit / spin);
         let cause = step_or(s, known, at, &way_out);
         return format!("{who} turns by {turn:.4e} rad in one step; at most {} can be followed{cause}", p.turn_limit);
     }
     if stride > p.step_limit {
-        let way_out = format!("; at its speed of {speed:.4e} m/s solver.dt must be below {:.4e} s", p.step_limit / speed);
+        let way_out =
+            format!("; at its speed of {speed:.4e} m/s solver.dt must be below {:.4e} s", p.step_limit / speed);
         return format!(
             "{who} moves {stride:.4e} m in one step, {:.2} of its radius; at most {:e} m can be followed safely (half of solver.margin, or \
              of the smallest radius){}",
