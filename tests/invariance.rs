@@ -355,7 +355,7 @@ fn sums_leave_no_trace_of_the_lists() {
                 (0..3).map(|_| row()).collect::<Vec<_>>()
             };
             let given = rows(0.2);
-            for margin in [0.07, 0.5] {
+            for margin in [0.07, 0.5, 1.0, 3.0] {
                 assert_eq!(rows(margin), given, "{} {dimension}D {side}, margin {margin}", bench.name);
             }
         }
