@@ -317,6 +317,8 @@ fn height(assembly: &Assembly) -> f64 {
     let height = |x: DVec3| if g == 0.0 { 0.0 } else { -x.dot(assembly.gravity) / g };
     let floors = assembly.walls.iter().filter_map(|wall| match wall.surface {
         Surface::Plane { point, normal } if height(normal) > 0.0 => Some(height(point)),
+        // A drum on its side, or a circle.
+        Surface::Cylinder { center, radius } if g > 0.0 && assembly.gravity.z == 0.0 => Some(height(center) - radius),
         _ => None,
     });
     let bottom = grains.iter().map(|grain| height(grain.position)).chain(floors).fold(f64::INFINITY, f64::min);

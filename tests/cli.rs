@@ -342,6 +342,28 @@ fn describe_tells_memory_and_time_step() {
     assert!(!said.contains("torque"), "no friction, no torque:\n{said}");
 }
 
+/// What a population cannot have is said beside the results, whatever the command.
+#[test]
+fn distributions_that_were_cut_are_noted() {
+    let place = Place::new(HUNDRED_DISKS);
+    let wide = "population.0.radius={normal={mean=1e-3,std=1e-3,min=0.9e-3,max=1.1e-3}}";
+    let output = place.packstone(&["describe", "scene.toml", "--set", wide]);
+    assert!(output.status.success(), "{output:?}");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.starts_with("note: population.0.radius.normal: no normal distribution between"), "{said}");
+    let output = place.packstone(&["describe", "scene.toml"]);
+    assert!(output.stderr.is_empty(), "{output:?}");
+}
+
+/// An energy that is no number is no result.
+#[test]
+fn sums_that_are_no_numbers_stop_a_run() {
+    let place = Place::new(TWO_GRAINS);
+    let output = place.run(&["--set", "grain.0.spin=[1e200, 0, 0]", "--set", "material.glass.friction=0"], 1);
+    assert!(errors(&output).contains("stopped at step 0") && errors(&output).contains("no numbers"), "{output:?}");
+    assert!(place.summary()["stopped"].is_string());
+}
+
 /// What a run needs follows from the grains that there are, and not from the space between them.
 #[cfg(unix)]
 #[test]

@@ -411,6 +411,13 @@ fn auto_follows_what_is_fast() {
     for (what, scene, fastest) in [("flight", flying, speed), ("wall", wall, speed)] {
         close(what, choose(&scene).unwrap().0, stride / fastest, stride / fastest, 1e-12);
     }
+    // From the middle of a circle of 1 m to its bottom.
+    let mut drum = counted(2, 0.0, 1, 0, &[R]);
+    drum.solver.dt = TimeStep::Auto { fraction: FRACTION };
+    drum.gravity = DVec3::Y * -G;
+    drum.walls = vec![cylinder(1.0)];
+    drum.pairs[0].normal_stiffness = 1e-6 * KN;
+    close("drum", choose(&drum).unwrap().0, stride / fall, stride / fall, 1e-12);
     let contact = shortest_contact(&start()) / 50.0;
     for (k, softer) in [(1.0, false), (1e-6, true)] {
         falling.pairs[0].normal_stiffness = k * KN;
