@@ -63,6 +63,8 @@ fn moments_are_those_between_the_limits() {
         ("normal = { mean = 2, std = 0.5, min = 1.2, max = 4 }", 2.0, 0.5, 1.2, 4.0),
         ("log_normal = { mean = 5, std = 4, min = 1, max = 30 }", 5.0, 4.0, 1.0, 30.0),
         ("log_normal = { mean = 5, std = 2, max = 12 }", 5.0, 2.0, 0.0, 12.0),
+        ("normal = { mean = 2, std = 0.3, min = 1e-200, max = 1e200 }", 2.0, 0.3, 0.0, 9.0),
+        ("log_normal = { mean = 5, std = 2, min = 1e-200, max = 1e200 }", 5.0, 2.0, 0.0, 99.0),
     ] {
         let assembly = population(3, n as usize, &format!("{{ {law} }}"));
         assert!(assembly.notices.is_empty(), "{law}: {:?}", assembly.notices);

@@ -83,12 +83,14 @@ struct Cells {
 
 impl Bell {
     /// The ends in z, from those in radii over the mean. Where there are none, those that no draw comes to, of the
-    /// distribution and of what it is by number if it is one of volume.
+    /// distribution and of what it is by number if it is one of volume; none is further away than any distribution of these
+    /// moments reaches.
     pub fn ends(kind: Kind, std: f64, power: i32, min: Option<f64>, max: Option<f64>) -> (f64, f64) {
         let (middle, variance) = kind.parameters(std);
-        let far = ALL * variance.sqrt();
-        let low = min.map_or(middle - f64::from(power) * variance - far, |min| kind.of(min));
-        (low, max.map_or(middle + far, |max| kind.of(max)))
+        let (far, beyond_all) = (ALL * variance.sqrt(), DEPTH * variance.sqrt());
+        let below = f64::from(power) * variance;
+        let low = min.map_or(middle - below - far, |min| kind.of(min).max(middle - below - beyond_all));
+        (low, max.map_or(middle + far, |max| kind.of(max).min(middle + beyond_all)))
     }
 
     /// The one that has mean 1 and this standard deviation without ends.
