@@ -31,7 +31,8 @@ fn packing(friction: f64) -> packstone::Result<(f64, f64)> {
     let sample = simulation.sample()?;
     let grains = simulation.grains()?;
     let fraction = packing_fraction(simulation.assembly(), &grains, &simulation.assembly().walls)
-        .expect("800 grains have an inside");
+        .expect("800 grains have an inside")
+        .value;
     println!("friction {friction}: packing fraction {fraction:.4}, coordination {:.3}", sample.coordination_number);
     Ok((fraction, sample.coordination_number))
 }

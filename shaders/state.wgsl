@@ -84,6 +84,8 @@ struct Params {
     load_rounding: Real,           // contact dynamics: rounding of loads, as a part of them over the tolerance
     max_momentum: Real,            // most momentum of a pass, 0 to 1
     max_correction_velocity: Real, // m/s, at most this fast overlaps open
+    wall_depth: Real,              // m, at most this far beyond a wall the hardest impact drives a centre
+    turn_limit: Real,              // rad, no clump may turn further in a step
     gap_band: Real,                // m, gaps and overlaps up to this are taken for contacts
     @align(16) pair: Pair,         // the pair parameters of a scene with one material
     axes: vec3<u32>,               // of the grid: along which of x, y, z its 1st, 2nd and 3rd coordinate count

@@ -14,3 +14,4 @@ pub mod overlap;
 pub mod rolling;
 pub mod state;
 pub mod tangential;
+pub mod twist;

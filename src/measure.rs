@@ -8,15 +8,19 @@ pub(crate) mod energies;
 #[expect(clippy::module_inception, reason = "the kernel is called so")]
 mod measure;
 mod measure_clumps;
+mod packing;
 pub(crate) mod plan;
+mod sizes;
 pub(crate) mod sums;
 mod synchronise;
 mod synchronise_clumps;
 
 pub use analysis::{
-    Sample, angular_momentum, angular_momentum_of_clumps, backbone, mass_of_clump, masses, momentum,
-    momentum_of_clumps, packing_fraction,
+    Sample, angular_momentum, angular_momentum_of_clumps, backbone, mass_of_clump, masses, momentum, momentum_of_clumps,
 };
+pub use packing::{PackingFraction, overall_packing_fraction, packing_fraction};
+
+pub use sizes::{Percentiles, Sizes};
 
 use contacts::contact_of;
 

@@ -2,7 +2,7 @@
 //! arrays exist; nothing the scene does not need is modelled, allocated or computed.
 
 use crate::{
-    scene::{Assembly, Dashpot, Method as Solve},
+    scene::{self, Assembly, Dashpot, Method as Solve},
     solve::Solver,
 };
 
@@ -95,6 +95,10 @@ slot!(
     Rolling in "contact/rolling" { None = "none", ElasticPlastic = "elastic_plastic" }
 );
 slot!(
+    /// Whether springs follow the twist of their contact about its normal; in a plane there is none.
+    Twist in "contact/twist" { Ignored = "ignored", Followed = "followed" }
+);
+slot!(
     /// Attraction of surfaces.
     Cohesion in "contact/cohesion" { None = "none" }
 );
@@ -135,6 +139,7 @@ pub struct Model {
     pub damping: Damping,
     pub tangential: Tangential,
     pub rolling: Rolling,
+    pub twist: Twist,
     pub cohesion: Cohesion,
     pub history: History,
     pub rotation: Rotation,
@@ -184,6 +189,12 @@ impl Model {
                 _ => Tangential::Coulomb,
             },
             rolling: if rolling { Rolling::ElasticPlastic } else { Rolling::None },
+            twist: match assembly.solver.twist {
+                scene::Twist::Followed if assembly.dimension == 3 && !rigid && (frictional || rolling) => {
+                    Twist::Followed
+                }
+                _ => Twist::Ignored,
+            },
             cohesion: Cohesion::None,
             history: if frictional || rolling || rigid { History::Kept } else { History::None },
             rotation: if frictional || rolling || spinning { Rotation::Sphere } else { Rotation::None },
@@ -212,6 +223,7 @@ impl Model {
             ("damping", self.damping.label()),
             ("tangential", self.tangential.label()),
             ("rolling", self.rolling.label()),
+            ("twist", self.twist.label()),
             ("cohesion", self.cohesion.label()),
         ];
         let law = if self.method == Method::DiscreteElements { &law[..] } else { &[] };
@@ -260,6 +272,7 @@ impl Model {
                 self.damping.file(),
                 self.tangential.file(),
                 self.rolling.file(),
+                self.twist.file(),
                 self.cohesion.file(),
                 "dem/leapfrog.wgsl",
             ]),
@@ -294,6 +307,11 @@ impl Model {
         use Grains::{Clumps, Spheres};
         use Method::{ContactDynamics, DiscreteElements};
         let (dem, cd, free) = (DiscreteElements, ContactDynamics, Rolling::None);
+        let twists = |dimension: Dimension, method: Method, tangential: Tangential, rolling: Rolling| {
+            let springs = tangential != Tangential::None || rolling != Rolling::None;
+            let all = dimension == Dimension::Space && method == DiscreteElements && springs;
+            if all { Twist::ALL } else { &[Twist::Ignored] }
+        };
         let laws = [
             (dem, Normal::Hooke, Tangential::None, free, Rotation::None, Spheres),
             (dem, Normal::Hooke, Tangential::None, free, Rotation::Sphere, Spheres),
@@ -326,7 +344,11 @@ impl Model {
                             for (walls, moving_walls) in
                                 [(Walls::None, false), (Walls::Some, false), (Walls::Some, true)]
                             {
-                                for &(colored, gyroscopic) in variants(method, grains) {
+                                let twists = twists(dimension, method, tangential, rolling);
+                                let variants = variants(method, grains);
+                                for (&twist, &(colored, gyroscopic)) in
+                                    twists.iter().flat_map(|twist| variants.iter().map(move |v| (twist, v)))
+                                {
                                     models.push(Model {
                                         precision,
                                         dimension,
@@ -336,6 +358,7 @@ impl Model {
                                         damping,
                                         tangential,
                                         rolling,
+                                        twist,
                                         cohesion: Cohesion::None,
                                         history: if rigid || tangential != Tangential::None || rolling != free {
                                             History::Kept

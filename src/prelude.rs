@@ -5,7 +5,7 @@ pub use crate::{
     measure::{Sample, packing_fraction},
     model::Precision,
     scene::{
-        Assembly, Face, Format, Grain, Placement, Scene, SceneBuilder,
+        Assembly, Face, Format, Grain, Placement, Scene, SceneBuilder, Twist,
         builder::{
             GrainBuilder, MaterialBuilder, Orientation, PairBuilder, PopulationBuilder, Radii, ShapeBuilder, Side,
             SolverBuilder, WallBuilder,

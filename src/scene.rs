@@ -1,5 +1,6 @@
 //! Scenes: files (TOML text, `--set` overrides and grain tables) or builders in, a checked [`Assembly`] out.
 
+mod apportion;
 mod assembly;
 mod bodies;
 pub mod builder;
@@ -26,7 +27,7 @@ pub use assembly::{
 pub use builder::SceneBuilder;
 pub use law::{Dashpot, Hertz, MaterialBuilder, Pair, PairBuilder, Rolling};
 pub(crate) use neighbours::Neighbours;
-pub use schema::{Face, Format, Placement};
+pub use schema::{Face, Format, Placement, Twist};
 pub use shape::{Kind, Member, Shape};
 
 use std::path::Path;

@@ -11,6 +11,7 @@ pub mod profile;
 mod runner;
 mod samples;
 mod setup;
+mod stops;
 
 pub use columns::Columns;
 pub use nscd::{ResidualRecord, SolverStatistics};
@@ -31,6 +32,7 @@ use crate::{
 use lists::NeighbourLists;
 use nscd::Nscd;
 use runner::Runner;
+use stops::Known;
 
 /// A running simulation.
 pub struct Simulation {
@@ -100,15 +102,16 @@ impl Simulation {
         assembly.validate()?;
         assembly.fold_ends();
         let (Setup { state, plans, dt_bound }, engine, notice) = build(&assembly, &options)?;
+        let runner = Runner::new(engine, state, Known::of(&assembly, dt_bound));
         let mut simulation = Simulation {
-            lists: NeighbourLists::new(&assembly, &state, &options)?,
+            lists: NeighbourLists::new(&assembly, &runner.state, &options)?,
             stepper: match assembly.solver.method {
                 Method::DiscreteElements => Stepper::Dem,
                 Method::ContactDynamics(relaxation) => Stepper::Nscd(Nscd::new(relaxation)),
             },
             assembly,
             plans,
-            runner: Runner::new(engine, state),
+            runner,
             notice,
             dt_bound,
         };

@@ -233,6 +233,8 @@ record!(
         load_rounding: f64,
         max_momentum: f64,
         max_correction_velocity: f64 [Velocity],
+        wall_depth: f64 [Length],
+        turn_limit: f64,
         gap_band: f64 [Length],
         pair: Pair,
         axes: UVec3,
@@ -616,7 +618,7 @@ state! {
     ID_NEXT id_next: u32, Bodies, Number, "number in the scene", always;
     CLUMP_OF_ID clump_of_id: u32, Bodies, Number, "clump, by number", clumped;
     MEMBER_OFFSET member_offset: Packed, Bodies, Length, "by number", clumped;
-    INDEX_OF_ID index_of_id: u32, Bodies, Number, "index, by number", clumped;
+    INDEX_OF_ID index_of_id: u32, Bodies, Number, "index, by number", always;
     FIRST_MEMBER first_member: u32, ClumpsPlusOne, Number, "number in the scene", clumped;
     INVERSE_MOMENTS inverse_moments: Spin, Clumps, InverseInertia, "", clumped;
     CENTER center: DVec3, Clumps, Length, "", clumped;

@@ -268,6 +268,38 @@ fn of_contacts(body: &Body, pair: &Pair, worst: &Worst, smallest: f64, others: f
     if bound.is_finite() { bound } else { 4.0 / (gamma + gamma.hypot(2.0 * omega_squared.sqrt())) }
 }
 
+/// How far beyond a wall the hardest impact drives the centre of a grain, m: that of the fastest grain, or after a fall
+/// from the top of the scene to its bottom, on springs without dashpots that carry its weight as well. 0 where contacts
+/// are stiffer than that, and of rigid grains.
+pub fn depth_beyond_walls(assembly: &Assembly) -> f64 {
+    if assembly.walls.is_empty() || assembly.solver.method != Method::DiscreteElements {
+        return 0.0;
+    }
+    let worst = Worst { load: assembly.gravity.length(), ..Worst::of(assembly) };
+    let room = |body: &Body, pair: &Pair| {
+        let loading = worst.loading(body, body.members[0].radius, 1.0);
+        body.members[0].radius - normal::largest_overlap(pair, &loading)
+    };
+    (-smallest_over_contacts(assembly, room)).max(0.0)
+}
+
+/// No clump may turn further than this in a step, rad: the arc of a radius.
+pub const MOST_TURN: f64 = 1.0;
+
+/// The part of what grains may go and turn in a step that the automatic one plans for.
+const PLANNED: f64 = 0.25;
+
+/// The step in which the fastest grain or wall, even after falling from the top of the scene to its bottom, goes no
+/// further than planned for, and no clump turns further.
+fn longest_stride(assembly: &Assembly) -> f64 {
+    let grains = &assembly.grains;
+    let smallest = grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
+    let mean = grains.iter().map(|grain| grain.radius).sum::<f64>() / grains.len() as f64;
+    let stride = PLANNED * 0.5 * smallest.min(assembly.solver.margin * mean) / fastest(assembly);
+    let spin = assembly.clumps.iter().map(|c| c.spin.length()).fold(0.0, f64::max);
+    stride.min(PLANNED * MOST_TURN / spin)
+}
+
 /// The step in which the fastest grain, after falling all the time, moves a quarter of the lists' margin.
 fn free_flight(assembly: &Assembly, time: f64) -> f64 {
     let fastest = assembly.grains.iter().map(|g| g.velocity.length()).fold(0.0, f64::max);
@@ -285,6 +317,8 @@ fn height(assembly: &Assembly) -> f64 {
     let height = |x: DVec3| if g == 0.0 { 0.0 } else { -x.dot(assembly.gravity) / g };
     let floors = assembly.walls.iter().filter_map(|wall| match wall.surface {
         Surface::Plane { point, normal } if height(normal) > 0.0 => Some(height(point)),
+        // A drum on its side, or a circle.
+        Surface::Cylinder { center, radius } if g > 0.0 && assembly.gravity.z == 0.0 => Some(height(center) - radius),
         _ => None,
     });
     let bottom = grains.iter().map(|grain| height(grain.position)).chain(floors).fold(f64::INFINITY, f64::min);
@@ -302,9 +336,8 @@ fn fastest(assembly: &Assembly) -> f64 {
     moving.fold(0.0, f64::max) + (2.0 * assembly.gravity.length() * height(assembly)).sqrt()
 }
 
-/// The step of body grains, which nothing bounds but what is seen of them: the smallest grain takes 20 steps to fall by
-/// its diameter, and none goes further than a quarter of what it may, even after falling from the top of the scene to
-/// its bottom.
+/// The step of rigid grains, which nothing bounds but what is seen of them: the smallest grain takes 20 steps to fall by
+/// its diameter, and none goes further than [`longest_stride`].
 ///
 /// # Errors
 /// [`Error::Scene`] if nothing moves.
@@ -312,11 +345,8 @@ fn rigid_step(assembly: &Assembly) -> Result<f64> {
     let grains = &assembly.grains;
     let g = assembly.gravity.length();
     let smallest = grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
-    let mean = grains.iter().map(|grain| grain.radius).sum::<f64>() / grains.len() as f64;
-    let fastest = fastest(assembly);
     let fall = (4.0 * smallest / g).sqrt() / 20.0;
-    let stride = 0.25 * 0.5 * smallest.min(assembly.solver.margin * mean) / fastest;
-    let dt = fall.min(stride);
+    let dt = fall.min(longest_stride(assembly));
     if dt.is_finite() {
         return Ok(dt);
     }
@@ -349,7 +379,7 @@ fn step_below(assembly: &Assembly, bound: f64) -> Result<f64> {
     match assembly.solver.dt {
         TimeStep::Auto { .. } if assembly.solver.method != Method::DiscreteElements => rigid_step(assembly),
         TimeStep::Auto { fraction } if bound.is_finite() => {
-            Ok((fraction * bound).min(shortest_contact(assembly) / STEPS_PER_CONTACT))
+            Ok((fraction * bound).min(shortest_contact(assembly) / STEPS_PER_CONTACT).min(longest_stride(assembly)))
         }
         // Nothing can touch: any step is stable and exact; it must only be short enough to be followed.
         TimeStep::Auto { .. } => match assembly.stop.time {

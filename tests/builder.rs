@@ -211,6 +211,8 @@ fn small_scenes_are_equal_to_the_last_digit() {
         .domain([0.0; 3], [1.0; 3], [Face::Periodic, Face::Open, Face::Periodic])
         .population(PopulationBuilder::new("glass", 50, Radii::log_normal(0.03, 0.01)).placement(Placement::Random))
         .population(PopulationBuilder::new("steel", 20, Radii::list([0.01, 0.02])).gap(0.1).velocity_spread(0.3))
+        .population(PopulationBuilder::new("steel", 20, Radii::shares([(0.01, 2.0), (0.02, 1.0)]).by_volume()))
+        .population(PopulationBuilder::new("steel", 20, Radii::sieve([(0.01, 0.0), (0.02, 1.0)])))
         .solver(SolverBuilder::discrete_elements().dt_fraction(0.1).damping(3.0));
     let text = format!(
         r#"{BASE}
@@ -229,6 +231,14 @@ count = 20
 radius = {{ list = [0.01, 0.02] }}
 gap = 0.1
 velocity_spread = 0.3
+[[population]]
+material = "steel"
+count = 20
+radius = {{ list = [0.01, 0.02], shares = [2, 1], by = "volume" }}
+[[population]]
+material = "steel"
+count = 20
+radius = {{ sieve = {{ radius = [0.01, 0.02], passing = [0, 1] }} }}
 [solver]
 dt_fraction = 0.1
 damping = 3

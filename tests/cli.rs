@@ -151,7 +151,8 @@ fn two_grains_leave_all_files_and_keys() {
     let summary = place.summary();
     let keys = "scene engine adapter precision dimension particles steps time dt dt_bound wall_seconds \
                 particle_steps_per_second bytes_per_particle replayed_chunks lost_contacts contacts \
-                coordination_number packing_fraction max_overlap_over_radius unbalanced_force_ratio kinetic_energy \
+                coordination_number packing_fraction packing_fraction_error \
+                overall_packing_fraction overall_packing_fraction_error diameters max_overlap_over_radius unbalanced_force_ratio kinetic_energy \
                 momentum angular_momentum converged stopped version domain walls";
     for key in keys.split_whitespace() {
         assert!(summary.get(key).is_some(), "no {key}");
@@ -160,6 +161,7 @@ fn two_grains_leave_all_files_and_keys() {
     assert_eq!((&summary["particles"], &summary["dimension"]), (&2.into(), &3.into()));
     assert_eq!((&summary["stopped"], &summary["converged"]), (&Value::Null, &false.into()));
     assert!(summary["unbalanced_force_ratio"].is_null(), "the grains have parted");
+    assert_eq!(summary["diameters"]["by_volume"]["d90"], 2e-3);
     assert!(summary["time"].as_f64().unwrap() >= 2e-3);
     let momentum = summary["momentum"][0].as_f64().unwrap();
     let before = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * 1e-9 * 0.1;
@@ -322,13 +324,68 @@ fn describe_tells_memory_and_time_step() {
     let output = place.packstone(&["describe", "scene.toml"]);
     assert!(output.status.success(), "{output:?}");
     let said = out(&output);
-    let parts = ["a hundred disks", "bytes/particle", "total", "time step", "bound", "damping/mass_scaled.wgsl"];
+    let parts = [
+        "a hundred disks",
+        "by number",
+        "by volume",
+        "bytes/particle",
+        "total",
+        "time step",
+        "bound",
+        "damping/mass_scaled.wgsl",
+    ];
     for part in parts.into_iter().chain(["contact/law.wgsl", "displacement_check", "neighbour"]) {
         assert!(said.contains(part), "no {part} in\n{said}");
     }
     let smooth = ["--set", "material.glass.friction=0", "--set", "material.steel.friction=0"];
     let said = out(&place.packstone(&[&["describe", "scene.toml"], &smooth[..]].concat()));
     assert!(!said.contains("torque"), "no friction, no torque:\n{said}");
+}
+
+/// What a population cannot have is said beside the results, whatever the command.
+#[test]
+fn distributions_that_were_cut_are_noted() {
+    let place = Place::new(HUNDRED_DISKS);
+    let wide = "population.0.radius={normal={mean=1e-3,std=1e-3,min=0.9e-3,max=1.1e-3}}";
+    let output = place.packstone(&["describe", "scene.toml", "--set", wide]);
+    assert!(output.status.success(), "{output:?}");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.starts_with("note: population.0.radius.normal: no normal distribution between"), "{said}");
+    let output = place.packstone(&["describe", "scene.toml"]);
+    assert!(output.stderr.is_empty(), "{output:?}");
+}
+
+/// An energy that is no number is no result.
+#[test]
+fn sums_that_are_no_numbers_stop_a_run() {
+    let place = Place::new(TWO_GRAINS);
+    let output = place.run(&["--set", "grain.0.spin=[1e200, 0, 0]", "--set", "material.glass.friction=0"], 1);
+    assert!(errors(&output).contains("stopped at step 0") && errors(&output).contains("no numbers"), "{output:?}");
+    assert!(place.summary()["stopped"].is_string());
+}
+
+/// What a run needs follows from the grains that there are, and not from the space between them.
+#[cfg(unix)]
+#[test]
+fn grains_far_apart_need_no_memory() {
+    let walls = "[[wall]]\nkind = \"plane\"\nmaterial = \"glass\"\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\n";
+    for (far, gravity, walls) in [("2", "0", ""), ("2e5", "0", ""), ("2e5", "-9.81", walls)] {
+        let scene = TWO_GRAINS
+            .replace("[2.1e-3, 0.5e-3, 0]", &format!("[{far}, {far}, {far}]"))
+            .replace("gravity = [0, 0, 0]", &format!("gravity = [0, 0, {gravity}]"))
+            .replace("time = 2e-3", "steps = 3");
+        let place = Place::new(&(scene + walls));
+        let program = env!("CARGO_BIN_EXE_packstone");
+        let limited = format!("ulimit -v 400000; exec '{program}' run scene.toml --engine cpu");
+        let output = Command::new("sh")
+            .current_dir(place.0.path())
+            .env("RAYON_NUM_THREADS", "1")
+            .args(["-c", &limited])
+            .output()
+            .expect("a shell");
+        assert!(output.status.success(), "{far}: {output:?}");
+        assert_eq!(place.summary()["steps"], 3);
+    }
 }
 
 #[test]

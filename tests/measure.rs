@@ -5,16 +5,16 @@ mod common;
 use common::*;
 use glam::DVec3;
 use packstone::{
-    measure::{Sample, angular_momentum, backbone, masses, momentum, packing_fraction},
-    scene::{Assembly, Domain, Grain, Wall},
+    measure::{Sample, angular_momentum, backbone, masses, momentum, overall_packing_fraction, packing_fraction},
+    scene::{Assembly, Domain, Grain, Scene, Wall},
 };
-use std::f64::consts::PI;
+use std::{f64::consts::PI, path::Path};
 
 const SIMPLE_CUBIC: f64 = PI / 6.0;
 const CLOSE_PACKED: f64 = 0.740_480_49;
 
 fn fraction(assembly: &Assembly) -> Option<f64> {
-    packing_fraction(assembly, &assembly.grains, &assembly.walls)
+    packing_fraction(assembly, &assembly.grains, &assembly.walls).map(|f| f.value)
 }
 
 #[track_caller]
@@ -90,6 +90,82 @@ fn lattices_that_repeat() {
     let rows = [point(0.0, 0.0, 0.0), point(0.5, 0.5, 0.0)];
     let triangular = periodic(2, point(2.0, 2.0 * 3.0_f64.sqrt(), 0.0) * R, [12, 8, 1], &rows);
     expect("triangular", &triangular, PI / 12.0_f64.sqrt(), 0.001);
+}
+
+/// Where all space is inside, grains are counted to the last digit, and what two of them share once: spheres that overlap
+/// by a tenth of R, across the seam too, unequal disks, and clumps, whose members share what they share.
+#[test]
+fn what_repeats_is_exact() {
+    let exact = |what: &str, scene: &Assembly, expected: f64| {
+        let found = packing_fraction(scene, &scene.grains, &scene.walls).expect(what);
+        assert_eq!(found.error, 0.0);
+        close(what, found.value, expected, expected, 1e-12);
+    };
+    let point = DVec3::new;
+    let cube = periodic(3, DVec3::splat(2.0 * R), [6; 3], &[point(0.5, 0.5, 0.5)]);
+    exact("SC", &cube, SIMPLE_CUBIC);
+    // Caps of height 0.05 R on six sides.
+    let pressed = periodic(3, DVec3::splat(1.9 * R), [6; 3], &[point(0.0, 0.5, 0.5)]);
+    let cap = PI * 0.05 * 0.05 * (3.0 - 0.05) / 3.0;
+    exact("pressed SC", &pressed, (4.0 / 3.0 * PI - 6.0 * cap) / 1.9_f64.powi(3));
+    let mut disks = periodic(2, point(2.0, 1.7, 0.0) * R, [4, 1, 1], &[point(0.0, 0.0, 0.0), point(0.5, 0.5, 0.0)]);
+    disks.grains.iter_mut().skip(1).step_by(2).for_each(|g| g.radius = 0.4 * R);
+    disks.domain.upper.y = 5.0 * R;
+    // Segments of both on the chord, by the angles at the two centres.
+    let d = (1.0_f64 + 0.85 * 0.85).sqrt();
+    let segment = |r: f64, s: f64| {
+        let cos = (d * d + r * r - s * s) / (2.0 * d * r);
+        r * r * (cos.acos() - cos * (1.0 - cos * cos).sqrt())
+    };
+    let lens = segment(1.0, 0.4) + segment(0.4, 1.0);
+    exact("disks", &disks, (PI * 1.16 - 2.0 * lens) / 10.0);
+
+    let text = "dimension = 3\ngravity = [0, 0, 0]\nstop.steps = 1\n[domain]\nlower = [0, 0, 0]\nupper = [1, 1, 1]\n\
+                boundary = \"periodic\"\n[material.m]\ndensity = 1\nnormal_stiffness = 1\n[[grain]]\nmaterial = \"m\"\n\
+                position = [0.1, 0.5, 0.5]\nradius = 0.1\nshape = \"dimer\"\n[[grain]]\nmaterial = \"m\"\n\
+                position = [0.5, 0.5, 0.5]\nradius = 0.05\n";
+    let clumps = Scene::parse(text, "clumps.toml", Path::new("."), &[]).unwrap().assemble().unwrap();
+    exact("a dimer and a sphere", &clumps, 4.0 / 3.0 * PI * (1e-3 + 1.25e-4));
+}
+
+/// The error that is stated is that of the value, for 12 boxes of whole cells of a lattice.
+#[test]
+fn the_error_of_sampling_is_told() {
+    let mut squares = Vec::new();
+    for n in 8..20 {
+        let mut scene = blank(3);
+        scene.grains = simple_cubic([n; 3]);
+        let edge = 2.0 * f64::from(n) * R;
+        scene.walls = DVec3::AXES.into_iter().flat_map(|a| [plane(DVec3::ZERO, a), plane(edge * a, -a)]).collect();
+        let found = packing_fraction(&scene, &scene.grains, &scene.walls).unwrap();
+        println!("{n}: {found:?}, off by {:.2} errors", (found.value - SIMPLE_CUBIC) / found.error);
+        assert!(found.error > 0.0 && found.error < 2e-3, "{found:?}");
+        squares.push(((found.value - SIMPLE_CUBIC) / found.error).powi(2));
+    }
+    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
+    assert!(mean < 2.0 && squares.iter().all(|s| *s < 16.0), "{squares:?}");
+}
+
+/// Spheres in a row in a tube that they fill, and on top of each other in a box three radii wide: there is no inside, but
+/// the vessel is filled to 2/3 of the tube, and by what lies below the highest centre.
+#[test]
+fn slender_vessels_have_an_overall_fraction() {
+    let mut scene = blank(3);
+    scene.gravity = -G * DVec3::Z;
+    scene.walls = vec![floor(), cylinder(1.001 * R)];
+    scene.grains = simple_cubic([1, 1, 20]);
+    scene.grains.iter_mut().for_each(|g| g.position -= DVec3::new(R, R, 0.0));
+    assert_eq!(fraction(&scene), None);
+    let found = overall_packing_fraction(&scene, &scene.grains, &scene.walls).unwrap();
+    // 19 and a half of them below the last centre, 39 R above the floor.
+    let expected = 19.5 * 4.0 / 3.0 / (39.0 * 1.001 * 1.001);
+    println!("tube: {found:?}, expected {expected}");
+    assert!((found.value - expected).abs() < 4.0 * found.error && found.error < 2e-3, "{found:?}, {expected}");
+    scene.walls[1] = cylinder(3.0 * R);
+    let found = overall_packing_fraction(&scene, &scene.grains, &scene.walls).unwrap();
+    // The box around the grains, whose corners are inside this tube.
+    let expected = 19.5 * 4.0 / 3.0 * PI / (39.0 * 4.0);
+    assert!((found.value - expected).abs() < 4.0 * found.error, "{found:?}, {expected}");
 }
 
 /// A lattice cut by a cylinder leaves holes at it, more than the two radii that are not counted.

@@ -4,9 +4,12 @@ mod common;
 
 use common::*;
 use glam::{DQuat, DVec3};
-use packstone::scene::{Assembly, Clump, Domain, Shape, TimeStep};
+use packstone::scene::{Assembly, Clump, Domain, Scene, Shape, TimeStep};
 use packstone::state::{array, present};
-use std::f64::consts::{PI, TAU};
+use std::{
+    f64::consts::{PI, TAU},
+    path::Path,
+};
 
 /// One member with moments of inertia as asked for: a top without a surface.
 fn top(moments: DVec3) -> Shape {
@@ -552,5 +555,32 @@ fn slow_turns_are_not_lost() {
             println!("{}: turned by {angle:e}", bench.name);
             close(bench.name, angle, 2e-5, 2e-5, bench.pick(1e-9, 0.03));
         }
+    }
+}
+
+/// A rod that turns 160 times about its middle in a step, and one whose turn is a little more than a radian, cannot be
+/// followed: the run stops at that step, names the clump, and keeps the state before.
+#[test]
+fn a_clump_that_turns_too_far_is_a_stop() {
+    let scene = |spin: &str| {
+        let text = format!(
+            "dimension = 3\ngravity = [0, 0, 0]\nsolver.dt = 1e-6\nstop.steps = 1000\n[material.s]\ndensity = 2500\n\
+             normal_stiffness = 1e4\n[[grain]]\nposition = [0, 0, 0.1]\nradius = 0.001\nmaterial = \"s\"\n\
+             [[grain]]\nposition = [0, 0, 0]\nradius = 0.001\nmaterial = \"s\"\nshape = \"rod\"\nspin = {spin}\n"
+        );
+        Scene::parse(&text, "rod.toml", Path::new("."), &[]).unwrap().assemble().unwrap()
+    };
+    for bench in engines() {
+        for spin in ["[1e3, 1e9, 3e3]", "[1.1e6, 0, 0]"] {
+            let mut simulation = bench.start(&scene(spin));
+            let error = simulation.advance(1000).expect_err("it turns too far").to_string();
+            assert!(error.contains("step 1") && error.contains("clump 1 ") && error.contains("turns by"), "{error}");
+            assert_eq!(simulation.step(), 0);
+            let clumps = simulation.clumps().unwrap();
+            let whole = |q: glam::DQuat| (q.length() - 1.0).abs() < 1e-6 && q.is_finite();
+            assert!(clumps.iter().all(|c| whole(c.orientation) && c.spin.is_finite()), "{}: {clumps:?}", bench.name);
+        }
+        let mut simulation = bench.start(&scene("[0.9e6, 0, 0]"));
+        simulation.advance(10).unwrap();
     }
 }

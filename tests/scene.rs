@@ -253,6 +253,28 @@ fn boxes_become_planes_and_defaults_are_filled_in() {
     assert_eq!(assembly.stop.steps, Some(10));
 }
 
+/// A lid that leaves the floor, and planes that face each other, are no doubles.
+#[test]
+fn walls_that_part_or_face_each_other_are_two() {
+    let wall = |normal: &str, velocity: &str| {
+        format!(
+            "[[wall]]\nkind = \"plane\"\nmaterial = \"steel\"\npoint = [0,0,0]\nnormal = {normal}\nvelocity = {velocity}\n"
+        )
+    };
+    let pairs = [("[0, 0, 1]", "[0, 0, -1]"), ("[0, 1e-6, 1]", "[0, 0, 0]")];
+    for (normal, velocity) in pairs {
+        let scene = format!("{BASE}{ONE}{}{}", wall("[0, 0, 1]", "[0, 0, 0]"), wall(normal, velocity));
+        assert_eq!(good(&scene).walls.len(), 2);
+    }
+    let scene = format!(
+        "{BASE}{}{}{}",
+        ONE.replace("[0, 0, 1]", "[0, 0, 0]"),
+        wall("[0, 0, 1]", "[0, 0, 0]"),
+        wall("[0, 0, -1]", "[0, 0, 0]")
+    );
+    assert_eq!(assemble(&scene, &["solver.allow_overlap=true"]).unwrap().walls.len(), 2);
+}
+
 #[test]
 fn two_dimensions_fill_z_with_zero() {
     let scene = BASE.replace("dimension = 3", "dimension = 2")

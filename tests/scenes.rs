@@ -148,7 +148,7 @@ impl Differences {
 
 fn packing(simulation: &mut Simulation) -> Option<f64> {
     let (grains, walls) = (simulation.grains().unwrap(), simulation.walls().unwrap());
-    packing_fraction(simulation.assembly(), &grains, &walls)
+    packing_fraction(simulation.assembly(), &grains, &walls).map(|f| f.value)
 }
 
 #[test]

@@ -387,3 +387,41 @@ fn steps_too_small_to_follow_are_refused() {
     scene.stop.time = Some(1.0);
     assert!(choose(&scene).unwrap_err().to_string().contains("too small to follow"));
 }
+
+/// A grain in flight, a fall and a wall that comes: a quarter of the tenth of a radius that a step may go, over the
+/// speed. Where nothing is fast the collision decides, as ever.
+#[test]
+fn auto_follows_what_is_fast() {
+    let speed = 300.0;
+    let stride = 0.25 * 0.5 * 0.2 * R;
+    let start = || {
+        let mut scene = counted(3, 0.0, 1, 1, &[R]);
+        scene.grains[0].position.y = 0.0;
+        scene.solver.dt = TimeStep::Auto { fraction: FRACTION };
+        scene
+    };
+    let mut flying = start();
+    flying.grains[0].velocity.x = speed;
+    let mut falling = start();
+    falling.gravity = DVec3::Y * -G;
+    // 1 m above the floor is where the grain is.
+    let fall = (2.0 * G).sqrt();
+    let mut wall = start();
+    wall.walls[0].velocity.y = speed;
+    for (what, scene, fastest) in [("flight", flying, speed), ("wall", wall, speed)] {
+        close(what, choose(&scene).unwrap().0, stride / fastest, stride / fastest, 1e-12);
+    }
+    // From the middle of a circle of 1 m to its bottom.
+    let mut drum = counted(2, 0.0, 1, 0, &[R]);
+    drum.solver.dt = TimeStep::Auto { fraction: FRACTION };
+    drum.gravity = DVec3::Y * -G;
+    drum.walls = vec![cylinder(1.0)];
+    drum.pairs[0].normal_stiffness = 1e-6 * KN;
+    close("drum", choose(&drum).unwrap().0, stride / fall, stride / fall, 1e-12);
+    let contact = shortest_contact(&start()) / 50.0;
+    for (k, softer) in [(1.0, false), (1e-6, true)] {
+        falling.pairs[0].normal_stiffness = k * KN;
+        let expected = if softer { stride / fall } else { contact };
+        close("fall", choose(&falling).unwrap().0, expected, expected, 1e-12);
+    }
+}

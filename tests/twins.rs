@@ -18,7 +18,7 @@ use packstone::{
     gpu::Arrays,
     model::{
         Boundary, Damping as DampingSlot, Dimension, Grains, Gyroscopic, Materials, Method as MethodSlot, Model,
-        Normal as NormalSlot, Precision, Rolling as RollingSlot, Rotation, Tangential, Walls,
+        Normal as NormalSlot, Precision, Rolling as RollingSlot, Rotation, Tangential, Twist as TwistSlot, Walls,
     },
     plan::Plan,
     plans::Plans,
@@ -98,6 +98,7 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
         grains,
         shapes: Vec::new(),
         clumps: Vec::new(),
+        notices: Vec::new(),
         solver: Solver {
             method: if rigid {
                 Method::ContactDynamics(Relaxation {
@@ -122,6 +123,10 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
             allow_overlap: true,
             damping: 3.0,
             margin: if rigid { 1.0 } else { 0.2 },
+            twist: match model.twist {
+                TwistSlot::Followed => Twist::Followed,
+                TwistSlot::Ignored => Twist::Ignored,
+            },
         },
         stop: Stop { steps: Some(1), ..Stop::default() },
         output: Output { history: None, snapshots: None, csv: false, vtp: false },

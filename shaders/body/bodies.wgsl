@@ -4,6 +4,7 @@
 var<storage, read> position: array<Position>;   // N, at step n
 var<storage, read> velocity: array<Velocity>; // N, at n - 1/2
 var<storage, read> id: array<u32>;    // N: the grain's number in the scene
+var<storage, read_write> index_of_id: array<u32>; // N, by number: where the grain is
 var<storage, read_write> position_next: array<Position>;   // N
 var<storage, read_write> velocity_next: array<Velocity>; // N
 var<storage, read_write> displacement: array<Real>;        // N, m: way since the lists were made
@@ -21,13 +22,13 @@ fn body(i: u32) -> Body {
 }
 
 /// Grain i has come to this point by a way of this length, m. Whether the lists may miss a neighbour of it from now on,
-/// or the grain is lost: beyond the domain or a wall, or too fast to be followed.
-fn commit_position(i: u32, position: Position, low: PositionLow, point: Point, stride: Real, crossed: bool) -> bool {
+/// or the grain is lost: beyond the domain, too fast to be followed, or for what the caller has found (`hopeless`).
+fn commit_position(i: u32, position: Position, low: PositionLow, point: Point, stride: Real, hopeless: bool) -> bool {
     position_next[i] = Position(point.x, position.radius);
     store_position_low(i, PositionLow(point.low, low.radius));
     let way = displacement[i] + stride;
     displacement[i] = way;
-    let lost = crossed || outside(point.x, params.lower, params.upper) || !(stride <= params.step_limit);
+    let lost = hopeless || outside(point.x, params.lower, params.upper) || !(stride <= params.step_limit);
     if (lost) {
         atomicMax(&counters.lost_body, params.bodies - id[i]);
     }

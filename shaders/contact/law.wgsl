@@ -8,6 +8,7 @@ struct ContactState {
     gap: Real,             // m, < 0 is overlap
     gap_before: Real,      // m, a step ago
     n: Vec,                // from the first to the second
+    twist: Real,           // of the contact about n in this step, see the twist slot
     n_before: Vec,         // a step ago
     v: Vec,                // m/s, of the first past the second at the contact point
     spin: Spin,            // rad/s, of the first relative to the second
@@ -71,6 +72,7 @@ fn grain_state(i: u32, here: Body, j: u32, p: OrientedPair) -> ContactState {
     c.gap_before = gap + lengthened(branch, params.history_dt * v);
     c.n = n;
     c.n_before = unit_or(branch + params.history_dt * v, n);
+    c.twist = twist_of(n, here.spin + spin);
     c.v = v + (surface - surface_velocity(select(spin, here.spin, p.back), arm_to));
     c.spin = select(here.spin - spin, spin - here.spin, p.back);
     c.inverse_mass = here.velocity.inverse_mass + other.inverse_mass;
@@ -117,6 +119,7 @@ fn wall_state(i: u32, here: Body, w: u32, separation: Separation) -> ContactStat
     c.n_before = wall_normal_before(w, here.position.x - params.history_dt * here.velocity.v);
     c.v = v + surface_velocity(here.spin, arm);
     c.spin = relative_to_wall(here.spin, w);
+    c.twist = twist_of(separation.n, here.spin + (here.spin - c.spin));
     c.inverse_mass = here.velocity.inverse_mass;
     c.radius = here.position.radius;
     c.inverse_rolling_inertia = inverse_rolling_inertia(here.position.radius, here.velocity.inverse_mass);
@@ -226,7 +229,7 @@ fn body_forces(i: u32, here: Body) -> BodyForces {
                 set_history(entry, contact.history);
                 forces.sum.force += contact.force;
                 forces.sum.torque += contact_torque(contact);
-                forces.crossed |= contact.gap < -here.position.radius;
+                forces.crossed |= is_crossed(contact.gap, here.position.radius);
             }
             set_active(entry, tagged, contact.is_active);
             entry++;

@@ -1,5 +1,6 @@
 // twin: src/measure/measure.rs
-// Sums over free grains at step n, in a fixed order: row p adds up grains p, p + parts, p + 2 parts, …
+// Sums over free grains at step n, in an order that no sorting changes: row p adds up the grains with the numbers p, p +
+// parts, p + 2 parts, …
 @compute @workgroup_size(WG)
 fn measure(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let p = linear(gid, groups);
@@ -7,7 +8,8 @@ fn measure(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
         return;
     }
     var sum = PartialSums();
-    for (var i = p; i < params.bodies; i += params.partial_sums_len) {
+    for (var number = p; number < params.bodies; number += params.partial_sums_len) {
+        let i = index_of_id[number];
         let here = body(i);
         let inverse_mass = here.velocity.inverse_mass;
         if (inverse_mass == 0) {

@@ -36,7 +36,7 @@ fn count_neighbours(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_
         if (gap < 2 * params.margin) {
             entries++;
         }
-        if (gap < -here.radius) {
+        if (is_crossed(gap, here.radius)) {
             atomicMax(&counters.lost_body, params.bodies - id[i]);
             atomicStore(&halt, 1u);
         }

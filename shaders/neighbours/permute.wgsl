@@ -18,5 +18,5 @@ fn permute(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
     permute_velocity_low(i, old);
     id_next[i] = id[old];
     displacement[i] = 0;
-    store_index(id[old], i);
+    index_of_id[id[old]] = i;
 }

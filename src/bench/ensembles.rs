@@ -88,7 +88,7 @@ fn settle(bed: Assembly, setting: Setting) -> Result<(Cost, [f64; 3])> {
     trial.advance(steps)?;
     let coordination = trial.simulation.sample()?.coordination_number;
     let grains = trial.simulation.grains()?;
-    let filled = packing_fraction(&bed, &grains, &bed.walls).unwrap_or(f64::NAN);
+    let filled = packing_fraction(&bed, &grains, &bed.walls).map_or(f64::NAN, |f| f.value);
     Ok((trial.cost()?, [filled, coordination, pressure(&bed, &grains, filled)]))
 }
 

@@ -78,7 +78,8 @@ pub struct NextPositions<'a> {
 /// What the places that bodies have come to say of the run.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Limits {
-    /// Mark of the first lost body (0: none): one that is beyond the domain or a wall, or too fast to be followed.
+    /// Mark of the first lost body (0: none): one that is beyond the domain or a wall, or moves or turns too fast to be
+    /// followed.
     pub lost_body: u32,
     /// Whether the lists may miss a neighbour from now on, or a body is lost.
     pub halt: bool,
@@ -92,7 +93,8 @@ impl Limits {
 }
 
 impl NextPositions<'_> {
-    /// Body i, the k-th of the run, has come to this point by a way of this length, m.
+    /// Body i, the k-th of the run, has come to this point by a way of this length, m; `hopeless` if it is lost for what
+    /// the caller has found.
     #[inline(always)]
     pub fn commit_position(
         &mut self,
@@ -100,14 +102,14 @@ impl NextPositions<'_> {
         (i, k): (usize, usize),
         point: Point,
         stride: f64,
-        crossed: bool,
+        hopeless: bool,
     ) -> Limits {
         self.position[k] = Position { x: point.x, radius: s.position[i].radius };
         if let Some(low) = self.low.get_mut(k) {
             *low = PositionLow { x: point.low, radius: position_low_of(s, i).radius };
         }
         self.displacement[k] += stride;
-        let lost = crossed || outside(point.x, s.params.lower, s.params.upper) || !(stride <= s.params.step_limit);
+        let lost = hopeless || outside(point.x, s.params.lower, s.params.upper) || !(stride <= s.params.step_limit);
         Limits {
             lost_body: if lost { s.params.bodies - s.id[i] } else { 0 },
             halt: lost || !(self.displacement[k] <= s.params.displacement_limit),

@@ -47,10 +47,16 @@ impl SceneArgs {
 
     /// The scene with `--set` and `more` of the kind applied, and what it comes down to.
     pub fn load(&self, more: &[String]) -> anyhow::Result<(Scene, Assembly)> {
-        let scene = Scene::load(&self.scene, &[&self.set, more].concat())?;
-        let assembly = scene.assemble()?;
-        Ok((scene, assembly))
+        load(&self.scene, &[&self.set, more].concat())
     }
+}
+
+/// A scene and what it comes down to; what is not as it asks for is said on the standard error.
+pub fn load(path: &Path, set: &[String]) -> anyhow::Result<(Scene, Assembly)> {
+    let scene = Scene::load(path, set)?;
+    let assembly = scene.assemble()?;
+    assembly.notices.iter().for_each(|notice| eprintln!("note: {notice}"));
+    Ok((scene, assembly))
 }
 
 pub fn precisions() -> impl TypedValueParser<Value = Precision> {

@@ -4,6 +4,7 @@ use super::common::{SceneArgs, say};
 use super::table::table;
 use packstone::{
     engine::gpu::{bytes, layouts},
+    measure::{Percentiles, Sizes},
     scene::{Assembly, Scene},
     simulation::Setup,
 };
@@ -37,13 +38,23 @@ fn contents(scene: &Scene, assembly: &Assembly, setup: &Setup) -> String {
     let (dt, bound) = (setup.state.params.dt, setup.dt_bound);
     let bound = if bound.is_finite() { format!("bound {bound:e} s") } else { "no bound".to_owned() };
     format!(
-        "{}: {dimension} dimensions\ngrains     {grains}, {fixed} of them fixed\n{}walls      {walls}\n\
+        "{}: {dimension} dimensions\ngrains     {grains}, {fixed} of them fixed\n{}{}walls      {walls}\n\
          materials  {materials}\ncells      {} = {}\ntime step  {dt:e} s, {bound}",
         scene.name(),
+        diameters(assembly),
         clumps(assembly),
         setup.state.sizes.cells,
         cells.join(" x "),
     )
+}
+
+/// The sizes of the free grains; nothing where there are none.
+fn diameters(assembly: &Assembly) -> String {
+    let line = |p: &Percentiles| format!("d10 {:.4e}, d50 {:.4e}, d90 {:.4e} m", p.d10, p.d50, p.d90);
+    let lines = |s: Sizes| {
+        format!("diameters  {} by number\n           {} by volume\n", line(&s.by_number), line(&s.by_volume))
+    };
+    Sizes::of(assembly).map_or(String::new(), lines)
 }
 
 /// How many clumps of which shapes there are; nothing in a scene without.

@@ -211,13 +211,15 @@ impl Run {
         if self.snapshots.as_mut().is_some_and(|clock| clock.strikes(step)) {
             self.snapshot()?;
         }
-        let (mut at_rest, mut unstable) = (false, None);
+        let (mut at_rest, mut unstable, mut impossible) = (false, None, None);
         if self.history.strikes(step) || last {
             let sample = self.record()?;
             at_rest = self.is_at_rest(&sample);
             unstable = self.unstable(&sample);
+            impossible = self.impossible(&sample);
         }
         Ok(match () {
+            () if impossible.is_some() => impossible.map(End::Stopped),
             () if unstable.is_some() => unstable.map(End::Stopped),
             () if at_rest => Some(End::AtRest),
             () if last => Some(End::Reached),
@@ -263,6 +265,17 @@ impl Run {
                 self.simulation.dt(),
                 self.stable_overlap
             ),
+        })
+    }
+
+    /// Sums that are no numbers are no results.
+    fn impossible(&self, sample: &Sample) -> Option<Error> {
+        let energies = sample.kinetic_energy + sample.potential_energy + sample.elastic_energy + sample.dissipation;
+        (!energies.is_finite() || sample.unbalanced_force_ratio.is_nan()).then(|| Error::Run {
+            step: sample.step,
+            time: self.simulation.time(),
+            reason: "energies or forces are no numbers any more; spins, stiffnesses or masses are too large to calculate with"
+                .to_owned(),
         })
     }
 

@@ -1,11 +1,8 @@
 //! `packstone tune`
 
-use super::common::{STOPPED, say};
+use super::common::{STOPPED, load, say};
 use super::table::table;
-use packstone::{
-    bench::tune::{self, Candidate, Tuning},
-    scene::Scene,
-};
+use packstone::bench::tune::{self, Candidate, Tuning};
 use std::{path::PathBuf, process::ExitCode};
 
 /// Find the fastest engine, precision and time step that keep an error on a scene
@@ -28,7 +25,7 @@ pub struct TuneArgs {
 }
 
 pub fn tune(args: &TuneArgs) -> anyhow::Result<ExitCode> {
-    let assembly = Scene::load(&args.scene, &args.set)?.assemble()?;
+    let (_, assembly) = load(&args.scene, &args.set)?;
     let tuning = tune::tune(&assembly, args.error, &mut |news| eprintln!("{news}"))?;
     if args.json {
         say(serde_json::to_string_pretty(&tuning)?);

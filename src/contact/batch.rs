@@ -15,7 +15,7 @@ use crate::{
     space::precision::position_low_of,
 };
 use crate::{
-    model::{Cohesion, Damping, Materials, Normal, Precision, Rolling, Rotation, Tangential},
+    model::{Cohesion, Damping, Materials, Normal, Precision, Rolling, Rotation, Tangential, Twist},
     state::{Pair, State},
 };
 use glam::DVec3;
@@ -106,6 +106,7 @@ impl Batch {
         m.normal == Normal::Hooke
             && matches!(m.tangential, Tangential::None | Tangential::Coulomb)
             && m.rolling == Rolling::None
+            && m.twist == Twist::Ignored
             && m.cohesion == Cohesion::None
     }
 
@@ -137,7 +138,13 @@ impl Batch {
     #[inline(always)]
     pub fn compute(&mut self, s: &State, entries: &[ListEntry], lists: &Lists) {
         self.pairs.fill(s, entries, lists);
-        let law = Law { normal: Normal::Hooke, rolling: Rolling::None, cohesion: Cohesion::None, ..Law::of(s) };
+        let law = Law {
+            normal: Normal::Hooke,
+            rolling: Rolling::None,
+            twist: Twist::Ignored,
+            cohesion: Cohesion::None,
+            ..Law::of(s)
+        };
         // The compiler is told the choices one by one, so that the loop over the lanes has none.
         match law.tangential {
             Tangential::None => self.compute_damping(Law { tangential: Tangential::None, ..law }),

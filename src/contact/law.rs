@@ -11,6 +11,7 @@ use super::{
     rolling::{self, rolling_contact, rolling_energy, with_couple},
     state::{ContactState, Law},
     tangential::{self, tangential_contact, tangential_energy},
+    twist::twist_of,
 };
 use crate::{
     body::{
@@ -182,6 +183,7 @@ fn grain_state(law: Law, m: &GrainPair, separation: Separation) -> ContactState 
         gap_before: gap + lengthened(m.branch, law.history_dt * m.v),
         n,
         n_before: unit_or(m.branch + law.history_dt * m.v, n),
+        twist: twist_of(law, n, m.spin + m.spin_to),
         v: m.v + (surface_velocity(m.spin, arm) - surface_velocity(m.spin_to, arm_to)),
         spin: m.spin - m.spin_to,
         inverse_mass: m.inverse_mass + m.inverse_mass_to,
@@ -210,13 +212,15 @@ fn wall_state(law: Law, i: usize, here: &Body, w: usize, separation: Separation)
     let (radius, inverse_mass) = (here.position.radius, here.velocity.inverse_mass);
     let arm = (radius + 0.5 * gap) * n;
     let v = here.velocity.v - wall_velocity(wall, here.position.x + arm);
+    let spin = relative_to_wall(here.spin, wall);
     ContactState {
         gap,
         gap_before: gap + law.history_dt * v.dot(n),
         n,
         n_before: wall_normal_before(s, wall, here.position.x - law.history_dt * here.velocity.v),
         v: v + surface_velocity(here.spin, arm),
-        spin: relative_to_wall(here.spin, wall),
+        twist: twist_of(law, n, here.spin + (here.spin - spin)),
+        spin,
         inverse_mass,
         radius,
         inverse_rolling_inertia: inverse_rolling_inertia(law.rotation, law.dimension, radius, inverse_mass),

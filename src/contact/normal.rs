@@ -99,6 +99,15 @@ pub fn largest_contact_radius(h: &Hertz, loading: &Loading) -> f64 {
     (radius * impact.max(rest).max(overlap).max(1e-5 * radius)).sqrt()
 }
 
+/// The largest overlap under this loading, m: of the fastest impact, on top of what the load at rest makes.
+pub fn largest_overlap(pair: &scene::Pair, loading: &Loading) -> f64 {
+    if let Some(h) = pair.hertz {
+        return largest_contact_radius(&h, loading).powi(2) / loading.radius;
+    }
+    let (k, rest) = (pair.normal_stiffness, loading.force / pair.normal_stiffness);
+    rest + (rest * rest + loading.mass * loading.speed * loading.speed / k).sqrt()
+}
+
 /// The duration of a collision, s: π √(m*/k_N), or of elastic spheres 2.8683 (m*² / (R* E*² v))^(1/5) (Johnson 1985,
 /// eq. 11.24) of the fastest impact, or half a period of small swings under the largest stiffness, whichever is
 /// shorter.

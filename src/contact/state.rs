@@ -1,7 +1,7 @@
 //! What all laws of contact are told: the choices of the scene, and the state of the contact.
 
 use crate::{
-    model::{Cohesion, Damping, Dimension, Normal, Rolling, Rotation, Tangential},
+    model::{Cohesion, Damping, Dimension, Normal, Rolling, Rotation, Tangential, Twist},
     state::State,
 };
 use glam::DVec3;
@@ -14,6 +14,7 @@ pub struct Law<'a> {
     pub damping: Damping,
     pub tangential: Tangential,
     pub rolling: Rolling,
+    pub twist: Twist,
     pub cohesion: Cohesion,
     pub dimension: Dimension,
     pub rotation: Rotation,
@@ -30,6 +31,7 @@ impl Law<'_> {
             damping: m.damping,
             tangential: m.tangential,
             rolling: m.rolling,
+            twist: m.twist,
             cohesion: m.cohesion,
             dimension: m.dimension,
             rotation: m.rotation,
@@ -49,6 +51,8 @@ pub struct ContactState {
     pub n: DVec3,
     /// A step ago.
     pub n_before: DVec3,
+    /// Of the contact about `n` in this step, see [`twist_of`](super::twist::twist_of).
+    pub twist: f64,
     /// m/s, of the first past the second at the contact point.
     pub v: DVec3,
     /// rad/s, of the first relative to the second.

@@ -15,7 +15,7 @@ use crate::{
         law::wall_contact,
     },
     dem::leapfrog::velocity_change,
-    space::{boundary::wrap, precision::displaced},
+    space::{boundary::wrap, precision::displaced, walls::is_crossed},
     state::{INDEX, NONE, State},
 };
 use pulp::{Arch, Simd, WithSimd};
@@ -189,7 +189,7 @@ pub fn forces_of_walls(
         if contact.is_active {
             lists.set_history(entry, &contact.history);
             sum.add(&contact);
-            crossed |= contact.gap < -here.position.radius;
+            crossed |= is_crossed(s, contact.gap, here.position.radius);
         }
         lists.set_active(entry, contact.is_active);
     }

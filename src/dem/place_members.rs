@@ -9,7 +9,7 @@ use crate::{
     },
     space::{
         boundary::wrap,
-        dimension::{arm_increment, rotation_increment},
+        dimension::{arm_increment, rotation_increment, spin_squared},
         precision::{Point, arm_end},
     },
     state::{Spin, State, Velocity},
@@ -24,6 +24,8 @@ struct Placed {
     velocity: Velocity,
     spin: Spin,
     stride: f64,
+    /// Whether it turns too far to be followed.
+    hopeless: bool,
 }
 
 pub fn place_members(s: &mut State) {
@@ -53,7 +55,7 @@ pub fn place_all_members(s: &mut State) -> bool {
                 let i = block * BLOCK + k;
                 let placed = place_member(s, i);
                 (velocity[k], spin[k]) = (placed.velocity, placed.spin);
-                next.commit_position(s, (i, k), placed.point, placed.stride, false)
+                next.commit_position(s, (i, k), placed.point, placed.stride, placed.hopeless)
             };
             members.map(of_member).fold(Limits::default(), Limits::and)
         })
@@ -84,5 +86,6 @@ fn place_member(s: &State, i: usize) -> Placed {
         },
         spin: Spin(spin),
         stride: stride.length(),
+        hopeless: !(s.params.dt * spin_squared(spin).sqrt() <= s.params.turn_limit),
     }
 }

@@ -3,7 +3,7 @@
 use super::files::at;
 use crate::{
     error::{Error, Result},
-    measure::{self, Sample},
+    measure::{self, Sample, Sizes},
     scene::{self, Assembly, Clump, Grain, Surface},
     simulation::{Simulation, SolverStatistics},
 };
@@ -32,6 +32,11 @@ pub struct Summary {
     pub contacts: u64,
     pub coordination_number: f64,
     pub packing_fraction: Option<f64>,
+    pub packing_fraction_error: Option<f64>,
+    pub overall_packing_fraction: Option<f64>,
+    pub overall_packing_fraction_error: Option<f64>,
+    /// m
+    pub diameters: Option<Sizes>,
     pub max_overlap_over_radius: f64,
     pub unbalanced_force_ratio: f64,
     /// J
@@ -129,6 +134,8 @@ impl Summary {
         } else {
             (measure::momentum_of_clumps(assembly, clumps), measure::angular_momentum_of_clumps(assembly, clumps))
         };
+        let inside = measure::packing_fraction(assembly, grains, &walls);
+        let overall = measure::overall_packing_fraction(assembly, grains, &walls);
         let work = grains.len() as f64 * s.step() as f64;
         Ok(Summary {
             scene: scene.to_owned(),
@@ -147,7 +154,11 @@ impl Summary {
             lost_contacts: s.lost_contacts(),
             contacts: sample.contacts,
             coordination_number: sample.coordination_number,
-            packing_fraction: measure::packing_fraction(assembly, grains, &walls),
+            packing_fraction: inside.map(|f| f.value),
+            packing_fraction_error: inside.map(|f| f.error),
+            overall_packing_fraction: overall.map(|f| f.value),
+            overall_packing_fraction_error: overall.map(|f| f.error),
+            diameters: Sizes::of(assembly),
             max_overlap_over_radius: sample.max_overlap_over_radius,
             unbalanced_force_ratio: sample.unbalanced_force_ratio,
             kinetic_energy: sample.kinetic_energy,

@@ -2,12 +2,11 @@
 
 use crate::{
     model::Dimension,
-    scene::{Assembly, Clump, Grain, Neighbours, Wall},
+    scene::{Assembly, Clump, Grain},
     state::PartialSums,
     time_step::mass,
 };
 use glam::DVec3;
-use std::collections::HashMap;
 
 /// A row of the history: sums over all grains at one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
@@ -149,106 +148,5 @@ pub fn backbone(inside: &[bool], contacts: &[(u32, u32)], least: usize) -> Vec<b
             return left;
         }
         left = next;
-    }
-}
-
-/// Fraction of space filled by grains inside the packing, overlaps counted once; None where the packing has no inside.
-///
-/// Inside is what lies two largest radii away from every wall, from the free faces of the packing and, under gravity,
-/// below its surface: the highest free grain of each upright column two largest radii wide. So heaps and cylinders
-/// count with what they fill. It is sampled at 2^18 quasi-random points; where few of them are inside, None.
-pub fn packing_fraction(assembly: &Assembly, grains: &[Grain], walls: &[Wall]) -> Option<f64> {
-    const POINTS: u32 = 1 << 18;
-    const FEW: usize = 2000;
-    let dims = assembly.dimension;
-    let free: Vec<Grain> = grains.iter().filter(|g| !g.fixed).copied().collect();
-    if free.is_empty() {
-        return None;
-    }
-    let margin = 2.0 * grains.iter().map(|g| g.radius).fold(0.0, f64::max);
-    let (lower, upper) = extent(assembly, &free, margin);
-    if (0..dims).any(|a| upper[a] <= lower[a]) {
-        return None;
-    }
-    let mut spheres = Neighbours::new(assembly.domain, dims, 0.5 * margin);
-    grains.iter().for_each(|g| spheres.insert(g.position, g.radius));
-    let surface = Skyline::new(assembly, &free, margin);
-    // Additive recurrence with the generalised golden ratio: even coverage in any number of dimensions.
-    let phi: f64 = if dims == 2 { 1.324_717_957_244_746 } else { 1.220_744_084_605_759_5 };
-    let point = |k: u32| {
-        let u = |a: i32| (0.5 + f64::from(k + 1) / phi.powi(a + 1)).fract();
-        let mut x = lower;
-        (0..dims).for_each(|a| x[a] += u(a as i32) * (upper[a] - lower[a]));
-        x
-    };
-    let inside = |x: &DVec3| surface.depth(*x) >= margin && walls.iter().all(|w| w.surface.distance(*x) >= margin);
-    let (covered, open): (Vec<DVec3>, Vec<DVec3>) = (0..POINTS)
-        .map(point)
-        .filter(inside)
-        .partition(|x| spheres.find_overlap(*x, 0.0, false, |_, _| true).is_some());
-    let total = covered.len() + open.len();
-    (total >= FEW).then(|| covered.len() as f64 / total as f64)
-}
-
-/// The axis along which gravity is strongest, and whether it points down along it; None without gravity.
-fn vertical(assembly: &Assembly) -> Option<(usize, bool)> {
-    let g = assembly.gravity;
-    let axis = (0..assembly.dimension).max_by(|a, b| g[*a].abs().total_cmp(&g[*b].abs()))?;
-    (g[axis] != 0.0).then_some((axis, g[axis] < 0.0))
-}
-
-/// Box of the free grains' centres; along axes that neither repeat nor are vertical, without a margin.
-fn extent(assembly: &Assembly, free: &[Grain], margin: f64) -> (DVec3, DVec3) {
-    let (mut lower, mut upper) = (DVec3::ZERO, DVec3::ZERO);
-    for axis in 0..assembly.dimension {
-        if assembly.domain.periodic[axis] {
-            (lower[axis], upper[axis]) = (assembly.domain.lower[axis], assembly.domain.upper[axis]);
-            continue;
-        }
-        let ends = free.iter().map(|g| g.position[axis]);
-        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-        let inset = if vertical(assembly).is_some_and(|(up, _)| up == axis) { 0.0 } else { margin };
-        (lower[axis], upper[axis]) = (low + inset, high - inset);
-    }
-    (lower, upper)
-}
-
-/// Height of the packing in each upright column: the highest free grain that the ones below it reach up to. A stray
-/// grain high above does not count.
-struct Skyline {
-    vertical: Option<(usize, bool)>,
-    width: f64,
-    tops: HashMap<[i64; 2], f64>,
-}
-
-impl Skyline {
-    fn new(assembly: &Assembly, free: &[Grain], width: f64) -> Skyline {
-        let mut skyline = Skyline { vertical: vertical(assembly), width, tops: HashMap::new() };
-        let mut columns: HashMap<[i64; 2], Vec<f64>> = HashMap::new();
-        for (column, height) in free.iter().filter_map(|g| skyline.column(g.position)) {
-            columns.entry(column).or_default().push(height);
-        }
-        for (column, mut heights) in columns {
-            heights.sort_by(f64::total_cmp);
-            let gap = heights.windows(2).position(|w| w[1] - w[0] > 2.0 * width);
-            skyline.tops.insert(column, heights[gap.unwrap_or(heights.len() - 1)]);
-        }
-        skyline
-    }
-
-    /// Column of a point, and its height, counted against gravity.
-    fn column(&self, x: DVec3) -> Option<([i64; 2], f64)> {
-        let (up, down) = self.vertical?;
-        let mut sideways = (0..3).filter(|a| *a != up).map(|a| (x[a] / self.width).floor() as i64);
-        let column = std::array::from_fn(|_| sideways.next().expect("two axes are left"));
-        Some((column, if down { x[up] } else { -x[up] }))
-    }
-
-    /// Depth of a point below the surface; infinite without gravity, negative where there is no grain above or below.
-    fn depth(&self, x: DVec3) -> f64 {
-        match self.column(x) {
-            None => f64::INFINITY,
-            Some((column, height)) => self.tops.get(&column).map_or(-1.0, |top| top - height),
-        }
     }
 }

@@ -5,7 +5,10 @@ use crate::{
     body::grains::same_grain,
     contact::geometry::closer_than,
     neighbours::grid::for_candidates,
-    space::{precision::position_low_of, walls::wall_separation},
+    space::{
+        precision::position_low_of,
+        walls::{is_crossed, wall_separation},
+    },
     state::State,
 };
 use rayon::prelude::*;
@@ -43,7 +46,7 @@ fn entries_of(s: &State, i: usize) -> (u32, bool) {
         for wall in &s.wall[..s.sizes.walls] {
             let gap = wall_separation(wall, here, position_low_of(s, i)).gap;
             entries += u32::from(gap < 2.0 * s.params.margin);
-            crossed |= gap < -here.radius;
+            crossed |= is_crossed(s, gap, here.radius);
         }
     }
     (entries, crossed)

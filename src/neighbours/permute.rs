@@ -1,7 +1,6 @@
 //! Twin of `shaders/neighbours/permute.wgsl`: grains into the order of the cells.
 
 use crate::{
-    model::Grains,
     space::precision::{Point, requantised},
     state::{Element, State},
 };
@@ -19,14 +18,7 @@ pub fn permute(s: &mut State) {
     gather(&mut s.velocity_low_next, &s.velocity_low, &s.sorted);
     gather(&mut s.id_next, &s.id, &s.sorted);
     s.displacement.fill(0.0);
-    keep_indices(s);
-}
-
-/// Where the bodies of all numbers are from now on.
-fn keep_indices(s: &mut State) {
-    if s.model.grains == Grains::Clumps {
-        s.id_next.iter().enumerate().for_each(|(i, member_id)| s.index_of_id[*member_id as usize] = i as u32);
-    }
+    s.id_next.iter().enumerate().for_each(|(i, id)| s.index_of_id[*id as usize] = i as u32);
 }
 
 fn gather<T: Element + Copy>(to: &mut [T], from: &[T], sorted: &[u32]) {

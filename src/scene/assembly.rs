@@ -2,6 +2,7 @@
 //! Everything below `scene` in the crate reads this and nothing else of the scene file.
 
 use super::law::Pair;
+use super::schema::Twist;
 use super::shape::Shape;
 use crate::solve;
 use glam::{DQuat, DVec3};
@@ -37,6 +38,8 @@ pub struct Assembly {
     pub stop: Stop,
     /// What to write.
     pub output: Output,
+    /// Where the grains are not what the scene asks for, and what they are instead.
+    pub notices: Vec<String>,
 }
 
 /// Axis-aligned domain. An axis without bounds has `lower = -inf, upper = inf`.
@@ -222,6 +225,8 @@ pub struct Solver {
     pub damping: f64,
     /// Neighbour-list margin in units of the mean radius.
     pub margin: f64,
+    /// Whether springs follow the twist of their contact about its normal.
+    pub twist: Twist,
 }
 
 /// Stop conditions; the first one reached ends the run. At least one is set.

@@ -76,11 +76,13 @@ pub struct Bodies<'a> {
     domain: Domain,
     pub grains: Vec<Grain>,
     clumps: Vec<Clump>,
+    /// What a user should know of how populations came out.
+    pub notices: Vec<String>,
 }
 
 impl<'a> Bodies<'a> {
     pub fn new(shapes: Shapes<'a>, domain: Domain) -> Bodies<'a> {
-        Bodies { shapes, domain, grains: Vec::new(), clumps: Vec::new() }
+        Bodies { shapes, domain, grains: Vec::new(), clumps: Vec::new(), notices: Vec::new() }
     }
 
     pub fn append(&mut self, mut placed: Placed) {

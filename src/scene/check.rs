@@ -156,6 +156,9 @@ impl Check<'_> {
 /// What is said of numbers that TOML and Rust can write but no quantity can have.
 pub const FINITE: &str = "must be a finite number";
 
+/// What is said of radii whose powers double precision cannot hold.
+pub const TOO_WIDE: &str = "must be a range of radii that double precision can hold; take sizes of real grains";
+
 /// Disks or spheres.
 pub fn dimension(dimension: usize, origin: &Origin) -> Result<()> {
     match dimension {

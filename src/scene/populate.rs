@@ -1,12 +1,13 @@
 //! Populations: many grains from a table, on a lattice or at random.
 
-use std::f64::consts::TAU;
+use std::{f64::consts::TAU, iter::repeat_n};
 
 use glam::{DQuat, DVec3};
-use rand::{Rng, SeedableRng};
+use rand::{Rng, SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use super::apportion::apportioned;
 use super::bodies::{Bodies, Placed, Pose, orientation};
 use super::check::{AXES, Check, show, show_vector};
 use super::neighbours::Neighbours;
@@ -117,7 +118,8 @@ fn place(
     let count = population.count.ok_or_else(|| missing("count"))?;
     crate::memory::check_host(count as u64 * crate::memory::BYTES_PER_GRAIN)?;
     let law = population.radius.as_ref().ok_or_else(|| missing("radius"))?;
-    let radii = radius::draw(law, &format!("{key}.radius"), count, rng, check)?;
+    let radius::Drawn { radii, notices } = radius::draw(law, &format!("{key}.radius"), count, rng, check)?;
+    earlier.notices.extend(notices);
     for &radius in &radii {
         check.body(&format!("{key}.radius"), radius, material)?;
     }
@@ -188,16 +190,14 @@ fn poses(
         Some(given) => orientation(given, &key_of("orientation"), check)?,
         None => None,
     };
-    let pose = |_| {
-        let mut left = if shares.len() == 1 { 0.0 } else { total * rng.random::<f64>() };
-        let chosen = shares.iter().find(|(_, share)| {
-            left -= share;
-            left < 0.0
-        });
-        let shape = chosen.or(shares.last()).map_or(0, |(shape, _)| *shape);
-        Pose { shape, orientation: fixed.unwrap_or_else(|| random_orientation(check.dimension, rng)) }
-    };
-    Ok(Some((0..count).map(pose).collect()))
+    let weights: Vec<f64> = shares.iter().map(|(_, share)| *share).collect();
+    let counts = apportioned(&weights, count);
+    let mut shapes: Vec<u32> = shares.iter().zip(counts).flat_map(|((shape, _), n)| repeat_n(*shape, n)).collect();
+    if shares.len() > 1 {
+        shapes.shuffle(rng);
+    }
+    let pose = |shape| Pose { shape, orientation: fixed.unwrap_or_else(|| random_orientation(check.dimension, rng)) };
+    Ok(Some(shapes.into_iter().map(pose).collect()))
 }
 
 /// Uniform on SO(3): the direction of a normal vector of four components. In the plane any angle.

@@ -185,20 +185,54 @@ pub struct Population {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(
     untagged,
-    expecting = "radius must be a number of metres or one of { uniform = [min, max] }, { normal = { mean, std } }, { log_normal = { mean, std } } (both with optional min and max), { list = [...] }"
+    expecting = "radius must be a number of metres or one of { uniform = [min, max] }, { normal = { mean, std } }, { log_normal = { mean, std } } (both with optional min and max), { list = [...] } (with optional shares), { sieve = { radius, passing } or a file }; each with optional by = \"number\" or \"volume\""
 )]
 pub enum Radius {
     Constant(f64),
-    Law(RadiusLaw),
+    Distribution(Box<Distribution>),
 }
 
+/// One of the laws; `radius.rs` checks which keys go together.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Distribution {
+    pub uniform: Option<[f64; 2]>,
+    pub normal: Option<Moments>,
+    pub log_normal: Option<Moments>,
+    pub list: Option<Vec<f64>>,
+    pub shares: Option<Vec<f64>>,
+    pub sieve: Option<Sieve>,
+    #[serde(default)]
+    pub by: Weighting,
+}
+
+/// What the shares of sizes are shares of.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum Weighting {
+    #[default]
+    Number,
+    Volume,
+}
+
+/// A cumulative curve: what passes a sieve that holds back larger grains.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RadiusLaw {
-    Uniform([f64; 2]),
-    Normal(Moments),
-    LogNormal(Moments),
-    List(Vec<f64>),
+#[serde(
+    untagged,
+    expecting = "sieve must be the name of a CSV file, or { radius = [...], passing = [...] } with as many numbers in both"
+)]
+pub enum Sieve {
+    File(String),
+    Curve(Curve),
+}
+
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Curve {
+    /// m
+    pub radius: Vec<f64>,
+    /// Ascending from 0; the last one is all.
+    pub passing: Vec<f64>,
 }
 
 /// Mean and standard deviation of the radius, m, and where its distribution is cut.
@@ -254,6 +288,18 @@ pub struct Solver {
     pub max_iterations: Option<u32>,
     pub max_correction_velocity: Option<f64>,
     pub gyroscopic: Option<bool>,
+    pub twist: Twist,
+}
+
+/// Whether springs follow the twist of their contact about its normal.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum Twist {
+    /// They stay as they are, (2.11) as printed.
+    #[default]
+    Ignored,
+    /// They turn with the mean spin of the two.
+    Followed,
 }
 
 impl Default for Solver {
@@ -272,6 +318,7 @@ impl Default for Solver {
             max_iterations: None,
             max_correction_velocity: None,
             gyroscopic: None,
+            twist: Twist::Ignored,
         }
     }
 }

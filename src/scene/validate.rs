@@ -8,9 +8,9 @@ use super::check::{self, AXES, Check, show, show_vector};
 use super::neighbours::Neighbours;
 use super::origin::Origin;
 use super::populate::{Site, populate};
-use super::schema::{self, Boundary, Face, File, Format, Spin};
+use super::schema::{self, Boundary, Face, File, Format, Spin, Twist};
 use super::shape::{Shape, Shapes};
-use super::walls::walls;
+use super::walls::{check_apart, walls};
 use super::{
     Assembly, Clump, Domain, Grain, Material, Method, Output, Relaxation, Solver, Stop, TimeStep, Wall, materials,
 };
@@ -44,6 +44,7 @@ pub fn assemble(file: &File, origin: &Origin) -> Result<Assembly> {
     let site = Site { domain: &domain, walls: &walls, gravity, seed: file.seed };
     let mut bodies = Bodies::new(Shapes::read(&file.shape, check)?, domain);
     grains(file, &site, &mut bodies, check)?;
+    let notices = std::mem::take(&mut bodies.notices);
     let (shapes, mut grains, mut clumps) = bodies.finish();
     fold_ends(&mut grains, &mut clumps, &domain);
     let assembly = Assembly {
@@ -63,6 +64,7 @@ pub fn assemble(file: &File, origin: &Origin) -> Result<Assembly> {
         solver,
         stop,
         output,
+        notices,
     };
     check_start(&assembly, check)?;
     Ok(assembly)
@@ -111,6 +113,7 @@ fn solver(solver: &schema::Solver, check: &Check) -> Result<Solver> {
         allow_overlap: solver.allow_overlap,
         damping: solver.damping,
         margin,
+        twist: solver.twist,
     };
     check_solver(&solver, check)?;
     Ok(solver)
@@ -119,6 +122,11 @@ fn solver(solver: &schema::Solver, check: &Check) -> Result<Solver> {
 /// The numbers of a method.
 pub fn check_solver(solver: &Solver, check: &Check) -> Result<()> {
     if let Method::ContactDynamics(relaxation) = &solver.method {
+        if solver.twist == Twist::Followed {
+            return Err(check
+                .origin
+                .wrong("solver.twist", "is for method = \"dem\" only; rigid grains have no springs"));
+        }
         relaxation.solver.check_built().map_err(|error| check.origin.wrong("solver.relaxation", error))?;
         check.positive("solver.tolerance", relaxation.tolerance, "")?;
         if relaxation.max_iterations == 0 {
@@ -294,6 +302,7 @@ pub fn fold_ends(grains: &mut [Grain], clumps: &mut [Clump], domain: &Domain) {
 
 /// Checks the start as a whole: domain, walls, overlaps.
 pub fn check_start(assembly: &Assembly, check: &Check) -> Result<()> {
+    check_apart(&assembly.walls, check)?;
     check_clumps(&assembly.clumps, &assembly.shapes, &assembly.domain, check)?;
     check_grains(assembly, check)
 }

@@ -161,6 +161,43 @@ pub fn not_periodic(key: &str, axis: usize, domain: &Domain, check: &Check) -> R
     Err(check.origin.wrong(key, message))
 }
 
+/// Parts of a coordinate within which two are the same.
+const ROUNDING: f64 = 1e-9;
+
+/// Surfaces have no edges: of two in the same place that stay there together grains would feel both.
+///
+/// # Errors
+/// [`Error::Scene`](crate::Error::Scene) with the first two that do.
+pub fn check_apart(walls: &[Wall], check: &Check) -> Result<()> {
+    for (k, wall) in walls.iter().enumerate() {
+        if let Some(other) = walls[..k].iter().find(|other| stay_together(wall, other)) {
+            let message = format!(
+                "\"{}\" and \"{}\" have the same surface and move alike; as surfaces have no edges, grains would feel both: leave one out",
+                other.name, wall.name
+            );
+            return Err(check.origin.wrong("wall", message));
+        }
+    }
+    Ok(())
+}
+
+fn stay_together(a: &Wall, b: &Wall) -> bool {
+    let apart = a.velocity - b.velocity;
+    match (a.surface, b.surface) {
+        (Surface::Plane { point: p, normal: n }, Surface::Plane { point: q, normal: m }) => {
+            let near = (p - q).dot(n).abs() <= ROUNDING * p.length().max(q.length());
+            let alike = apart.dot(n).abs() <= ROUNDING * a.velocity.length().max(b.velocity.length());
+            (n - m).length() <= ROUNDING && near && alike
+        }
+        (Surface::Cylinder { center: p, radius: r }, Surface::Cylinder { center: q, radius: s }) => {
+            let slack = ROUNDING * (p.length().max(q.length()) + r.max(s));
+            let sideways = apart.truncate().length();
+            (p - q).truncate().length() <= slack && (r - s).abs() <= slack && sideways == 0.0
+        }
+        _ => false,
+    }
+}
+
 fn kind_name(kind: WallKind) -> &'static str {
     match kind {
         WallKind::Plane => "plane",

@@ -1,11 +1,11 @@
 //! What runs: a state, the engine that holds it, and the operations that wait to be submitted.
 
+use super::stops::{self, Known};
 use crate::{
     engine::Engine,
     error::{Error, Result},
     plan::{Op, Plan},
-    space::dimension::outside,
-    state::{Array, Counters, Params, State, array::*},
+    state::{Array, Counters, Params, State, array::*, present},
 };
 
 /// The parameters of a step: at time 0 springs have not been stretched yet.
@@ -21,11 +21,13 @@ pub struct Runner {
     pub step: u64,
     /// Operations of many steps are submitted together.
     queue: Vec<Op>,
+    /// What messages say of the scene.
+    known: Known,
 }
 
 impl Runner {
-    pub fn new(engine: Box<dyn Engine>, state: State) -> Runner {
-        Runner { engine, state, step: 0, queue: Vec::new() }
+    pub fn new(engine: Box<dyn Engine>, state: State, known: Known) -> Runner {
+        Runner { engine, state, step: 0, queue: Vec::new(), known }
     }
 
     /// The parameters of the next step.
@@ -73,34 +75,10 @@ impl Runner {
 
     /// Why the run cannot go on after this step, from the device's mark of the grain.
     pub fn lost_grain(&mut self, mark: u32, step: u64) -> Result<Error> {
-        self.read(&[&POSITION, &VELOCITY, &ID])?;
-        let p = &self.state.params;
-        let lost = p.bodies - mark;
-        let at = self.state.id.iter().position(|id| *id == lost).unwrap_or(0);
-        let x = self.state.position[at].x;
-        let stride = self.state.velocity[at].v.length() * p.dt;
-        let reason = if !(x.is_finite() && stride.is_finite()) {
-            format!("grain {lost} has no position any more (not a number)")
-        } else if stride > p.step_limit {
-            format!(
-                "grain {lost} moves {stride:e} m in one step, {:.2} of its radius; at most {:e} m can be followed safely (half of \
-                 solver.margin, or of the smallest radius)",
-                stride / self.state.position[at].radius,
-                p.step_limit
-            )
-        } else if x.abs().max_element() >= self.state.range {
-            let range = self.state.range;
-            let reason = format!(
-                "grain {lost} is at {x} m: beyond {range:e} m from the origin single precision loses digits of its contacts; use \
-                 --precision double or --engine cpu, or faces of the domain through which grains leave"
-            );
-            return Ok(Error::Run { step, time: step as f64 * p.dt, reason });
-        } else if outside(x, p.lower, p.upper) {
-            format!("grain {lost} has left the domain at {x} m")
-        } else {
-            format!("the centre of grain {lost} is beyond a wall at {x} m")
-        };
-        let reason = format!("{reason}; is the time step ({:e} s) too large?", p.dt);
-        Ok(Error::Run { step, time: step as f64 * p.dt, reason })
+        let arrays = [&POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &ID, &WALL];
+        self.read(&present(&self.state.model, &arrays))?;
+        let dt = self.state.params.dt;
+        let reason = stops::reason(&self.state, self.state.params.bodies - mark, &self.known);
+        Ok(Error::Run { step, time: step as f64 * dt, reason })
     }
 }

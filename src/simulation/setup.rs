@@ -111,7 +111,8 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
     let largest = grains.iter().map(|g| g.radius).fold(0.0, f64::max);
     let margin = assembly.solver.margin * mean_radius;
     let reach = cohesion::reach(assembly);
-    let unit = split(2.0 * (largest + reach + margin));
+    // Of contact distances, and not of the lists' reach, which must not change a bit.
+    let unit = split(2.0 * largest + reach);
     let mut p = Params {
         gravity: assembly.gravity,
         lower: DVec3::NEG_INFINITY,
@@ -125,6 +126,8 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
         margin: reach + margin,
         displacement_limit: 0.5 * margin,
         step_limit: 0.5 * margin.min(smallest),
+        wall_depth: time_step::depth_beyond_walls(assembly),
+        turn_limit: time_step::MOST_TURN,
         gap_band: GAP_BAND * smallest,
         pair: parameters(&assembly.pairs[0]),
         cells: UVec3::ONE,

@@ -24,6 +24,12 @@ pub fn wall_separation(wall: &Wall, here: &Position, low: PositionLow) -> Separa
     Separation { gap: ((radius - arm.length()) - here.radius) - low.radius, n: outward(arm) }
 }
 
+/// Whether the centre of a grain is further beyond a wall than any impact of the scene drives it.
+#[inline(always)]
+pub fn is_crossed(s: &State, gap: f64, radius: f64) -> bool {
+    gap < -radius - s.params.wall_depth
+}
+
 /// The direction from the axis to the end of an arm.
 fn outward(arm: DVec2) -> DVec3 {
     let distance = arm.length();

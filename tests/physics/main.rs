@@ -17,3 +17,4 @@ mod range;
 mod rolling;
 mod sliding;
 mod slow_changes;
+mod twist;

@@ -5,7 +5,6 @@
 
 var<storage, read> clump_of_id: array<u32>;                    // N, by number: the member's clump
 var<storage, read> member_offset: array<Packed>;               // N, by number, m: from the clump's centre, in its axes
-var<storage, read_write> index_of_id: array<u32>;              // N, by number: the member's index
 var<storage, read> first_member: array<u32>;                   // C + 1: number of a clump's first member
 var<storage, read> inverse_moments: array<Spin>;               // C, 1/(kg m²), 1/J1, 1/J2, 1/J3; 0 of a fixed clump
 var<storage, read> center: array<Vec>;                         // C, m, centre of mass, at step n
@@ -64,11 +63,6 @@ fn clump(c: u32) -> Clump {
 /// Whether bodies i and j belong to one grain.
 fn same_grain(i: u32, j: u32) -> bool {
     return clump_of_id[id[i]] == clump_of_id[id[j]];
-}
-
-/// The body of this number is at index i from now on.
-fn store_index(member_id: u32, i: u32) {
-    index_of_id[member_id] = i;
 }
 
 /// Nothing: members get their velocities from their clump, anew in every step.
@@ -162,7 +156,9 @@ fn place_member(i: u32) -> bool {
     let offset = unpacked(member_offset[member_id]);
     let point = wrap(arm_end(center, orientation_next[c], orientation_low_next_of(c), offset));
     let stride = params.dt * velocity.v + gain;
-    return commit_position(i, position[i], position_low_of(i), point, sqrt(dot(stride, stride)), false);
+    let turn = params.dt * sqrt(spin_squared(spin));
+    let hopeless = !(turn <= params.turn_limit);
+    return commit_position(i, position[i], position_low_of(i), point, sqrt(dot(stride, stride)), hopeless);
 }
 
 /// A clump has these velocities next.

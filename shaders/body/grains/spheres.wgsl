@@ -6,8 +6,6 @@ fn same_grain(i: u32, j: u32) -> bool {
     return i == j;
 }
 
-fn store_index(member_id: u32, i: u32) {}
-
 /// What single precision leaves out of its velocities goes along when body `old` becomes body i.
 fn permute_velocity_low(i: u32, old: u32) {
     store_velocity_low(i, velocity_low_of(old));

@@ -6,7 +6,7 @@
 
 fn tangential_contact(pair: Pair, c: ContactState, normal_force: Real, old: TangentialHistory) -> Tangential {
     let stiffness = tangential_stiffness(pair, c);
-    let held = softening(c) * transported(old.force, c.n, c.n_before);
+    let held = softening(c) * carried(old.force, c);
     let stretched = held - stiffness * (params.history_dt * (c.v - dot(c.v, c.n) * c.n));
     let force = coulomb_capped(stretched, pair, normal_force);
     var dissipation = Real(0);

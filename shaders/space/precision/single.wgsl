@@ -30,7 +30,8 @@ fn requantised(x: Vec, low: Vec) -> Point {
 
 /// |d + rest| - (a + b + radii_rest), with the digits that this subtraction would lose: it is (d² - s²) / (d + s), and
 /// the leading 15 bits of the lengths are squared and cancelled as integers. d, a and b are exact, rest and radii_rest
-/// are small, distance is |d + rest|.
+/// are small, distance is |d + rest|. Surfaces that are far apart, where the squares may be too large for integers, lose
+/// no digits that matter.
 fn gap_between(d: Vec, rest: Vec, distance: Real, a: Real, b: Real, radii_rest: Real) -> Real {
     let d_whole = round(d * params.inverse_length_unit); // not floor(x + 0.5): both grains must get the same
     let d_rest = (d - params.length_unit * d_whole) + rest;
@@ -41,8 +42,12 @@ fn gap_between(d: Vec, rest: Vec, distance: Real, a: Real, b: Real, radii_rest: 
     let squares = Real(dot(Whole(d_whole), Whole(d_whole)) - i32(s_whole) * i32(s_whole));
     let mixed = dot(d_whole, d_rest) - s_whole * s_rest;
     let rests = dot(d_rest, d_rest) - s_rest * s_rest;
-    return (params.length_unit * (params.length_unit * squares + 2 * mixed) + rests) / (distance + (a + b));
+    let gap = (params.length_unit * (params.length_unit * squares + 2 * mixed) + rests) / (distance + (a + b));
+    return select(gap, distance - (a + b), distance > Real(FAR_APART) * (a + b));
 }
+
+/// Squares of lengths of this part of a contact distance still are integers of 31 bits.
+const FAR_APART = 1.25;
 
 /// From a sphere to the cylinder around it: radius - distance - sphere, with low parts of both radii, by squares as
 /// `gap_between`, but with 24 bits of the lengths as whole numbers, because a vessel may be 10,000 times as wide as an

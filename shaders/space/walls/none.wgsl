@@ -4,6 +4,10 @@ fn wall_separation(w: u32, here: Position, low: PositionLow) -> Separation {
     return Separation(Real(1), first_axis());
 }
 
+fn is_crossed(gap: Real, radius: Real) -> bool {
+    return false;
+}
+
 fn wall_normal_before(w: u32, x_before: Vec) -> Vec {
     return first_axis();
 }

@@ -36,6 +36,11 @@ fn wall_separation(w: u32, here: Position, low: PositionLow) -> Separation {
     return Separation(gap, outward(arm));
 }
 
+/// Whether the centre of a grain is further beyond a wall than any impact of the scene drives it.
+fn is_crossed(gap: Real, radius: Real) -> bool {
+    return gap < -radius - params.wall_depth;
+}
+
 /// The direction from the axis to the end of an arm.
 fn outward(arm: Real2) -> Vec {
     let distance = sqrt(dot(arm, arm));

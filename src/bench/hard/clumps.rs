@@ -71,7 +71,7 @@ pub fn dimer_bed(bench: Bench, length: Length) -> Vec<Figure> {
         let (sample, grains) = (simulation.sample().unwrap(), simulation.grains().unwrap());
         let walls = simulation.walls().unwrap();
         assert!(sample.max_overlap_over_radius < 0.02, "{sample:?}");
-        (packing_fraction(&scene, &grains, &walls).unwrap(), sample.unbalanced_force_ratio)
+        (packing_fraction(&scene, &grains, &walls).unwrap().value, sample.unbalanced_force_ratio)
     };
     let (dimers, unbalanced) = fraction("dimer14");
     let (spheres, _) = fraction("sphere");

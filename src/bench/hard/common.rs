@@ -5,7 +5,7 @@ use crate::{
     model::Precision,
     scene::{
         Assembly, Clump, Domain, Grain, Material, Member, Method, Output, Pair, Relaxation, Shape, Solver, Stop,
-        Surface, TimeStep, Wall,
+        Surface, TimeStep, Twist, Wall,
     },
     simulation::{EngineChoice, Options, Simulation},
     solve,
@@ -90,9 +90,11 @@ pub fn blank(dimension: usize) -> Assembly {
             allow_overlap: true,
             damping: 0.0,
             margin: 0.2,
+            twist: Twist::Ignored,
         },
         stop: Stop::default(),
         output: Output { history: None, snapshots: None, csv: false, vtp: false },
+        notices: vec![],
     }
 }
 

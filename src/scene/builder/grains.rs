@@ -88,12 +88,17 @@ impl GrainBuilder {
 pub struct Radii(pub(super) schema::Radius);
 
 impl Radii {
-    /// Uniform by number.
-    pub fn uniform(min: f64, max: f64) -> Radii {
-        Radii(schema::Radius::Law(schema::RadiusLaw::Uniform([min, max])))
+    fn of(law: schema::Distribution) -> Radii {
+        Radii(schema::Radius::Distribution(Box::new(law)))
     }
 
-    /// Normal distribution, cut three standard deviations from the mean, below no lower than a tenth of the mean.
+    /// Uniform between two radii.
+    pub fn uniform(min: f64, max: f64) -> Radii {
+        Radii::of(schema::Distribution { uniform: Some([min, max]), ..Default::default() })
+    }
+
+    /// Normal distribution, cut three standard deviations from the mean, below no lower than a tenth of the mean. Mean
+    /// and standard deviation are those of what is left.
     pub fn normal(mean: f64, std: f64) -> Radii {
         Radii::of_normal(schema::Moments { mean, std, min: None, max: None })
     }
@@ -103,28 +108,54 @@ impl Radii {
         Radii::of_normal(schema::Moments { mean, std, min: Some(min), max: Some(max) })
     }
 
-    /// Log-normal distribution, cut like [`Radii::normal`]; mean and standard deviation are those of the radius, not of
-    /// its logarithm.
+    /// Log-normal distribution; mean and standard deviation are those of the radius, not of its logarithm.
     pub fn log_normal(mean: f64, std: f64) -> Radii {
         Radii::of_log_normal(schema::Moments { mean, std, min: None, max: None })
     }
 
-    /// Log-normal distribution, cut at these radii.
+    /// Log-normal distribution, cut at these radii; mean and standard deviation are those of what is left.
     pub fn truncated_log_normal(mean: f64, std: f64, min: f64, max: f64) -> Radii {
         Radii::of_log_normal(schema::Moments { mean, std, min: Some(min), max: Some(max) })
     }
 
-    /// One of these, each with the same probability.
+    /// As many of each of these.
     pub fn list(radii: impl IntoIterator<Item = f64>) -> Radii {
-        Radii(schema::Radius::Law(schema::RadiusLaw::List(radii.into_iter().collect())))
+        Radii::of(schema::Distribution { list: Some(radii.into_iter().collect()), ..Default::default() })
+    }
+
+    /// These radii with their shares.
+    pub fn shares(radii: impl IntoIterator<Item = (f64, f64)>) -> Radii {
+        let (list, shares) = radii.into_iter().unzip();
+        Radii::of(schema::Distribution { list: Some(list), shares: Some(shares), ..Default::default() })
+    }
+
+    /// From a sieve curve: radii and what passes them, ascending from 0.
+    pub fn sieve(curve: impl IntoIterator<Item = (f64, f64)>) -> Radii {
+        let (radius, passing) = curve.into_iter().unzip();
+        let sieve = Some(schema::Sieve::Curve(schema::Curve { radius, passing }));
+        Radii::of(schema::Distribution { sieve, ..Default::default() })
+    }
+
+    /// The same from a CSV file with the columns `radius` and `passing`.
+    pub fn sieve_file(path: &str) -> Radii {
+        Radii::of(schema::Distribution { sieve: Some(schema::Sieve::File(path.to_owned())), ..Default::default() })
+    }
+
+    /// Shares are those of the volume (in two dimensions the area) of the grains, not of their number.
+    #[must_use]
+    pub fn by_volume(mut self) -> Radii {
+        if let schema::Radius::Distribution(law) = &mut self.0 {
+            law.by = schema::Weighting::Volume;
+        }
+        self
     }
 
     fn of_normal(moments: schema::Moments) -> Radii {
-        Radii(schema::Radius::Law(schema::RadiusLaw::Normal(moments)))
+        Radii::of(schema::Distribution { normal: Some(moments), ..Default::default() })
     }
 
     fn of_log_normal(moments: schema::Moments) -> Radii {
-        Radii(schema::Radius::Law(schema::RadiusLaw::LogNormal(moments)))
+        Radii::of(schema::Distribution { log_normal: Some(moments), ..Default::default() })
     }
 }
 

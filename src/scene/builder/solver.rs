@@ -1,7 +1,7 @@
 //! Methods.
 
 use crate::{
-    scene::{schema, setters::setters},
+    scene::{Twist, schema, setters::setters},
     solve,
 };
 
@@ -53,6 +53,8 @@ impl SolverBuilder {
         damping: f64;
         /// Margin of the neighbour lists, mean radii, from 0.001 to 10. Default: 0.2, in contact dynamics 1.
         margin: f64;
+        /// Whether springs follow the twist of their contact about its normal. Default: [`Twist::Ignored`].
+        twist: Twist;
         /// Contact dynamics: relative residual at which a step is solved. Default: 1e-3.
         tolerance: f64;
         /// Contact dynamics: passes after which a step goes on unsolved. Default: 1000.

@@ -1,0 +1,21 @@
+// twin: src/contact/twist.rs
+// Twist slot, in space: springs turn about the normal with the mean spin of the two, so that what they do depends on what
+// the two do to each other alone, and not on how both turn together.
+
+/// By how much a contact has turned about its normal in this step, from the sum of the two spins: tan of half the angle.
+fn twist_of(n: Vec, spins: Spin) -> Real {
+    return 0.25 * params.history_dt * dot(spins, n);
+}
+
+/// A spring of a step ago, N, in the contact plane of now. As with attitudes (2.40), the turn has no sine or cosine, and
+/// leaves the length as it is.
+fn carried(old: Vec, c: ContactState) -> Vec {
+    let v = transported(old, c.n, c.n_before);
+    let h = c.twist;
+    return v + (2 * h / (1 + h * h)) * (cross(c.n, v) - h * v);
+}
+
+/// The same of a moment, N m.
+fn carried_spin(old: Spin, c: ContactState) -> Spin {
+    return carried(old, c);
+}
