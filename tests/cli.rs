@@ -279,6 +279,54 @@ fn equilibrium_ends_a_run() {
     assert!(summary["packing_fraction"].as_f64().unwrap() > 0.7);
 }
 
+/// A lid comes down on a rigid grain that cannot give way.
+const PRESSED: &str = r#"
+dimension = 3
+[material.stone]
+density = 2500
+friction = 0.5
+[[wall]]
+kind = "plane"
+name = "floor"
+material = "stone"
+point = [0, 0, 0]
+normal = [0, 0, 1]
+[[wall]]
+kind = "plane"
+name = "lid"
+material = "stone"
+point = [0, 0, 2e-3]
+normal = [0, 0, -1]
+velocity = [0, 0, -0.1]
+[[grain]]
+material = "stone"
+position = [0, 0, 1e-3]
+radius = 1e-3
+[solver]
+method = "cd"
+dt = 5e-4
+[stop]
+steps = 10
+"#;
+
+/// Steps that no impulses solve, deep overlaps and rest that was not reached are said, and a strict run ends with 3.
+#[test]
+fn doubtful_results_are_told() {
+    let place = Place::new(PRESSED);
+    let output = place.run(&["--set=stop.equilibrium=1e-6"], 0);
+    let warnings = String::from_utf8_lossy(&output.stderr).into_owned();
+    for doubt in ["an overlap is 0.2", "10 of 10 steps were not solved", "stop.equilibrium = 1e-6 was not reached"] {
+        assert!(warnings.contains(&format!("warning: {doubt}")), "{doubt}: {warnings}");
+    }
+    assert_eq!(place.summary()["doubts"].as_array().unwrap().len(), 3);
+    place.run(&["--strict"], 3);
+    // Out of reach of the lid for so long.
+    let output = place.run(&["--strict", "--set=wall.1.velocity=[0, 0, 0.1]"], 0);
+    assert!(output.stderr.is_empty(), "{output:?}");
+    assert_eq!(place.summary()["doubts"].as_array().unwrap().len(), 0);
+    assert!(place.summary()["force_balance_max"].as_f64().unwrap() < 1e-4);
+}
+
 #[test]
 fn bad_input_leaves_nothing_behind() {
     let place = Place::new(TWO_GRAINS);
