@@ -120,6 +120,10 @@ slot!(
     Materials in "contact/materials" { One = "one", Many = "many" }
 );
 slot!(
+    /// Grains of like size, or of many sizes, for each of which the grid has a level.
+    Levels in "neighbours/levels" { One = "one", Several = "several" }
+);
+slot!(
     /// Walls, or none.
     Walls in "space/walls" { None = "none", Some = "some" }
 );
@@ -142,6 +146,9 @@ pub struct Model {
     pub gyroscopic: Gyroscopic,
     pub materials: Materials,
     pub walls: Walls,
+    pub levels: Levels,
+    /// Optional stages: some grains are so large that workgroups serve them, one each.
+    pub large_grains: bool,
     /// Optional stage: a wall translates, so that walls are integrated too.
     pub moving_walls: bool,
     /// Optional stages: contact dynamics updates contacts colour by colour, and not all at once.
@@ -191,6 +198,8 @@ impl Model {
             gyroscopic: if clumped && gyroscopic { Gyroscopic::Kept } else { Gyroscopic::Dropped },
             materials: if pairs.windows(2).all(|w| w[0] == w[1]) { Materials::One } else { Materials::Many },
             walls: if assembly.walls.is_empty() { Walls::None } else { Walls::Some },
+            levels: if assembly.size_levels().len() == 1 { Levels::One } else { Levels::Several },
+            large_grains: assembly.large_grains() > 0,
             moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO),
             colored: solver == Some(Solver::ColouredAccelerated),
             solved_on_host: solver.is_some_and(Solver::is_of_host),
@@ -228,6 +237,7 @@ impl Model {
             ("gyroscopic", self.gyroscopic.label()),
             ("materials", self.materials.label()),
             ("walls", self.walls.label()),
+            ("levels", self.levels.label()),
         ];
         [&before, law, &after].concat()
     }
@@ -243,6 +253,8 @@ impl Model {
             "body/bodies.wgsl",
             self.boundary.file(),
             "neighbours/grid.wgsl",
+            self.levels.file(),
+            "neighbours/entries.wgsl",
             "contact/geometry.wgsl",
             self.history.file(),
             self.rotation.file(),
@@ -326,7 +338,12 @@ impl Model {
                             for (walls, moving_walls) in
                                 [(Walls::None, false), (Walls::Some, false), (Walls::Some, true)]
                             {
-                                for &(colored, gyroscopic) in variants(method, grains) {
+                                let variants = variants(method, grains).iter();
+                                // The grid knows nothing of a law.
+                                let one_law = damping == Damping::None && materials == Materials::One;
+                                let sizes = if one_law { SIZES } else { &SIZES[..1] };
+                                let both = variants.flat_map(|v| sizes.iter().map(move |sizes| (*v, *sizes)));
+                                for ((colored, gyroscopic), (levels, large_grains)) in both {
                                     models.push(Model {
                                         precision,
                                         dimension,
@@ -347,6 +364,8 @@ impl Model {
                                         gyroscopic,
                                         materials,
                                         walls,
+                                        levels,
+                                        large_grains,
                                         moving_walls,
                                         colored,
                                         solved_on_host: false,
@@ -361,6 +380,9 @@ impl Model {
         models
     }
 }
+
+/// Levels of the grid, and whether some grains are large.
+const SIZES: &[(Levels, bool)] = &[(Levels::One, false), (Levels::Several, false), (Levels::Several, true)];
 
 /// Colors or not, and what becomes of the products of angular velocities.
 fn variants(method: Method, grains: Grains) -> &'static [(bool, Gyroscopic)] {
