@@ -35,7 +35,7 @@ use std::collections::HashSet;
 fn random_scene(model: &Model, seed: u64) -> Assembly {
     let mut rng = StdRng::seed_from_u64(seed);
     let dims = model.dims();
-    let edge = 0.03;
+    let edge = if model.large_grains { 0.037 } else { 0.03 };
     let mut vector = |low: f64, high: f64| {
         let mut v = DVec3::from_array(std::array::from_fn(|_| rng.random_range(low..high)));
         if dims == 2 {
@@ -45,13 +45,14 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
     };
     let many = model.levels == Levels::Several;
     let count = match dims {
-        2 if many => 600,
+        2 if many => 800,
         2 => 250,
+        _ if model.large_grains => 2200,
         _ if many => 1200,
         _ => 900,
     };
     let radius = |k: usize| match k {
-        _ if model.large_grains && k < 2 => 5e-3,
+        _ if model.large_grains && k == 0 => 9e-3,
         _ if many && k % 7 == 0 => 0.3e-3,
         _ if many && !model.large_grains && k % 31 == 0 => 2e-3,
         _ => [1e-3, 1.3e-3, 0.7e-3][k % 3],

@@ -11,12 +11,13 @@ use std::f64::consts::PI;
 /// The part of a box that is solid.
 const SOLID: f64 = 0.3;
 
-/// Radii of spheres in a box, as scene files have them, and the mean of their cubes, mm³.
-const BOXES: [(&str, &str, f64); 3] = [
-    ("equal", "1e-3", 1.0),
-    ("1:5", "{ uniform = [0.3333e-3, 1.6667e-3] }", 1.44),
+/// Spheres in a box: their radii, as scene files have them, the mean of the radii's cubes, mm³, and how fast they are,
+/// m/s, so that lists live about as long whatever the time step is.
+const BOXES: [(&str, &str, f64, f64); 3] = [
+    ("equal", "1e-3", 1.0, 0.1),
+    ("1:5", "{ uniform = [0.3333e-3, 1.6667e-3] }", 1.44, 0.5),
     // d90/d10 = 6
-    ("log-normal", "{ log_normal = { mean = 1e-3, std = 0.794e-3, min = 0.1e-3, max = 6e-3 } }", 4.2),
+    ("log-normal", "{ log_normal = { mean = 1e-3, std = 0.794e-3, min = 0.1e-3, max = 6e-3 } }", 4.2, 3.0),
 ];
 
 /// Scenes with few large grains, which the comparison does without.
@@ -45,13 +46,18 @@ pub fn run(log: &mut Log) {
                 reference = Some(cost);
                 Ok((cost, [TIME, MEMORY].map(|quantity| Measure::reference(quantity, "of equal grains")).to_vec()))
             });
+            let mut profile = None;
             log.run(name, setting, || {
-                let (.., cost) = timed(wide.as_ref().map_err(again)?, setting, budget)?;
+                let (mut simulation, _, cost) = timed(wide.as_ref().map_err(again)?, setting, budget)?;
+                profile = Some(simulation.profile(cost.steps)?);
                 let equal = reference.ok_or_else(super::log::no_reference)?;
-                let ratios =
-                    [(TIME, equal.rate() / cost.rate()), (MEMORY, cost.bytes_per_particle / equal.bytes_per_particle)];
+                let memory = cost.bytes_per_particle / equal.bytes_per_particle;
+                let ratios = [(TIME, equal.rate() / cost.rate()), (MEMORY, memory)];
                 Ok((cost, ratios.map(|(quantity, ratio)| Measure::error(quantity, "of equal grains", ratio)).to_vec()))
             });
+            if let Some(profile) = profile {
+                log.stages(name, setting, &profile);
+            }
         }
     }
 }
@@ -59,11 +65,12 @@ pub fn run(log: &mut Log) {
 const TIME: &str = "time per particle-step";
 const MEMORY: &str = "bytes per particle";
 
-fn filled(&(name, radius, mean_cube): &(&str, &str, f64), count: usize) -> Result<Assembly> {
+fn filled(&(name, radius, mean_cube, speed): &(&str, &str, f64, f64), count: usize) -> Result<Assembly> {
     let edge = 1e-3 * (4.0 / 3.0 * PI * mean_cube * count as f64 / SOLID).cbrt();
     let sets = [
         format!("population.0.count={count}"),
         format!("population.0.radius={radius}"),
+        format!("population.0.velocity_spread={speed}"),
         format!("domain.upper=[{edge}, {edge}, {edge}]"),
     ];
     scene(name, include_str!("scenes/sizes.toml"), &sets)

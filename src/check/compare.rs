@@ -112,7 +112,7 @@ pub fn compare(twin: &State, device: &State, stage: &Stage, array: &Array, undec
     let width: usize = widths.iter().sum();
     let (mut a, mut b) = (lanes(twin, array), lanes(device, array));
     let runs = match &stage.check {
-        check if check.unordered.contains(&array) => vec![0..column.len()],
+        check if check.unordered.contains(&array) => std::iter::once(0..column.len()).collect(),
         check if check.unordered_lists.contains(&array) => lists(twin),
         _ => Vec::new(),
     };

@@ -4,7 +4,7 @@ use super::Assembly;
 use std::collections::BTreeMap;
 
 /// Median radii from which on a grain is large: so many neighbours fit around it that workgroups serve it.
-const LARGE: f64 = 4.0;
+const LARGE: f64 = 8.0;
 
 /// Grains so alike that they share a level of the grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
