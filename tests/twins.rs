@@ -53,8 +53,8 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
     };
     let radius = |k: usize| match k {
         _ if model.large_grains && k == 0 => 9e-3,
-        _ if many && k % 7 == 0 => 0.3e-3,
-        _ if many && !model.large_grains && k % 31 == 0 => 2e-3,
+        _ if many && k.is_multiple_of(7) => 0.3e-3,
+        _ if many && !model.large_grains && k.is_multiple_of(31) => 2e-3,
         _ => [1e-3, 1.3e-3, 0.7e-3][k % 3],
     };
     let materials = if model.materials == Materials::Many { 2 } else { 1 };
