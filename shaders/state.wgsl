@@ -64,7 +64,6 @@ struct Params {
     period_low: Vec,               // m, what the period has beyond a multiple of the quantum, in single precision
     inverse_period: Vec,           // 1/m, 0 along an open axis
     cell_origin: Vec,              // m; the lower face of the domain along a periodic axis
-    inverse_cell: Vec,             // 1/m, per axis
     dt: Real,                      // s
     history_dt: Real,              // s, since the history of contacts was last written: dt, but 0 in the first step
     damping: Real,                 // xi, 1/s
@@ -89,8 +88,10 @@ struct Params {
     gap_band: Real,                // m, gaps and overlaps up to this are taken for contacts
     @align(16) pair: Pair,         // the pair parameters of a scene with one material
     axes: vec3<u32>,               // of the grid: along which of x, y, z its 1st, 2nd and 3rd coordinate count
-    cells: vec3<u32>,              // per axis of the grid, which wraps around on all of them
+    cells: u32,                    // of all levels of the grid
+    levels: u32,                   // of the grid
     bodies: u32,                   // grains; members of clumps
+    large: u32,                    // those of them that are so large that workgroups serve them, one each; the last ones
     clumps: u32,
     arm_shift: u32,                // the quantum is 2^this units of arms (at most 2^26; 0 if it is less than one)
     arm_shift_fine: u32,           // and 2^this of their fine units, which are 2^-11 units

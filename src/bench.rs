@@ -17,6 +17,7 @@ pub mod plot;
 mod relaxation;
 pub mod report;
 mod results;
+mod sizes;
 mod speed;
 mod trajectory;
 pub mod trial;
@@ -63,6 +64,7 @@ fn run_suite(suite: Suite, log: &mut Log) {
         Suite::Invariants => invariants::run(log),
         Suite::Ensembles => ensembles::run(log),
         Suite::Speed => speed::run(log),
+        Suite::Sizes => sizes::run(log),
         Suite::Relaxation => relaxation::run(log),
     }
 }

@@ -1,6 +1,7 @@
 //! The discrete element method, section 2.1: contact forces, leapfrog, rotation of clumps.
 
 pub mod advance;
+mod advance_large;
 mod half_kick;
 mod half_kick_clumps;
 mod integrate_clumps;
@@ -41,6 +42,13 @@ pub static HALF_KICK: Stage = Stage {
 pub static ADVANCE: Stage = Stage {
     check: Check { floors: FLOORS, ..Check::FORCES },
     ..Stage::new("dem", "advance", advance::advance, bodies)
+};
+
+/// The same of large grains.
+pub static ADVANCE_LARGE: Stage = Stage {
+    dispatch: Dispatch::GroupEach(large),
+    check: Check { floors: FLOORS, ..Check::FORCES },
+    ..Stage::new("dem", "advance_large", advance_large::advance_large, large)
 };
 
 /// A step of clumps 1: contact forces on members.

@@ -10,5 +10,5 @@ pub(crate) mod stopwatch;
 pub use compose::{Program, compose};
 pub use device::{AdapterSummary, Arrays, Device, adapters};
 pub use layout::{Binding, Layout};
-pub use pipeline::workgroups;
+pub use pipeline::{folded, workgroups};
 pub use stopwatch::Stopwatch;

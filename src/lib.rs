@@ -63,7 +63,8 @@ pub mod io;
 pub mod measure;
 pub(crate) mod memory;
 pub mod model;
-pub(crate) mod neighbours;
+#[doc(hidden)] // kernels and their twins: for the tests
+pub mod neighbours;
 pub(crate) mod nscd;
 pub mod plan;
 #[doc(hidden)] // kernels and their twins: for the tests

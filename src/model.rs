@@ -124,6 +124,10 @@ slot!(
     Materials in "contact/materials" { One = "one", Many = "many" }
 );
 slot!(
+    /// Grains of like size, or of many sizes, for each of which the grid has a level.
+    Levels in "neighbours/levels" { One = "one", Several = "several" }
+);
+slot!(
     /// Walls, or none.
     Walls in "space/walls" { None = "none", Some = "some" }
 );
@@ -147,6 +151,9 @@ pub struct Model {
     pub gyroscopic: Gyroscopic,
     pub materials: Materials,
     pub walls: Walls,
+    pub levels: Levels,
+    /// Optional stages: some grains are so large that workgroups serve them, one each.
+    pub large_grains: bool,
     /// Optional stage: a wall translates, so that walls are integrated too.
     pub moving_walls: bool,
     /// Optional stages: contact dynamics updates contacts colour by colour, and not all at once.
@@ -202,6 +209,8 @@ impl Model {
             gyroscopic: if clumped && gyroscopic { Gyroscopic::Kept } else { Gyroscopic::Dropped },
             materials: if pairs.windows(2).all(|w| w[0] == w[1]) { Materials::One } else { Materials::Many },
             walls: if assembly.walls.is_empty() { Walls::None } else { Walls::Some },
+            levels: if assembly.size_levels().len() == 1 { Levels::One } else { Levels::Several },
+            large_grains: assembly.large_grains() > 0,
             moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO),
             colored: solver == Some(Solver::ColouredAccelerated),
             solved_on_host: solver.is_some_and(Solver::is_of_host),
@@ -240,6 +249,7 @@ impl Model {
             ("gyroscopic", self.gyroscopic.label()),
             ("materials", self.materials.label()),
             ("walls", self.walls.label()),
+            ("levels", self.levels.label()),
         ];
         [&before, law, &after].concat()
     }
@@ -255,6 +265,8 @@ impl Model {
             "body/bodies.wgsl",
             self.boundary.file(),
             "neighbours/grid.wgsl",
+            self.levels.file(),
+            "neighbours/entries.wgsl",
             "contact/geometry.wgsl",
             self.history.file(),
             self.rotation.file(),
@@ -346,9 +358,16 @@ impl Model {
                             {
                                 let twists = twists(dimension, method, tangential, rolling);
                                 let variants = variants(method, grains);
-                                for (&twist, &(colored, gyroscopic)) in
-                                    twists.iter().flat_map(|twist| variants.iter().map(move |v| (twist, v)))
-                                {
+                                // The grid knows nothing of a law.
+                                let one_law = damping == Damping::None && materials == Materials::One;
+                                let sizes = if one_law { SIZES } else { &SIZES[..1] };
+                                let both = twists
+                                    .iter()
+                                    .flat_map(|twist| variants.iter().map(move |variant| (*twist, *variant)))
+                                    .flat_map(|(twist, variant)| {
+                                        sizes.iter().map(move |sizes| (twist, variant, *sizes))
+                                    });
+                                for (twist, (colored, gyroscopic), (levels, large_grains)) in both {
                                     models.push(Model {
                                         precision,
                                         dimension,
@@ -370,6 +389,8 @@ impl Model {
                                         gyroscopic,
                                         materials,
                                         walls,
+                                        levels,
+                                        large_grains,
                                         moving_walls,
                                         colored,
                                         solved_on_host: false,
@@ -384,6 +405,9 @@ impl Model {
         models
     }
 }
+
+/// Levels of the grid, and whether some grains are large.
+const SIZES: &[(Levels, bool)] = &[(Levels::One, false), (Levels::Several, false), (Levels::Several, true)];
 
 /// Colors or not, and what becomes of the products of angular velocities.
 fn variants(method: Method, grains: Grains) -> &'static [(bool, Gyroscopic)] {

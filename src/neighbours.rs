@@ -1,13 +1,19 @@
 //! Neighbours: binning, sorting, lists, and what contacts remember while lists are made anew.
 
 mod bin;
+mod count_across_levels;
 mod count_neighbours;
 mod displacement_check;
+mod entries;
+mod fill_across_levels;
 mod fill_neighbours;
 pub mod grid;
 mod history_count;
 mod history_store;
+pub mod levels;
 mod order_cells;
+mod order_long_lists;
+mod order_neighbours;
 mod permute;
 pub mod plan;
 mod scan;
@@ -85,7 +91,13 @@ pub static ORDER_CELLS: Stage = Stage::new("neighbours", "order_cells", order_ce
 /// Broad phase 4: grains into that order.
 pub static PERMUTE: Stage = Stage::new("neighbours", "permute", permute::permute, bodies);
 
-/// Neighbour lists 1: entries per grain.
+/// Neighbour lists 1, of grains of many sizes: entries for neighbours on other levels.
+pub static COUNT_ACROSS_LEVELS: Stage = Stage {
+    check: Check { undecided: Undecided::Reach, ..Check::ROUNDING },
+    ..Stage::new("neighbours", "count_across_levels", count_across_levels::count_across_levels, bodies)
+};
+
+/// Neighbour lists 2: entries per grain.
 pub static COUNT_NEIGHBOURS: Stage = Stage {
     check: Check { undecided: Undecided::Reach, ..Check::ROUNDING },
     ..Stage::new("neighbours", "count_neighbours", count_neighbours::count_neighbours, bodies_plus_one)
@@ -94,10 +106,29 @@ pub static COUNT_NEIGHBOURS: Stage = Stage {
 /// Prefix sum of `list_start`.
 pub static SCAN_LISTS: [Stage; 3] = prefix_sum!(LIST_START, list_start, bodies);
 
-/// Neighbour lists 2: entries and their history.
+/// Neighbour lists 3: neighbours on the own level.
 pub static FILL_NEIGHBOURS: Stage = Stage {
     check: Check { undecided: Undecided::Reach, ..Check::ROUNDING },
     ..Stage::new("neighbours", "fill_neighbours", fill_neighbours::fill_neighbours, bodies)
+};
+
+/// Neighbour lists 4, of grains of many sizes: neighbours on other levels.
+pub static FILL_ACROSS_LEVELS: Stage = Stage {
+    check: Check { undecided: Undecided::Reach, unordered_lists: &[&array::NEIGHBOUR], ..Check::ROUNDING },
+    ..Stage::new("neighbours", "fill_across_levels", fill_across_levels::fill_across_levels, bodies)
+};
+
+/// Neighbour lists 5: ascending ids, walls, history.
+pub static ORDER_NEIGHBOURS: Stage = Stage {
+    check: Check { undecided: Undecided::Reach, ..Check::ROUNDING },
+    ..Stage::new("neighbours", "order_neighbours", order_neighbours::order_neighbours, bodies)
+};
+
+/// The same of large grains.
+pub static ORDER_LONG_LISTS: Stage = Stage {
+    dispatch: Dispatch::GroupEach(large),
+    check: Check { undecided: Undecided::Reach, ..Check::ROUNDING },
+    ..Stage::new("neighbours", "order_long_lists", order_long_lists::order_long_lists, large)
 };
 
 /// How far grains went in a chunk, and how many active contacts there are.

@@ -7,6 +7,7 @@ pub mod builder;
 mod check;
 mod invariants;
 mod law;
+mod levels;
 mod materials;
 mod neighbours;
 mod origin;
@@ -26,6 +27,7 @@ pub use assembly::{
 };
 pub use builder::SceneBuilder;
 pub use law::{Dashpot, Hertz, MaterialBuilder, Pair, PairBuilder, Rolling};
+pub use levels::SizeLevel;
 pub(crate) use neighbours::Neighbours;
 pub use schema::{Face, Format, Placement, Twist};
 pub use shape::{Kind, Member, Shape};

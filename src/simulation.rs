@@ -3,6 +3,7 @@
 
 mod columns;
 mod dem;
+mod grid;
 mod host_solver;
 mod lists;
 mod nscd;

@@ -14,6 +14,8 @@ pub enum Dispatch {
     Items(fn(&Sizes) -> usize),
     /// A single workgroup.
     OneGroup,
+    /// One workgroup per item.
+    GroupEach(fn(&Sizes) -> usize),
 }
 
 /// One kernel: its name, its WGSL, its CPU twin, its dispatch size.
@@ -38,6 +40,8 @@ pub struct Stage {
 pub struct Check {
     /// Arrays whose order inside a cell is arbitrary until `order_cells` has run; compared as multisets.
     pub unordered: &'static [&'static Array],
+    /// Arrays whose order inside a list is arbitrary until `order_neighbours` has run; compared list by list.
+    pub unordered_lists: &'static [&'static Array],
     /// Rows that are not compared.
     pub undecided: Undecided,
     pub tolerance: Tolerance,
@@ -81,6 +85,7 @@ impl Check {
     /// A few roundings everywhere.
     pub const ROUNDING: Check = Check {
         unordered: &[],
+        unordered_lists: &[],
         undecided: Undecided::Nothing,
         tolerance: Tolerance::Rounding,
         floors: &[],
@@ -135,6 +140,11 @@ pub fn bodies(sizes: &Sizes) -> usize {
 
 pub fn clumps(sizes: &Sizes) -> usize {
     sizes.clumps
+}
+
+/// Grains that workgroups serve, one each.
+pub fn large(sizes: &Sizes) -> usize {
+    sizes.large
 }
 
 pub fn bodies_plus_one(sizes: &Sizes) -> usize {

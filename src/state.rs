@@ -4,7 +4,7 @@
 //! WGSL text, so that no struct is described twice. On the CPU a plane is space with z = 0.
 
 use crate::{
-    model::{Grains, History, Materials, Method, Model, Precision, Rolling, Rotation, Tangential, Walls},
+    model::{Grains, History, Levels, Materials, Method, Model, Precision, Rolling, Rotation, Tangential, Walls},
     record::record,
     units::{Quantity, Units},
 };
@@ -128,6 +128,10 @@ record!(
     }
 );
 record!(
+    /// A level of the grid (`shaders/neighbours/grid.wgsl`).
+    Level { inverse_cell: DVec3 [InverseLength], radius: f64 [Length], cells: UVec3, first_cell: u32 }
+);
+record!(
     /// What the device tells the host once per chunk.
     Counters {
         entries_needed: u32,
@@ -213,7 +217,6 @@ record!(
         period_low: DVec3 [Length],
         inverse_period: DVec3 [InverseLength],
         cell_origin: DVec3 [Length],
-        inverse_cell: DVec3 [InverseLength],
         dt: f64 [Time],
         history_dt: f64 [Time],
         damping: f64 [Rate],
@@ -238,8 +241,10 @@ record!(
         gap_band: f64 [Length],
         pair: Pair,
         axes: UVec3,
-        cells: UVec3,
+        cells: u32,
+        levels: u32,
         bodies: u32,
+        large: u32,
         clumps: u32,
         arm_shift: u32,
         arm_shift_fine: u32,
@@ -341,6 +346,7 @@ pub enum Length {
     ClumpsPlusOne,
     Walls,
     MaterialsSquared,
+    Levels,
     CellsPlusOne,
     Tiles,
     Entries,
@@ -358,9 +364,13 @@ pub enum Length {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sizes {
     pub bodies: usize,
+    /// Those of them that workgroups serve, one each.
+    pub large: usize,
     pub clumps: usize,
     pub walls: usize,
     pub materials: usize,
+    /// Of the grid, and the cells of all of them.
+    pub levels: usize,
     pub cells: usize,
     pub entries: usize,
     pub history: usize,
@@ -392,6 +402,7 @@ impl Sizes {
             Length::ClumpsPlusOne => self.clumps + 1,
             Length::Walls => self.walls,
             Length::MaterialsSquared => self.materials * self.materials,
+            Length::Levels => self.levels,
             Length::CellsPlusOne => self.cells + 1,
             Length::Tiles => self.cells.max(self.bodies) / TILE + 1,
             Length::Entries => self.entries,
@@ -529,6 +540,11 @@ impl State {
         self.column_mut(a).replace(second);
     }
 
+    /// Whether there are entries for all neighbours.
+    pub fn lists_fit(&self) -> bool {
+        self.list_start[self.sizes.bodies] as usize <= self.neighbour.len()
+    }
+
     /// The list entries of grain i.
     pub fn row(&self, i: usize) -> std::ops::Range<usize> {
         self.list_start[i] as usize..self.list_start[i + 1] as usize
@@ -596,6 +612,9 @@ fn single_clumped(m: &Model) -> bool {
 fn single_spheres(m: &Model) -> bool {
     !clumped(m) && single(m)
 }
+fn leveled(m: &Model) -> bool {
+    m.levels == Levels::Several
+}
 fn colored(m: &Model) -> bool {
     m.colored
 }
@@ -645,10 +664,13 @@ state! {
     MATERIAL material: u32, BodiesAndWalls, Number, "index, by number", mixed;
     PAIR pair: Pair, MaterialsSquared, -, "", mixed;
     WALL wall: Wall, Walls, -, "", walled;
+    LEVEL level: Level, Levels, -, "of the grid", always;
     CELL_RANK cell_rank: u32, Bodies, Number, "order inside the cell", always;
     SORTED sorted: u32, Bodies, Number, "index before the sort", always;
     CELL_START cell_start: u32, CellsPlusOne, Number, "index of the first grain", always;
     TILE_SUM tile_sum: u32, Tiles, Number, "sums of the prefix sum", always;
+    ACROSS across: u32, Bodies, Number, "entries for neighbours on other levels", leveled;
+    ACROSS_FILLED across_filled: u32, Bodies, Number, "how many of them are filled", leveled;
     LIST_START list_start: u32, BodiesPlusOne, Number, "index into neighbour", always;
     NEIGHBOUR neighbour: u32, Entries, Number, "index and flag; wall w is bodies + w", always;
     TANGENTIAL_FORCE tangential_force: Packed, Entries, Force, "", frictional;

@@ -60,6 +60,9 @@ fn the_quick_benchmark_keeps_its_errors() {
     for p in &bench.points {
         assert!(p.wall_per_simulated.unwrap() > 0.0 && p.particle_steps_per_second.unwrap() > 0.0, "{p:?}");
     }
+    for p in bench.points.iter().filter(|p| p.suite == Suite::Sizes && p.quantity.starts_with("bytes")) {
+        assert!(p.error.is_none_or(|ratio| (0.5..1.5).contains(&ratio)), "{p:?}");
+    }
     every_speed_has_its_bytes_and_stages(&bench);
     every_solver_relaxes_the_bed(&bench);
     halving_the_step_of_the_cradle_divides_its_error_by_four(&bench);

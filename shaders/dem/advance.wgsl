@@ -1,14 +1,15 @@
 // twin: src/dem/advance.rs
 // One step: contact forces at step n, gathered in ascending order of the other's id, then leapfrog with global damping,
 // implicit at the half step: n - 1/2 to n + 1/2 (2.19), n to n + 1 (2.20). A step after which the lists may miss a
-// neighbour, or after which a grain is lost, is the last: it halts the steps that follow in the chunk.
+// neighbour, or after which a grain is lost, is the last: it halts the steps that follow in the chunk. Large grains,
+// which come last, have `advance_large`.
 var<storage, read> halt: u32;
 var<storage, read_write> halt_next: atomic<u32>;
 
 @compute @workgroup_size(WG)
 fn advance(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
-    if (i >= params.bodies) {
+    if (i >= params.bodies - params.large) {
         return;
     }
     if (halt != 0u) {
@@ -21,11 +22,7 @@ fn advance(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
         atomicAdd(&counters.steps_done, 1u);
     }
     let here = body(i);
-    let pushed = body_forces(i, here);
-    let spin_change = sphere_spin_change(here, pushed.sum.torque);
-    let v = change_velocities(i, here, velocity_change(here.velocity, pushed.sum.force), spin_change);
-    let point = wrap(displaced(here.position.x, here.low.x, params.dt * v));
-    if (commit_position(i, here.position, here.low, point, params.dt * sqrt(dot(v, v)), pushed.crossed)) {
+    if (leap(i, here, body_forces(i, here))) {
         atomicStore(&halt_next, 1u);
     }
 }

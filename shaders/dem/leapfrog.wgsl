@@ -29,3 +29,11 @@ fn velocity_change_to_step(velocity: Velocity, force: Vec) -> Vec {
     let acceleration = velocity.inverse_mass * force + params.gravity;
     return (0.5 * params.dt * acceleration - half * velocity.v) / (1 + half);
 }
+
+/// What contacts do to grain i moves it by a step. Whether this has to be the last one, as `commit_position` says.
+fn leap(i: u32, here: Body, forces: BodyForces) -> bool {
+    let spin_change = sphere_spin_change(here, forces.sum.torque);
+    let v = change_velocities(i, here, velocity_change(here.velocity, forces.sum.force), spin_change);
+    let point = wrap(displaced(here.position.x, here.low.x, params.dt * v));
+    return commit_position(i, here.position, here.low, point, params.dt * sqrt(dot(v, v)), forces.crossed);
+}

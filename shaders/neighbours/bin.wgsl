@@ -9,5 +9,5 @@ fn bin(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) g
     if (i >= params.bodies) {
         return;
     }
-    cell_rank[i] = atomicAdd(&cell_start[cell_index(cell_of(position[i].x))], 1u);
+    cell_rank[i] = atomicAdd(&cell_start[cell_index(position[i])], 1u);
 }

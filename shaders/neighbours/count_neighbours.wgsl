@@ -1,6 +1,6 @@
 // twin: src/neighbours/count_neighbours.rs
-// Neighbour lists 1: how many entries each grain needs at most (pairs of fixed grains are left out when the list is
-// sorted), and whether it is still on the right side of every wall.
+// Neighbour lists 2: how many entries each grain needs at most (pairs of fixed grains are left out when the list is
+// ordered), and whether it is still on the right side of every wall.
 var<storage, read> cell_start: array<u32>;           // cells + 1
 var<storage, read_write> halt: atomic<u32>;
 
@@ -16,13 +16,13 @@ fn count_neighbours(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_
     }
     let here = position[i];
     let fixed = velocity[i].inverse_mass == 0;
-    let home = cell_of(here.x);
-    let all = spans();
-    // A little further than they will be filled, so that rounding can never make that find more than was counted.
-    let reach = params.margin + 1e-5 * here.radius;
-    var entries = 0u;
-    for (var k = 0u; k < all; k++) {
-        let cells = span(home, k);
+    let own = level_of(here.radius);
+    let reach = params.margin + counting_slack(own);
+    let around = surroundings(here, own);
+    let all = spans(around);
+    var entries = entries_across(i);
+    for (var m = 0u; m < all; m++) {
+        let cells = span(around, m);
         let last = cell_start[cells.y];
         for (var j = cell_start[cells.x]; j < last; j++) {
             if (closer_than(here, position[j], reach) && !same_grain(i, j)) {

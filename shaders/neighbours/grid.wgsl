@@ -1,46 +1,80 @@
 // twin: src/neighbours/grid.rs
-// The grid of the broad phase. It wraps around on every axis: exact for a periodic one; along an open one, far-away
-// grains may share a cell, which costs a distance test and needs no bounding box. Grains are stored in the order of the
-// cells, so those of a row of cells follow each other. The grid's axes are those of space in another order.
+// The hierarchical grid of the broad phase: grains of like size share a level, whose cells are as wide as its largest
+// grains reach. A level wraps around on every axis: exact for a periodic one; along an open one, far-away grains may
+// share a cell, which costs a distance test and needs no bounding box. Grains are stored in the order of the levels,
+// finest first, and then of the cells, so those of a row of cells follow each other. The axes of the grid are those of
+// space in another order.
 
+/// A level of the grid.
+struct Level {
+    inverse_cell: Vec, // 1/m, per axis
+    radius: Real,      // m, of its largest grain
+    cells: vec3<u32>,  // per axis of the grid
+    first_cell: u32,   // the cells of all levels follow each other
+}
+
+var<storage, read> level: array<Level>;      // finest first
 var<storage, read_write> sorted: array<u32>; // N: the index that each grain had before it was sorted
 
-/// Cell of a point, by axis of the grid.
-fn cell_of(x: Vec) -> vec3<u32> {
-    let size = vec3<i32>(params.cells);
-    let at = cell_coordinates((x - params.cell_origin) * params.inverse_cell);
-    let c = vec3<i32>(at[params.axes.x], at[params.axes.y], at[params.axes.z]) % size;
-    return vec3<u32>((c + size) % size);
+/// What is within reach by a hair is looked at too, so that rounding cannot hide a neighbour.
+const HAIR = 1.001;
+
+/// Cell of a point, by axis of the grid, before the grid wraps around.
+fn cell_of(x: Vec, inverse_cell: Vec) -> vec3<i32> {
+    let at = cell_coordinates((x - params.cell_origin) * inverse_cell);
+    return vec3<i32>(at[params.axes.x], at[params.axes.y], at[params.axes.z]);
 }
 
-fn cell_index(c: vec3<u32>) -> u32 {
-    return c.x + params.cells.x * (c.y + params.cells.y * c.z);
+fn wrapped(c: vec3<i32>, cells: vec3<u32>) -> vec3<u32> {
+    let size = vec3<i32>(cells);
+    return vec3<u32>((c % size + size) % size);
 }
 
-/// How many spans of cells surround a cell; an axis of one or two cells is walked once, not thrice.
-fn spans() -> u32 {
-    let rows = min(params.cells.yz, vec2<u32>(3u));
-    return 2u * rows.x * rows.y;
+/// Cell of a grain, among the cells of all levels.
+fn cell_index(here: Position) -> u32 {
+    let grid = level[level_of(here.radius)];
+    let c = wrapped(cell_of(here.x, grid.inverse_cell), grid.cells);
+    return grid.first_cell + c.x + grid.cells.x * (c.y + grid.cells.y * c.z);
 }
 
-/// The k-th span of cells around c: first, and one past the last. Every row has two: the cells next to c, and what
-/// lies around the corner if c is at an end of the row.
-fn span(c: vec3<u32>, k: u32) -> vec2<u32> {
-    let size = params.cells;
-    let rows = min(size.yz, vec2<u32>(3u));
-    let step = vec2<u32>((k / 2u) % rows.x, k / 2u / rows.x);
-    let moved = (c.yz + size.yz - vec2<u32>(1u) + step) % size.yz;
-    let row = select(step, moved, size.yz >= vec2<u32>(3u));
-    let begin = size.x * (row.x + size.y * row.y);
-    let direct = k % 2u == 0u;
-    if (size.x < 3u) {
-        return begin + vec2<u32>(0u, select(0u, size.x, direct));
+/// Cells of a level that surround a grain: on each axis so many from the first on, which wrap around.
+struct Surroundings {
+    first: vec3<u32>,
+    count: vec3<u32>,
+    cells: vec3<u32>,
+    first_cell: u32,
+}
+
+/// The cells of level k whose grains may be on the list of a grain.
+fn surroundings(here: Position, k: u32) -> Surroundings {
+    let grid = level[k];
+    let reach = Vec(HAIR * (here.radius + grid.radius + params.margin + params.position_slack));
+    let lower = cell_of(here.x - reach, grid.inverse_cell);
+    let upper = cell_of(here.x + reach, grid.inverse_cell);
+    let count = min(vec3<u32>(upper - lower) + vec3<u32>(1u), grid.cells);
+    return Surroundings(wrapped(lower, grid.cells), count, grid.cells, grid.first_cell);
+}
+
+/// How many spans of cells they are.
+fn spans(around: Surroundings) -> u32 {
+    return 2u * around.count.y * around.count.z;
+}
+
+/// The k-th span of cells: first, and one past the last. Every row has two: what comes before the end of the row, and
+/// what lies around the corner.
+fn span(around: Surroundings, k: u32) -> vec2<u32> {
+    let step = vec2<u32>((k / 2u) % around.count.y, k / 2u / around.count.y);
+    let row = (around.first.yz + step) % around.cells.yz;
+    let begin = around.first_cell + around.cells.x * (row.x + around.cells.y * row.y);
+    let end = around.first.x + around.count.x;
+    if (k % 2u == 0u) {
+        return begin + vec2<u32>(around.first.x, min(end, around.cells.x));
     }
-    if (direct) {
-        return begin + vec2<u32>(max(c.x, 1u) - 1u, min(c.x + 2u, size.x));
-    }
-    if (c.x == 0u) {
-        return begin + vec2<u32>(size.x - 1u, size.x);
-    }
-    return begin + vec2<u32>(0u, select(0u, 1u, c.x == size.x - 1u));
+    return begin + vec2<u32>(0u, max(end, around.cells.x) - around.cells.x);
+}
+
+/// How much further than lists are filled their entries are counted, m, so that rounding can never make more of them
+/// than were counted.
+fn counting_slack(k: u32) -> Real {
+    return 1e-5 * level[k].radius;
 }

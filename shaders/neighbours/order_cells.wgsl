@@ -5,7 +5,7 @@ var<storage, read> cell_start: array<u32>;    // cells + 1
 @compute @workgroup_size(WG)
 fn order_cells(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let c = linear(gid, groups);
-    if (c >= params.cells.x * params.cells.y * params.cells.z) {
+    if (c >= params.cells) {
         return;
     }
     let begin = cell_start[c];

@@ -9,5 +9,5 @@ fn sort(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) 
     if (i >= params.bodies) {
         return;
     }
-    sorted[cell_start[cell_index(cell_of(position[i].x))] + cell_rank[i]] = i;
+    sorted[cell_start[cell_index(position[i])] + cell_rank[i]] = i;
 }

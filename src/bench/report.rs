@@ -146,6 +146,10 @@ fn about(suite: Suite) -> &'static str {
              f64 CPU engine at the same step, after 20 steps. Bytes per particle-step are those that the stages have to \
              move, counted; beside them the part of the machine's copy bandwidth that this makes."
         }
+        Suite::Sizes => {
+            "Grains of wide sizes: time and memory of a particle-step over those of as many equal grains. Boxes are 30 % \
+             solid; the other scenes are compared with themselves without their large grains."
+        }
         Suite::Relaxation => {
             "Contact dynamics: one step of a bed of rigid, rough spheres that has come to rest (3D, friction 0.5), from no \
              impulses. Passes and wall time of its relaxation until the relative residual is as small as the head of the \

@@ -18,13 +18,22 @@ pub enum Suite {
     Ensembles,
     /// Particle-steps per second against the number of grains, and where the time goes.
     Speed,
+    /// Wide sizes against equal ones: time and memory of a particle-step.
+    Sizes,
     /// Contact dynamics: the residual of one step against wall time, solver by solver.
     Relaxation,
 }
 
 impl Suite {
-    pub const ALL: [Suite; 6] =
-        [Suite::Local, Suite::Trajectory, Suite::Invariants, Suite::Ensembles, Suite::Speed, Suite::Relaxation];
+    pub const ALL: [Suite; 7] = [
+        Suite::Local,
+        Suite::Trajectory,
+        Suite::Invariants,
+        Suite::Ensembles,
+        Suite::Speed,
+        Suite::Sizes,
+        Suite::Relaxation,
+    ];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -34,6 +43,7 @@ impl Suite {
             Suite::Invariants => "invariants",
             Suite::Ensembles => "ensembles",
             Suite::Speed => "speed",
+            Suite::Sizes => "sizes",
             Suite::Relaxation => "relaxation",
         }
     }

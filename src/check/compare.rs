@@ -5,10 +5,13 @@ use super::rules::{Rule, rule};
 use crate::{
     body::grains::{member_ids, same_grain},
     contact::overlap::overlaps,
-    neighbours::grid::for_candidates,
+    neighbours::{
+        grid::{counting_slack, for_candidates},
+        levels::level_of,
+    },
     space::{boundary::nearest_image, precision::position_low_of, walls::wall_separation},
     stage::{Stage, Undecided},
-    state::{Array, Length, PARTIAL_SUMS as ROWS, State, Wall},
+    state::{Array, Length, Level, PARTIAL_SUMS as ROWS, State, Wall},
 };
 use glam::DVec3;
 use std::{cmp::Ordering, ops::Range};
@@ -40,11 +43,10 @@ fn contacts_of_clumps(s: &State) -> Vec<bool> {
 fn reach(s: &State) -> Vec<bool> {
     let rounding = 16.0 * s.model.precision.epsilon();
     let margin = s.params.margin;
-    let grain = |i: usize, j: usize| {
+    let grain = |i: usize, j: usize, level: &Level| {
         let reach = s.position[i].radius + s.position[j].radius + margin + s.params.position_slack;
         let distance = nearest_image(s, s.position[i].x, s.position[j].x, DVec3::ZERO).x.length();
-        let slack = 1e-5 * s.position[i].radius;
-        [0.0, slack].iter().any(|more| (distance - (reach + more)).abs() < rounding * reach)
+        [0.0, counting_slack(level)].iter().any(|more| (distance - (reach + more)).abs() < rounding * reach)
     };
     let wall = |i: usize, wall: &Wall| {
         let here = &s.position[i];
@@ -52,12 +54,18 @@ fn reach(s: &State) -> Vec<bool> {
         let scale = (here.x - wall.point).length() + here.radius;
         [1.0, 2.0].iter().any(|reach| (gap - reach * margin).abs() < rounding * scale)
     };
-    let near = |i: usize| {
-        let mut near = false;
-        for_candidates(s, s.position[i].x, |j| near |= !same_grain(s, i, j) && grain(i, j));
-        near
-    };
-    (0..s.sizes.bodies).map(|i| near(i) || s.wall[..s.sizes.walls].iter().any(|w| wall(i, w))).collect()
+    let of_walls = |i: usize| s.wall[..s.sizes.walls].iter().any(|w| wall(i, w));
+    let mut near: Vec<bool> = (0..s.sizes.bodies).map(of_walls).collect();
+    for i in 0..s.sizes.bodies {
+        for level in &s.level[level_of(s, s.position[i].radius)..] {
+            for_candidates(s, &s.position[i], level, |j| {
+                let undecided = !same_grain(s, i, j) && grain(i, j, level);
+                near[i] |= undecided;
+                near[j] |= undecided;
+            });
+        }
+    }
+    near
 }
 
 /// Whether a row of an array follows from something undecided.
@@ -103,8 +111,15 @@ pub fn compare(twin: &State, device: &State, stage: &Stage, array: &Array, undec
     let widths = column.widths(twin.model.dims());
     let width: usize = widths.iter().sum();
     let (mut a, mut b) = (lanes(twin, array), lanes(device, array));
-    if stage.check.unordered.contains(&array) {
-        (a, b) = (sorted(&a, width), sorted(&b, width));
+    let runs = match &stage.check {
+        check if check.unordered.contains(&array) => std::iter::once(0..column.len()).collect(),
+        check if check.unordered_lists.contains(&array) => lists(twin),
+        _ => Vec::new(),
+    };
+    for run in runs {
+        let lanes = run.start * width..run.end * width;
+        sort_rows(&mut a[lanes.clone()], width);
+        sort_rows(&mut b[lanes], width);
     }
     if column.integer() {
         let different = (0..a.len()).filter(|k| a[*k] != b[*k] && !masked(*k / width)).count();
@@ -141,11 +156,11 @@ fn lanes(s: &State, array: &Array) -> Vec<f64> {
     lanes
 }
 
-/// The rows of an array in ascending order.
-fn sorted(lanes: &[f64], width: usize) -> Vec<f64> {
-    let mut rows: Vec<&[f64]> = lanes.chunks(width).collect();
-    rows.sort_by(|a, b| a.iter().zip(*b).map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne()).unwrap_or(Ordering::Equal));
-    rows.concat()
+/// Put rows of an array into ascending order.
+fn sort_rows(lanes: &mut [f64], width: usize) {
+    let mut rows: Vec<Vec<f64>> = lanes.chunks(width).map(<[f64]>::to_vec).collect();
+    rows.sort_by(|a, b| a.iter().zip(b).map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne()).unwrap_or(Ordering::Equal));
+    lanes.copy_from_slice(&rows.concat());
 }
 
 /// The difference of values with their low parts over a scale: either part alone may differ by a whole unit in the last
@@ -197,6 +212,11 @@ fn velocities(
     (worst, (squares / count.max(1.0)).sqrt())
 }
 
+/// The entries of each list.
+fn lists(s: &State) -> Vec<Range<usize>> {
+    (0..s.sizes.bodies).map(|i| s.row(i)).collect()
+}
+
 /// The grain a list entry belongs to.
 fn owner(s: &State, entry: usize) -> usize {
     s.list_start[..s.sizes.bodies].partition_point(|begin| *begin as usize <= entry).saturating_sub(1)
@@ -220,7 +240,8 @@ mod tests {
             let key = (model.dims(), arrays);
             if !seen.contains(&key) {
                 seen.push(key);
-                let sizes = Sizes { bodies: 2, clumps: 1, walls: 1, materials: 1, cells: 1, ..Sizes::default() };
+                let sizes =
+                    Sizes { bodies: 2, clumps: 1, walls: 1, materials: 1, cells: 1, levels: 1, ..Sizes::default() };
                 let mut s = State::new(model, sizes, Params { dt: 1.0, ..Params::default() });
                 for array in present(&model, ARRAYS) {
                     s.column_mut(array).resize(3); // one more than there are bodies, for `list_start`

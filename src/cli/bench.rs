@@ -16,6 +16,7 @@ use std::{ops::ControlFlow, path::PathBuf, process::ExitCode};
     invariants  energy and momenta of elastic gases, energy balance of rough grains\n  \
     ensembles   settled beds, averaged over seeds\n  \
     speed       particle-steps/s against the number of grains, stage by stage\n  \
+    sizes       wide sizes against equal ones: time and memory of a particle-step\n  \
     relaxation  contact dynamics: residual of a step against wall time, solver by solver\n\n\
     Examples:\n  packstone bench --quick\n  packstone bench trajectory speed --out out/here\n  packstone bench hard gas\n\n\
     Ctrl-C ends after the run that is under way, with a report of what was measured; a second one at once, without."

@@ -2,6 +2,7 @@
 
 use super::common::{SceneArgs, say};
 use super::table::table;
+use glam::UVec3;
 use packstone::{
     engine::gpu::{bytes, layouts},
     measure::{Percentiles, Sizes},
@@ -34,7 +35,9 @@ fn contents(scene: &Scene, assembly: &Assembly, setup: &Setup) -> String {
     let dimension = assembly.dimension;
     let fixed = assembly.grains.iter().filter(|g| g.fixed).count();
     let (grains, walls, materials) = (assembly.grains.len(), assembly.walls.len(), assembly.materials.len());
-    let cells = setup.state.params.cells.to_array()[..dimension].iter().map(u32::to_string).collect::<Vec<_>>();
+    let product =
+        |cells: UVec3| cells.to_array()[..dimension].iter().map(u32::to_string).collect::<Vec<_>>().join(" x ");
+    let cells = setup.state.level.iter().map(|level| product(level.cells)).collect::<Vec<_>>();
     let (dt, bound) = (setup.state.params.dt, setup.dt_bound);
     let bound = if bound.is_finite() { format!("bound {bound:e} s") } else { "no bound".to_owned() };
     format!(
@@ -44,7 +47,7 @@ fn contents(scene: &Scene, assembly: &Assembly, setup: &Setup) -> String {
         diameters(assembly),
         clumps(assembly),
         setup.state.sizes.cells,
-        cells.join(" x "),
+        cells.join(" + "),
     )
 }
 

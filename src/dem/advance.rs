@@ -1,5 +1,5 @@
 //! Twin of `shaders/dem/advance.wgsl`: contact forces at step n, then leapfrog: n - 1/2 to n + 1/2 (2.19), n to n + 1
-//! (2.20).
+//! (2.20). Large grains have a stage of their own.
 
 use crate::body::blocks::{BLOCK, by_body};
 use crate::{
@@ -35,6 +35,11 @@ pub fn advance(s: &mut State) {
         return;
     }
     s.counters[0].steps_done += 1;
+    advance_bodies(s, 0..s.sizes.bodies - s.sizes.large);
+}
+
+/// Advance these grains.
+pub fn advance_bodies(s: &mut State, bodies: Range<usize>) {
     let (mut position, mut low) = (take(&mut s.position_next), take(&mut s.position_low_next));
     let (mut velocity, mut spin) = (take(&mut s.velocity_next), take(&mut s.spin_next));
     let mut velocity_low = take(&mut s.velocity_low_next);
@@ -49,7 +54,9 @@ pub fn advance(s: &mut State) {
         |s: &State, k: usize, (((((position, low), velocity), spin), velocity_low), displacement), lists: Lists| {
             let velocities = NextVelocities { velocity, spin, low: velocity_low };
             let block = Block { next: NextPositions { position, low, displacement }, velocities, lists };
-            Arch::new().dispatch(Work { s, first: k * BLOCK, block })
+            let first = k * BLOCK;
+            let run = bodies.start.max(first)..bodies.end.min(first + block.velocities.velocity.len());
+            if run.is_empty() { Limits::default() } else { Arch::new().dispatch(Work { s, first, run, block }) }
         };
     let limits = with_lists(s, blocks, work, Limits::and, Limits::default);
     (s.position_next, s.position_low_next, s.velocity_next, s.spin_next) = (position, low, velocity, spin);
@@ -62,6 +69,7 @@ pub fn advance(s: &mut State) {
 struct Work<'a> {
     s: &'a State,
     first: usize,
+    run: Range<usize>,
     block: Block<'a>,
 }
 
@@ -70,17 +78,18 @@ impl WithSimd for Work<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, _: S) -> Limits {
-        advance_block(self.s, self.first, &mut self.block)
+        advance_block(self.s, self.first, self.run, &mut self.block)
     }
 }
 
-/// A run of grains, the first of which is `first`.
+/// A run of grains of a block, the first of which is `first`.
 #[inline(always)]
-fn advance_block(s: &State, first: usize, block: &mut Block) -> Limits {
+fn advance_block(s: &State, first: usize, run: Range<usize>, block: &mut Block) -> Limits {
     let mut limits = Limits::default();
-    let Sums { of_grains, first_wall } = forces_of_grains(s, first, block.velocities.velocity.len(), &mut block.lists);
-    for k in 0..block.velocities.velocity.len() {
-        let (i, mut sum) = (first + k, of_grains[k]);
+    let Sums { of_grains, first_wall } = forces_of_grains(s, first, run.clone(), &mut block.lists);
+    for i in run {
+        let k = i - first;
+        let mut sum = of_grains[k];
         let here = body(s, i);
         let walls = first_wall[k]..row_in_block(s, first, i).end;
         let crossed = forces_of_walls(s, i, &here, walls, &mut block.lists, &mut sum);
@@ -114,12 +123,12 @@ impl Sums {
     }
 }
 
-/// The contacts of a run of `count` grains with grains, and what they remember. Many are computed at a time, and added
-/// in the order of the lists.
+/// The contacts of a run of grains with grains, and what they remember; its block begins with the grain `first`. Many
+/// are computed at a time, and added in the order of the lists.
 #[inline(always)]
-pub fn forces_of_grains(s: &State, first: usize, count: usize, lists: &mut Lists) -> Sums {
+pub fn forces_of_grains(s: &State, first: usize, run: Range<usize>, lists: &mut Lists) -> Sums {
     let mut sums = Sums { of_grains: [ForceTorque::default(); BLOCK], first_wall: [0; BLOCK] };
-    let entries = near_entries(s, first, lists, &mut sums.first_wall[..count]);
+    let entries = near_entries(s, first, run, lists, &mut sums.first_wall);
     if !Batch::serves(s) {
         entries.iter().for_each(|entry| sums.add(first, entry, Outcome::of(s, entry, lists), lists));
         return sums;
@@ -143,11 +152,16 @@ pub fn row_in_block(s: &State, first: usize, i: usize) -> Range<usize> {
 
 /// The entries of grains that may act on each other.
 #[inline(always)]
-fn near_entries(s: &State, first: usize, lists: &mut Lists, first_wall: &mut [usize]) -> Vec<ListEntry> {
+fn near_entries(
+    s: &State,
+    first: usize,
+    run: Range<usize>,
+    lists: &mut Lists,
+    first_wall: &mut [usize],
+) -> Vec<ListEntry> {
     let mut entries = vec![ListEntry::default(); lists.neighbour.len()];
     let mut found = 0;
-    for (k, first_wall) in first_wall.iter_mut().enumerate() {
-        let i = first + k;
+    for (i, first_wall) in run.clone().zip(&mut first_wall[run.start - first..]) {
         let (here, row) = (&s.position[i], row_in_block(s, first, i));
         *first_wall = row.end;
         for entry in row {

@@ -45,7 +45,8 @@ impl WithSimd for Work<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, _: S) -> u32 {
         let (s, first) = (self.s, self.first);
-        let Sums { of_grains, first_wall } = forces_of_grains(s, first, self.member_force.len(), &mut self.lists);
+        let Sums { of_grains, first_wall } =
+            forces_of_grains(s, first, first..first + self.member_force.len(), &mut self.lists);
         let mut bad = 0;
         for (k, (member_force, member_torque)) in self.member_force.iter_mut().zip(self.member_torque).enumerate() {
             let (i, mut sum) = (first + k, of_grains[k]);

@@ -13,7 +13,7 @@ use crate::{
 pub fn step(model: &Model) -> Plan {
     let clumps = model.grains == Grains::Clumps;
     plan([
-        run(&ADVANCE).when(!clumps),
+        plan([run(&ADVANCE), run(&ADVANCE_LARGE).when(model.large_grains)]).when(!clumps),
         plan([run(&MEMBER_FORCES), run(&INTEGRATE_CLUMPS), run(&PLACE_MEMBERS)]).when(clumps),
         run(&MOVE_WALLS).when(model.moving_walls),
         exchange(model),

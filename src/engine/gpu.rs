@@ -3,7 +3,7 @@
 use super::{Engine, Times};
 use crate::{
     error::{Error, Result},
-    gpu::{Arrays, Binding, Device, Layout, Program, Stopwatch, compose, images, workgroups},
+    gpu::{Arrays, Binding, Device, Layout, Program, Stopwatch, compose, folded, images, workgroups},
     memory,
     model::Model,
     plan::Op,
@@ -362,6 +362,7 @@ impl Kernel {
 fn groups(dispatch: &Dispatch, sizes: &Sizes) -> (u32, u32) {
     match dispatch {
         Dispatch::OneGroup => (1, 1),
+        Dispatch::GroupEach(items) => folded(items(sizes)),
         Dispatch::Items(items) => workgroups(items(sizes)),
     }
 }

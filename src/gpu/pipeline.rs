@@ -9,9 +9,14 @@ const WORKGROUP: usize = 64;
 /// Workgroups a dispatch may have along one dimension.
 const GROUPS_PER_DIMENSION: usize = 65_535;
 
-/// Workgroups with an invocation for every item; more than fit into one dimension are folded into two.
+/// Workgroups with an invocation for every item.
 pub fn workgroups(items: usize) -> (u32, u32) {
-    let groups = items.max(1).div_ceil(WORKGROUP);
+    folded(items.div_ceil(WORKGROUP))
+}
+
+/// At least so many workgroups, and one; more than fit into one dimension are folded into two.
+pub fn folded(groups: usize) -> (u32, u32) {
+    let groups = groups.max(1);
     let y = groups.div_ceil(GROUPS_PER_DIMENSION);
     (groups.div_ceil(y) as u32, y as u32)
 }

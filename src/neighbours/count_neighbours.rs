@@ -2,9 +2,10 @@
 //! right side of every wall.
 
 use crate::{
-    body::grains::same_grain,
-    contact::geometry::closer_than,
-    neighbours::grid::for_candidates,
+    neighbours::{
+        grid::{counting_slack, search},
+        levels::{entries_across, level_of},
+    },
     space::{
         precision::position_low_of,
         walls::{is_crossed, wall_separation},
@@ -36,11 +37,9 @@ pub fn count_neighbours(s: &mut State) {
 fn entries_of(s: &State, i: usize) -> (u32, bool) {
     let here = &s.position[i];
     let fixed = s.velocity[i].inverse_mass == 0.0;
-    let reach = s.params.margin + 1e-5 * here.radius;
-    let mut entries = 0;
-    for_candidates(s, here.x, |j| {
-        entries += u32::from(closer_than(s, here, &s.position[j], reach) & !same_grain(s, i, j))
-    });
+    let reach = s.params.margin + counting_slack(&s.level[level_of(s, here.radius)]);
+    let mut entries = entries_across(s, i) as u32;
+    search(s, i, reach, |_, near| entries += u32::from(near));
     let mut crossed = false;
     if !fixed {
         for wall in &s.wall[..s.sizes.walls] {

@@ -5,7 +5,7 @@ use crate::{contact::history::active_contacts, space::dimension::largest, state:
 use rayon::prelude::*;
 
 pub fn displacement_check(s: &mut State) {
-    if s.list_start[s.sizes.bodies] as usize > s.neighbour.len() {
+    if !s.lists_fit() {
         return;
     }
     let of_body = |i: usize| {

@@ -1,78 +1,111 @@
-//! Twin of `shaders/neighbours/grid.wgsl`: the wrapping grid of the broad phase.
+//! Twin of `shaders/neighbours/grid.wgsl`: the hierarchical grid of the broad phase, whose levels wrap around.
 
-use crate::{body::grains::same_grain, contact::geometry::closer_than, space::dimension::cell_coordinates};
 use crate::{
-    model::{Grains, Precision},
-    state::State,
+    body::{blocks::BLOCK, grains::same_grain},
+    contact::geometry::closer_than,
+    neighbours::levels::level_of,
+    space::dimension::cell_coordinates,
+};
+use crate::{
+    model::Precision,
+    state::{Level, Position, State},
 };
 use glam::{DVec3, IVec3, UVec3};
 use rayon::prelude::*;
 
-/// Cell of a point, by axis of the grid, in the precision of the model: where a grain lies on the border of two cells,
-/// rounding decides, and must decide as on the device.
+/// What is within reach by a hair is looked at too, so that rounding cannot hide a neighbour.
+pub const HAIR: f64 = 1.001;
+
+/// Cell of a point, by axis of the grid, before the grid wraps around; in the precision of the model: where a grain lies
+/// on the border of two cells, rounding decides, and must decide as on the device.
 #[inline(always)]
-pub fn cell_of(s: &State, x: DVec3) -> UVec3 {
-    let size = s.params.cells.as_ivec3();
+fn cell_of(s: &State, x: DVec3, level: &Level) -> IVec3 {
     let scaled = match s.model.precision {
-        Precision::Single => {
-            ((x.as_vec3() - s.params.cell_origin.as_vec3()) * s.params.inverse_cell.as_vec3()).as_dvec3()
-        }
-        Precision::Double => (x - s.params.cell_origin) * s.params.inverse_cell,
+        Precision::Single => ((x.as_vec3() - s.params.cell_origin.as_vec3()) * level.inverse_cell.as_vec3()).as_dvec3(),
+        Precision::Double => (x - s.params.cell_origin) * level.inverse_cell,
     };
     let at = cell_coordinates(scaled);
-    let c = s.params.axes.to_array().map(|axis| at[axis as usize]);
-    let c = IVec3::from_array(c) % size;
-    ((c + size) % size).as_uvec3()
+    IVec3::from_array(s.params.axes.to_array().map(|axis| at[axis as usize]))
 }
 
-/// Position of a cell in the arrays.
-pub fn cell_index(s: &State, c: UVec3) -> usize {
-    (c.x + s.params.cells.x * (c.y + s.params.cells.y * c.z)) as usize
-}
-
-/// Coordinates along an axis of the cells around a cell, itself included; an axis of one or two cells is walked once.
-fn along(s: &State, c: UVec3, axis: usize) -> impl Iterator<Item = u32> {
-    let cells = s.params.cells[axis];
-    let around = if cells < 3 { [0, 1, 2] } else { [c[axis] + cells - 1, c[axis], c[axis] + 1].map(|at| at % cells) };
-    around.into_iter().take(cells.min(3) as usize)
-}
-
-/// The indices of the grains in the cells around a point; the grains are in the order of the cells. Every row of cells
-/// has two spans: the cells next to the point's, and what lies around the corner if that is at an end of the row.
 #[inline(always)]
-pub fn for_candidates(s: &State, x: DVec3, mut visit: impl FnMut(usize)) {
-    let (c, size) = (cell_of(s, x), s.params.cells);
-    let spans = match c.x {
-        _ if size.x < 3 => [0..size.x, 0..0],
-        0 => [0..2, size.x - 1..size.x],
-        x if x == size.x - 1 => [x - 1..size.x, 0..1],
-        x => [x - 1..x + 2, 0..0],
-    };
-    for z in along(s, c, 2) {
-        for y in along(s, c, 1) {
-            let row = size.x * (y + size.y * z);
-            for span in &spans {
-                let grain = |cell: u32| s.cell_start[(row + cell) as usize] as usize;
-                (grain(span.start)..grain(span.end)).for_each(&mut visit);
-            }
-        }
-    }
+fn wrapped(c: IVec3, cells: UVec3) -> UVec3 {
+    let size = cells.as_ivec3();
+    ((c % size + size) % size).as_uvec3()
 }
 
-/// The candidates for the list of grain i, each with whether it is closer than this, m. Which of them are is hard to
-/// guess, so better take the answer as a number.
-#[inline(always)]
-pub fn search(s: &State, i: usize, gap: f64, mut visit: impl FnMut(usize, bool)) {
-    let here = &s.position[i];
-    let fixed = s.velocity[i].inverse_mass == 0.0;
-    for_candidates(s, here.x, |j| {
-        let pinned = fixed && s.velocity[j].inverse_mass == 0.0;
-        let apart = s.model.grains == Grains::Spheres || !same_grain(s, i, j);
-        visit(j, closer_than(s, here, &s.position[j], gap) & (j != i) & !pinned && apart);
-    });
+/// Cell of a grain, among the cells of all levels.
+fn cell_index(s: &State, here: &Position) -> usize {
+    let level = &s.level[level_of(s, here.radius)];
+    let c = wrapped(cell_of(s, here.x, level), level.cells);
+    (level.first_cell + c.x + level.cells.x * (c.y + level.cells.y * c.z)) as usize
 }
 
 /// The cell of every grain.
 pub fn cells(s: &State) -> Vec<usize> {
-    s.position[..s.sizes.bodies].par_iter().map(|position| cell_index(s, cell_of(s, position.x))).collect()
+    s.position[..s.sizes.bodies].par_iter().map(|position| cell_index(s, position)).collect()
+}
+
+/// The spans of cells of a level that surround a grain: every row has two, what comes before the end of the row, and
+/// what lies around the corner.
+#[inline(always)]
+pub fn for_spans(s: &State, here: &Position, level: &Level, mut visit: impl FnMut(std::ops::Range<u32>)) {
+    let reach = DVec3::splat(HAIR * (here.radius + level.radius + s.params.margin + s.params.position_slack));
+    let (lower, upper) = (cell_of(s, here.x - reach, level), cell_of(s, here.x + reach, level));
+    let (first, cells) = (wrapped(lower, level.cells), level.cells);
+    let count = ((upper - lower).as_uvec3() + UVec3::ONE).min(cells);
+    let end = first.x + count.x;
+    for z in first.z..first.z + count.z {
+        for y in first.y..first.y + count.y {
+            let begin = level.first_cell + cells.x * (y % cells.y + cells.y * (z % cells.z));
+            visit(begin + first.x..begin + end.min(cells.x));
+            visit(begin..begin + end.max(cells.x) - cells.x);
+        }
+    }
+}
+
+/// The indices of the grains in the cells of a level that surround a grain; grains are in the order of the cells.
+#[inline(always)]
+pub fn for_candidates(s: &State, here: &Position, level: &Level, mut visit: impl FnMut(usize)) {
+    for_spans(s, here, level, |span| {
+        let grain = |cell: u32| s.cell_start[cell as usize] as usize;
+        (grain(span.start)..grain(span.end)).for_each(&mut visit);
+    });
+}
+
+/// The candidates for the list of grain i on its own level, each with whether it is closer than this, m. Which of them
+/// are is hard to guess, so better take the answer as a number.
+#[inline(always)]
+pub fn search(s: &State, i: usize, gap: f64, mut visit: impl FnMut(usize, bool)) {
+    let here = &s.position[i];
+    for_candidates(s, here, &s.level[level_of(s, here.radius)], |j| {
+        visit(j, closer_than(s, here, &s.position[j], gap) & !same_grain(s, i, j));
+    });
+}
+
+/// The pairs of grains of two levels that are closer than lists reach, and by some slack more: in runs of finer grains.
+pub fn pairs_across_levels(s: &State, slack: impl Fn(&Level) -> f64 + Sync) -> Vec<Vec<(usize, usize)>> {
+    let coarser = |i: usize| s.level[level_of(s, s.position[i].radius) + 1..].iter();
+    let of_run = |run: usize| {
+        let mut pairs = Vec::new();
+        for i in run * BLOCK..((run + 1) * BLOCK).min(s.sizes.bodies) {
+            let here = &s.position[i];
+            for level in coarser(i) {
+                let reach = s.params.margin + slack(level);
+                for_candidates(s, here, level, |j| {
+                    if closer_than(s, here, &s.position[j], reach) && !same_grain(s, i, j) {
+                        pairs.push((i, j));
+                    }
+                });
+            }
+        }
+        pairs
+    };
+    (0..s.sizes.bodies.div_ceil(BLOCK)).into_par_iter().map(of_run).collect()
+}
+
+/// How much further than lists are filled their entries are counted, m, so that rounding can never make more of them
+/// than were counted.
+pub fn counting_slack(level: &Level) -> f64 {
+    1e-5 * level.radius
 }

@@ -4,14 +4,14 @@
 use super::*;
 use crate::{
     body::plan::exchange_bodies,
-    model::{History, Model},
+    model::{History, Levels, Model},
     plan::*,
     state::array::*,
 };
 
 /// New lists.
 pub fn lists(model: &Model) -> Plan {
-    plan([sort(model), repeat(Loop::UntilListsFit, plan([forget(), fill()]))])
+    plan([sort(model), repeat(Loop::UntilListsFit, plan([forget(), fill(model)]))])
 }
 
 /// New lists if the old ones have served, then steps, and how far they have brought the grains. All of it is submitted
@@ -24,7 +24,7 @@ pub fn chunk(model: &Model, step: &Plan) -> Plan {
             Loop::UntilListsFit,
             plan([
                 forget(),
-                repeat(Loop::IfGrainsAreSorted, fill()),
+                repeat(Loop::IfGrainsAreSorted, fill(model)),
                 repeat(Loop::Steps, step.clone()),
                 run(&DISPLACEMENT_CHECK),
                 repeat(Loop::HaltedSteps, swap_again(&step.swaps())),
@@ -55,6 +55,15 @@ fn sort(model: &Model) -> Plan {
 }
 
 /// Neighbour lists of sorted grains, with the history of their contacts.
-fn fill() -> Plan {
-    plan([run(&COUNT_NEIGHBOURS), run_all(&SCAN_LISTS), run(&FILL_NEIGHBOURS)])
+fn fill(model: &Model) -> Plan {
+    let several = model.levels == Levels::Several;
+    plan([
+        plan([clear([&ACROSS, &ACROSS_FILLED]), run(&COUNT_ACROSS_LEVELS)]).when(several),
+        run(&COUNT_NEIGHBOURS),
+        run_all(&SCAN_LISTS),
+        run(&FILL_NEIGHBOURS),
+        run(&FILL_ACROSS_LEVELS).when(several),
+        run(&ORDER_NEIGHBOURS),
+        run(&ORDER_LONG_LISTS).when(model.large_grains),
+    ])
 }

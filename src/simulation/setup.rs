@@ -1,6 +1,7 @@
 //! What a scene implies before an engine is chosen: parameters, grid, state at time 0, plans.
 
 use super::{
+    grid,
     lists::LEAST_LENGTH,
     options::{EngineChoice, Options},
 };
@@ -25,13 +26,13 @@ use crate::{
         },
     },
     state::{
-        ARRAYS, Column, Length, Orientation, PARTIAL_SUMS, Packed, Params, Position, PositionLow, RotationIterations,
-        Sizes, Spin, State, Velocity, VelocityLow, Wall, present,
+        ARRAYS, Column, Length, Level, Orientation, PARTIAL_SUMS, Packed, Params, Position, PositionLow,
+        RotationIterations, Sizes, Spin, State, Velocity, VelocityLow, Wall, present,
     },
     time_step,
     units::{Quantity, Units, power_of_two},
 };
-use glam::{DVec3, DVec4, UVec3};
+use glam::{DVec3, DVec4};
 
 /// Everything a scene implies before an engine is chosen: the state at time 0, its plans, and the time step's bound.
 pub struct Setup {
@@ -50,17 +51,18 @@ impl Setup {
         // The CPU engine has only f64.
         let precision = if options.engine == EngineChoice::Cpu { Precision::Double } else { options.precision };
         let model = Model::of(assembly, precision);
-        let params = params(assembly, &model, dt);
+        let (params, level) = params(assembly, &model, dt);
         let units = units(assembly, &model, dt, dt_bound);
         let bodies = assembly.grains.len();
-        let cells = params.cells.as_u64vec3();
         let guess = bodies * if assembly.dimension == 2 { 4 } else { 6 };
         let sizes = Sizes {
             bodies,
+            large: params.large as usize,
             clumps: assembly.clumps.len(),
             walls: assembly.walls.len(),
             materials: assembly.materials.len(),
-            cells: (cells.x * cells.y * cells.z) as usize,
+            levels: level.len(),
+            cells: params.cells as usize,
             entries: options.entries.unwrap_or(guess).max(LEAST_LENGTH),
             history: LEAST_LENGTH,
             contacts: (guess / 2).max(LEAST_LENGTH),
@@ -69,6 +71,11 @@ impl Setup {
         memory::check_host(bodies as u64 * memory::BYTES_PER_GRAIN)?;
         let range = range(&params, &model, assembly);
         let mut state = State { units, range, ..State::new(model, sizes, params) };
+        state.level = level;
+        if precision == Precision::Single {
+            // As the grains on it have it.
+            state.level.iter_mut().for_each(|l| l.radius = state.units.rounded(Quantity::Length, l.radius));
+        }
         fill(&mut state, assembly);
         if precision == Precision::Single {
             check_range(&state)?;
@@ -92,11 +99,11 @@ const LOAD_ROUNDINGS: f64 = 4.0;
 fn units(assembly: &Assembly, model: &Model, dt: f64, dt_bound: f64) -> Units {
     let grains = assembly.grains.len() as f64;
     let mass = |g: &Grain| time_step::mass(model.dimension, assembly.materials[g.material as usize].density, g.radius);
-    let mean = |of: &dyn Fn(&Grain) -> f64| assembly.grains.iter().map(of).sum::<f64>() / grains;
+    let mean_mass = assembly.grains.iter().map(mass).sum::<f64>() / grains;
     let rigid = model.method == model::Method::ContactDynamics;
     Units {
-        length: power_of_two(mean(&|g| g.radius)),
-        mass: power_of_two(mean(&mass)),
+        length: power_of_two(assembly.mean_radius()),
+        mass: power_of_two(mean_mass),
         time: power_of_two(if rigid || !dt_bound.is_finite() { dt } else { dt_bound.max(dt) }),
         elastic: model.normal == model::Normal::Hertz,
         rates: model.damping == model::Damping::MassScaled,
@@ -104,9 +111,9 @@ fn units(assembly: &Assembly, model: &Model, dt: f64, dt_bound: f64) -> Units {
     }
 }
 
-fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
+fn params(assembly: &Assembly, model: &Model, dt: f64) -> (Params, Vec<Level>) {
     let grains = &assembly.grains;
-    let mean_radius = grains.iter().map(|g| g.radius).sum::<f64>() / grains.len() as f64;
+    let mean_radius = assembly.mean_radius();
     let smallest = grains.iter().map(|g| g.radius).fold(f64::INFINITY, f64::min);
     let largest = grains.iter().map(|g| g.radius).fold(0.0, f64::max);
     let margin = assembly.solver.margin * mean_radius;
@@ -130,8 +137,8 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
         turn_limit: time_step::MOST_TURN,
         gap_band: GAP_BAND * smallest,
         pair: parameters(&assembly.pairs[0]),
-        cells: UVec3::ONE,
         bodies: grains.len() as u32,
+        large: assembly.large_grains() as u32,
         clumps: assembly.clumps.len() as u32,
         walls: assembly.walls.len() as u32,
         materials: assembly.materials.len() as u32,
@@ -141,14 +148,9 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> Params {
     set_relaxation(&mut p, assembly, model.precision, mean_radius);
     set_quanta(&mut p, assembly, model, largest);
     let range = range(&p, model, assembly);
-    set_domain(&mut p, assembly, model, largest, range);
-    limit_cells(&mut p, assembly, model.dims());
-    // The long way around last, so that what is near in space is near in memory.
-    let mut axes = [0, 1, 2];
-    axes.sort_by_key(|axis| if p.cells[*axis] == 1 { u32::MAX } else { p.cells[*axis] });
-    p.axes = UVec3::from_array(axes.map(|axis| axis as u32));
-    p.cells = UVec3::from_array(axes.map(|axis| p.cells[axis]));
-    p
+    set_domain(&mut p, assembly, model, range);
+    let levels = grid::levels(&mut p, assembly, model, range);
+    (p, levels)
 }
 
 /// Of contact dynamics.
@@ -190,61 +192,23 @@ fn range(p: &Params, model: &Model, assembly: &Assembly) -> f64 {
     }
 }
 
-/// Faces or periods, and cells that hold a neighbour's reach.
-fn set_domain(p: &mut Params, assembly: &Assembly, model: &Model, largest: f64, range: f64) {
-    let grains = &assembly.grains;
-    let single = model.precision == Precision::Single;
-    // A hair wider than the reach of the lists, so that rounding cannot hide a neighbour two cells away.
-    let slack = if single { QUANTA_OF_SLACK * (quantum(range / 4.0) - p.quantum) } else { 0.0 };
-    let edge = 1.001 * (2.0 * largest + p.margin + p.position_slack + slack);
+/// Faces or periods.
+fn set_domain(p: &mut Params, assembly: &Assembly, model: &Model, range: f64) {
     let domain = &assembly.domain;
     for axis in 0..model.dims() {
-        let positions = || grains.iter().map(|g| g.position[axis]);
         let (lower, upper) = (domain.lower[axis], domain.upper[axis]);
         if domain.periodic[axis] {
             p.period[axis] = upper - lower;
             p.inverse_period[axis] = 1.0 / p.period[axis];
-            if single {
+            if model.precision == Precision::Single {
                 let whole = quantised(p, p.period)[axis];
                 (p.period_low[axis], p.period[axis]) = (p.period[axis] - whole, whole);
             }
             p.cell_origin[axis] = lower;
-            p.cells[axis] = (p.period[axis] / edge).floor().clamp(1.0, 1e6) as u32;
-            p.inverse_cell[axis] = f64::from(p.cells[axis]) / p.period[axis];
         } else {
             p.lower[axis] = lower.max(-range);
             p.upper[axis] = upper.min(range);
-            p.cell_origin[axis] = positions().fold(f64::INFINITY, f64::min);
-            let extent = positions().fold(f64::NEG_INFINITY, f64::max) - p.cell_origin[axis];
-            p.cells[axis] = ((extent / edge).floor() + 1.0).clamp(1.0, 1e6) as u32;
-            p.inverse_cell[axis] = 1.0 / edge;
-        }
-    }
-}
-
-/// Fewer cells than there would be memory for.
-fn limit_cells(p: &mut Params, assembly: &Assembly, dims: usize) {
-    let domain = &assembly.domain;
-    // Open axes wrap around, so fewer cells are always right; a sparse scene need not pay for its emptiness.
-    let budget = (2 * assembly.grains.len() as u64).max(64);
-    loop {
-        let total: u64 = p.cells.to_array().iter().map(|c| u64::from(*c)).product();
-        let open = (0..dims).filter(|a| !domain.periodic[*a]).max_by_key(|a| p.cells[*a]);
-        match open {
-            Some(axis) if total > budget && p.cells[axis] > 3 => p.cells[axis] = p.cells[axis].div_ceil(2).max(3),
-            _ => break,
-        }
-    }
-    // A periodic axis must be divided exactly, so there emptiness is paid for with larger cells.
-    loop {
-        let total: u64 = p.cells.to_array().iter().map(|c| u64::from(*c)).product();
-        let axis = (0..dims).filter(|a| domain.periodic[*a]).max_by_key(|a| p.cells[*a]);
-        match axis {
-            Some(axis) if total > 4 * budget && p.cells[axis] > 3 => {
-                p.cells[axis] = p.cells[axis].div_ceil(2).max(3);
-                p.inverse_cell[axis] = f64::from(p.cells[axis]) / p.period[axis];
-            }
-            _ => break,
+            p.cell_origin[axis] = assembly.grains.iter().map(|g| g.position[axis]).fold(f64::INFINITY, f64::min);
         }
     }
 }

@@ -1,0 +1,9 @@
+//! Twin of `shaders/dem/advance_large.wgsl`: what `advance` does, for the large grains.
+
+use crate::{dem::advance::advance_bodies, state::State};
+
+pub fn advance_large(s: &mut State) {
+    if s.halt[0] == 0 {
+        advance_bodies(s, s.sizes.bodies - s.sizes.large..s.sizes.bodies);
+    }
+}
