@@ -10,7 +10,7 @@ use super::{
     trial::{self, Backend, Cost, Setting, Trial, automatic_step, displacement},
 };
 use crate::{
-    check::balance::balances,
+    check::balance::{BALANCED_STEPS, balances},
     error::{Error, Result},
     model::Precision,
     scene::{Assembly, Grain, Solver},
@@ -24,8 +24,6 @@ const MOST: usize = 1000;
 const HORIZON: u64 = 480;
 /// Particle-steps spent on reaching contact.
 const PATIENCE: f64 = 1e7;
-/// Steps over which momentum has to balance.
-const BALANCED_STEPS: u64 = 100;
 const FACTORS: [f64; 6] = [0.25, 0.5, 1.0, 2.0, 3.0, 4.0];
 
 /// What was tried, and what is best.

@@ -17,6 +17,9 @@ use crate::{
 };
 use glam::DVec3;
 
+/// Steps over which benchmarks look at balances.
+pub const BALANCED_STEPS: u64 = 100;
+
 /// What was gained and what should have been, over what came and went; worst of all grains.
 #[derive(Clone, Copy, Debug)]
 pub struct Balance {

@@ -41,6 +41,9 @@ pub struct Sample {
     /// pulled for one step, J.
     #[serde(skip)]
     pub step_energy: f64,
+    /// Contact dynamics: the last step was not solved, so that its forces are none.
+    #[serde(skip)]
+    pub unsolved: bool,
 }
 
 impl Sample {
@@ -68,10 +71,11 @@ impl Sample {
         }
     }
 
-    /// Whether the grains are at rest: forces are balanced to this ratio, and the grains do not merely pass through
+    /// Whether the grains are at rest: forces are there, balanced to this ratio, and the grains do not merely pass through
     /// balance, because their kinetic energy is as small a part of the energy in the contacts.
     pub fn at_rest(&self, tolerance: f64) -> bool {
-        self.contacts > 0
+        !self.unsolved
+            && self.contacts > 0
             && self.unbalanced_force_ratio < tolerance
             && self.kinetic_energy <= tolerance * self.elastic_energy.max(self.step_energy)
     }

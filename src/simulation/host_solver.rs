@@ -10,7 +10,7 @@ use crate::{
     error::Result,
     model::Grains as Kind,
     nscd::{
-        contact::{active_entries, entry_of, impulse_inverse_mass, relative_velocity},
+        contact::{NO_SPEED, active_entries, entry_of, impulse_inverse_mass, relative_velocity},
         response::{grain_of, inverse_inertia_of, point_response},
     },
     scene::Relaxation,
@@ -72,14 +72,21 @@ struct Grains<I> {
     contact_ids: Vec<Contact>,
     grains: Vec<Grain<I>>,
     reference: f64,
+    /// m/s, what acts on the contacts.
+    speeds: Vec<f64>,
 }
 
 impl<I: Inertia> Grains<I> {
     /// The contacts of a state. Body i belongs to the grain `of_body(i).0`, from whose centre it lies `of_body(i).1`
     /// away.
     fn new(s: &State, grains: Vec<Grain<I>>, of_body: impl Fn(usize) -> (usize, DVec3)) -> Grains<I> {
-        let mut grains =
-            Grains { dims: s.model.dims(), contact_ids: Vec::new(), grains, reference: s.solver_state[0].scale };
+        let mut grains = Grains {
+            dims: s.model.dims(),
+            contact_ids: Vec::new(),
+            grains,
+            reference: s.solver_state[0].scale,
+            speeds: Vec::new(),
+        };
         for i in 0..s.sizes.bodies {
             for entry in active_entries(s, i) {
                 let j = (s.neighbour[entry] & INDEX) as usize;
@@ -118,6 +125,7 @@ impl<I: Inertia> Grains<I> {
         };
         contact.free = contact.in_frame(s.free_contact_velocity[entry].0);
         self.contact_ids.push(contact);
+        self.speeds.push(geometry.speed.max(NO_SPEED));
     }
 }
 
@@ -154,6 +162,10 @@ impl<I: Inertia> Operator for Grains<I> {
 
     fn reference(&self) -> f64 {
         self.reference
+    }
+
+    fn speeds(&self) -> Option<&[f64]> {
+        Some(&self.speeds)
     }
 
     fn free(&self) -> Self::State {

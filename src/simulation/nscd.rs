@@ -48,6 +48,8 @@ pub struct SolverStatistics {
     pub residual_sum: f64,
     pub residual_max: f64,
     pub last_residual: f64,
+    /// Whether the last step was left unsolved.
+    pub last_unsolved: bool,
     /// Largest friction beyond the Coulomb limit over the largest normal impulse, of the last step.
     pub last_excess: f64,
     /// Solvers that solve contacts one by one: updates that found no solution, also those of steps done again.
@@ -59,6 +61,7 @@ impl SolverStatistics {
         let residual = end.residual;
         self.steps += 1;
         self.unconverged += u64::from(!solved);
+        self.last_unsolved = !solved;
         self.iterations += u64::from(passes);
         self.residual_sum += residual;
         self.residual_max = if residual.is_nan() { f64::INFINITY } else { self.residual_max.max(residual) };
@@ -124,10 +127,6 @@ struct Step<'a> {
     solved: bool,
     /// The least residual that a look has seen, after so many passes.
     best: (f64, u32),
-    /// Of a solver on the host: the relative residual, a norm over all contacts, that it is to reach next, and whether
-    /// it has reached the last one.
-    host_tolerance: f64,
-    host_converged: bool,
     coloring: Coloring,
     /// Why the step is taken back, if it lost a grain.
     lost: Option<Error>,
@@ -143,8 +142,6 @@ impl<'a> Step<'a> {
             end: SolverState::default(),
             solved: false,
             best: (f64::INFINITY, 0),
-            host_tolerance: 0.0,
-            host_converged: true,
             coloring: Coloring::default(),
             lost: None,
             nscd,
@@ -162,7 +159,6 @@ impl<'a> Step<'a> {
         self.batch = (self.nscd.enough * 3 / 4).clamp(LEAST_AT_ONCE, MOST_AT_ONCE);
         self.end = SolverState { residual: f64::INFINITY, ..SolverState::default() };
         self.best = (f64::INFINITY, 0);
-        self.host_tolerance = self.nscd.relaxation.tolerance;
         self.coloring = Coloring::default();
     }
 }
@@ -176,13 +172,8 @@ impl Driver for Step<'_> {
     fn solve_on_host(&mut self) -> Result<()> {
         self.runner.submit()?;
         let passes = self.passes;
-        let left = Relaxation {
-            max_iterations: self.nscd.relaxation.max_iterations - passes,
-            tolerance: self.host_tolerance,
-            ..self.nscd.relaxation
-        };
+        let left = Relaxation { max_iterations: self.nscd.relaxation.max_iterations - passes, ..self.nscd.relaxation };
         let solution = host_solver::solve_step(self.runner, &left, self.began)?;
-        self.host_converged = solution.converged;
         self.nscd.statistics.local_failures += solution.local_failures as u64;
         self.nscd.residual_history.extend(solution.history.iter().map(|record| ResidualRecord {
             passes: passes + record.pass as u32,
@@ -294,12 +285,8 @@ impl Step<'_> {
             return Ok(true);
         }
         if self.on_host {
-            // Pairs that were left out may have met; then once more, with them. Or the norm is small, but a contact's
-            // own residual is not yet.
-            if late_contacts == 0 {
-                self.host_tolerance *= (0.5 * tolerance / residual).min(0.5);
-            }
-            return Ok(round == HOST_ROUNDS || (late_contacts == 0 && !self.host_converged));
+            // Pairs that were left out may have met; then once more, with them.
+            return Ok(late_contacts == 0 || round == HOST_ROUNDS);
         }
         // As many as it takes if the residual goes on falling as it has since the last look, but no more than a quarter
         // of what there were.

@@ -41,6 +41,7 @@ impl Simulation {
         Ok(Sample {
             iterations: Some(solved.last_iterations),
             residual: Some(solved.last_residual),
+            unsolved: solved.last_unsolved,
             coulomb_excess: Some(solved.last_excess),
             step_energy: 0.5 * mass * (pull * p.dt).powi(2),
             ..sample

@@ -9,7 +9,7 @@ use crate::solve::{
     natural_map::disc_update,
     operator::Operator,
     options::{Options, Order},
-    residual::contacts,
+    residual::{contacts, measured},
     solution::{Monitor, Solution},
 };
 use glam::DVec3;
@@ -54,11 +54,10 @@ impl<O: Operator> Sweep<'_, O> {
         self.operator.set(&mut self.state, &self.r);
     }
 
-    /// Relative to the reference. The velocities are known, so this is no pass.
+    /// The velocities are known, so this is no pass.
     fn residual(&self) -> f64 {
-        let part = |k: usize| self.contacts[k].natural_map(self.r[k], self.operator.velocity(&self.state, k));
-        let sum: f64 = (0..self.r.len()).map(|k| part(k).length_squared()).sum();
-        sum.sqrt() / self.operator.reference()
+        let u: Vec<DVec3> = (0..self.r.len()).map(|k| self.operator.velocity(&self.state, k)).collect();
+        measured(self.operator, self.contacts, &self.r, &u)
     }
 }
 

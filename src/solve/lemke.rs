@@ -11,7 +11,7 @@ use crate::solve::{
     operator::Operator,
     options::Options,
     problem::Problem,
-    residual::{contacts, relative},
+    residual::{contacts, measured},
     solution::{Record, Solution},
 };
 use glam::DVec3;
@@ -66,7 +66,7 @@ pub fn solve(problem: &Problem, options: &Options) -> Result<Solution> {
         .collect();
     let mut u = problem.free();
     problem.set(&mut u, &r);
-    let residual = relative(&contacts, &r, &u, problem.reference());
+    let residual = measured(problem, &contacts, &r, &u);
     let seconds = started.elapsed().as_secs_f64();
     Ok(Solution {
         converged: residual <= options.tolerance,

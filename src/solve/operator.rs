@@ -30,6 +30,12 @@ pub trait Operator {
     /// The velocity that residuals are relative to, > 0.
     fn reference(&self) -> f64;
 
+    /// Velocities that residuals of single contacts are relative to, > 0, if the largest of these is asked for, and not
+    /// their norm over the reference.
+    fn speeds(&self) -> Option<&[f64]> {
+        None
+    }
+
     /// The state without any impulse.
     fn free(&self) -> Self::State;
 

@@ -58,6 +58,7 @@ pub struct Problem {
     q: Vec<DVec3>,
     mu: Vec<f64>,
     reference: f64,
+    speeds: Option<Vec<f64>>,
     asymmetry: f64,
 }
 
@@ -143,7 +144,7 @@ impl Problem {
         let flat: Vec<f64> = q.iter().flat_map(|q| q.to_array().into_iter().take(dims)).collect();
         let mu: Vec<f64> = (0..n).map(|k| operator.mu(k)).collect();
         let problem = Problem::assemble(dims, blocks, &flat, &mu)?;
-        Ok(Problem { reference: operator.reference(), ..problem })
+        Ok(Problem { reference: operator.reference(), speeds: operator.speeds().map(<[f64]>::to_vec), ..problem })
     }
 
     fn assemble(dims: usize, blocks: BTreeMap<(usize, usize), DMat3>, q: &[f64], mu: &[f64]) -> Result<Problem> {
@@ -199,6 +200,7 @@ impl Problem {
             mu: mu.to_vec(),
             // Where q = 0 so is r, and any divisor serves.
             reference: if norm > 0.0 { norm } else { 1.0 },
+            speeds: None,
             asymmetry,
         })
     }
@@ -246,6 +248,10 @@ impl Operator for Problem {
 
     fn reference(&self) -> f64 {
         self.reference
+    }
+
+    fn speeds(&self) -> Option<&[f64]> {
+        self.speeds.as_deref()
     }
 
     fn free(&self) -> Vec<DVec3> {

@@ -21,7 +21,15 @@ pub fn residual<O: Operator>(operator: &O, r: &[DVec3]) -> f64 {
     relative(&contacts(operator), r, &u, operator.reference())
 }
 
-/// The same where contacts and velocities are known already.
+/// How far impulses are from a solution in the measure of the operator, where contacts and velocities are known already.
+pub fn measured<O: Operator>(operator: &O, contacts: &[Contact], r: &[DVec3], u: &[DVec3]) -> f64 {
+    let Some(speeds) = operator.speeds() else { return relative(contacts, r, u, operator.reference()) };
+    let of = |k: usize| contacts[k].natural_map(r[k], u[k]).length() / speeds[k];
+    // NaN must not pass for small.
+    (0..r.len()).map(of).fold(0.0, |worst, part| if part <= worst { worst } else { part })
+}
+
+/// The same as a norm over a reference.
 pub fn relative(contacts: &[Contact], r: &[DVec3], u: &[DVec3], reference: f64) -> f64 {
     let sum: f64 = contacts.iter().zip(r).zip(u).map(|((c, &r), &u)| c.natural_map(r, u).length_squared()).sum();
     sum.sqrt() / reference

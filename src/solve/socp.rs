@@ -9,7 +9,7 @@ use crate::solve::{
     operator::Operator,
     options::Options,
     problem::Problem,
-    residual::{associated, contacts, relative},
+    residual::{associated, contacts, measured},
     solution::{Record, Solution},
 };
 use clarabel::{
@@ -33,8 +33,7 @@ pub fn solve(problem: &Problem, options: &Options) -> Solution {
     let (n, dims, reference) = (problem.len(), problem.dims(), problem.reference());
     let (mut r, mut u, mut slip) = (vec![DVec3::ZERO; n], problem.q().to_vec(), vec![0.0; n]);
     let measure = |r: &[DVec3], u: &[DVec3]| {
-        let measure = if options.associated { associated } else { relative };
-        measure(&contacts, r, u, reference)
+        if options.associated { associated(&contacts, r, u, reference) } else { measured(problem, &contacts, r, u) }
     };
     let mut best = (measure(&r, &u), r.clone(), u.clone());
     let mut history = vec![Record { pass: 0, residual: best.0, seconds: 0.0 }];

@@ -87,7 +87,7 @@ impl<'a, O: Operator> Monitor<'a, O> {
     fn exact(&mut self, r: &[DVec3]) -> f64 {
         self.other_passes += 1;
         velocities(self.operator, &mut self.state, r, &mut self.u);
-        residual::relative(self.contacts, r, &self.u, self.operator.reference())
+        residual::measured(self.operator, self.contacts, r, &self.u)
     }
 
     /// After a pass that led to `r`: whether to stop.
