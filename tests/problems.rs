@@ -377,7 +377,7 @@ fn asymmetric(problem: &Problem, part: f64, seed: u64) -> packstone::Result<Prob
 /// and the operator see the same mean with the transpose, so that it costs no pass.
 #[test]
 fn what_is_not_quite_symmetric_is_mended() {
-    for name in [NE_SPHERES, BOXES_STACK, PLANE_69] {
+    for name in [NE_SPHERES, BOX_STACKS, PLANE_69] {
         let Some(given) = problem(name) else { continue };
         for part in [1e-5, 1e-3, 0.049] {
             let copy = asymmetric(&given, part, 7).unwrap();

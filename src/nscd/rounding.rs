@@ -40,11 +40,16 @@ fn sums_of_solved_contacts(s: &State) -> Vec<f64> {
     let kick = kick.max(contact_speed(s).powi(2));
     let square = |m: &Velocity| m.v.length_squared().max(kick);
     let energy = squares(&|m| if m.inverse_mass == 0.0 { 0.0 } else { square(m) / m.inverse_mass });
+    // Over the least that acts on a contact.
+    let speeds = s.contact_geometry.iter().map(|geometry| geometry.speed).filter(|speed| *speed > 0.0);
+    let relative = contact_speed(s).max(self::kick(s)) / speeds.fold(f64::INFINITY, f64::min);
     let sums = ResidualSums {
         residual_squared: squares(&square),
         restart_criterion: energy,
         curvature: energy,
         step_squared: energy,
+        largest_residual: relative,
+        resolved_residual: relative,
         coulomb_excess: s.residual_sums.iter().map(|sums| sums.max_normal_impulse).fold(0.0, f64::max),
         ..ResidualSums::default()
     };

@@ -91,6 +91,9 @@ const GAP_BAND: f64 = 1e-4;
 /// The part of the loads of its two grains that the residual of a contact is relative to: far less than the loads,
 /// because the errors of a chain of contacts add up.
 const LOAD_FRACTION: f64 = 5e-5;
+/// The same without gravity, where loads are all that acts on a contact inside of what collides or is squeezed, and no
+/// weight adds up from grain to grain.
+const WEIGHTLESS_LOAD_FRACTION: f64 = 0.1;
 /// Units in the last place of the loads of two grains below which the residual of their contact may be rounding.
 const LOAD_ROUNDINGS: f64 = 4.0;
 
@@ -157,7 +160,8 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> (Params, Vec<Level>) {
 fn set_relaxation(p: &mut Params, assembly: &Assembly, precision: Precision, mean_radius: f64) {
     if let Method::ContactDynamics(relaxation) = assembly.solver.method {
         p.tolerance = relaxation.tolerance;
-        p.load_fraction = LOAD_FRACTION;
+        let weightless = assembly.gravity == DVec3::ZERO;
+        p.load_fraction = if weightless { WEIGHTLESS_LOAD_FRACTION } else { LOAD_FRACTION };
         p.load_rounding = LOAD_ROUNDINGS * precision.epsilon() / relaxation.tolerance;
         p.max_momentum = if relaxation.solver == solve::Solver::Jacobi { 0.0 } else { 1.0 };
         // Slower than what gravity takes away in a step, so that nothing flies up; without gravity something small.
