@@ -149,6 +149,8 @@ pub struct Model {
     pub walls: Walls,
     /// Optional stage: a wall translates, so that walls are integrated too.
     pub moving_walls: bool,
+    /// Optional stages: dissipation and works are added up in every step.
+    pub works: bool,
     /// Optional stages: contact dynamics updates contacts colour by colour, and not all at once.
     pub colored: bool,
     /// In place of passes: the host solves the contacts of contact dynamics.
@@ -203,6 +205,7 @@ impl Model {
             materials: if pairs.windows(2).all(|w| w[0] == w[1]) { Materials::One } else { Materials::Many },
             walls: if assembly.walls.is_empty() { Walls::None } else { Walls::Some },
             moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO),
+            works: assembly.output.works && !rigid,
             colored: solver == Some(Solver::ColouredAccelerated),
             solved_on_host: solver.is_some_and(Solver::is_of_host),
         }
@@ -263,6 +266,7 @@ impl Model {
             self.walls.file(),
             "contact/contacts.wgsl",
             "measure/sums.wgsl",
+            "measure/body_sums.wgsl",
         ];
         match self.method {
             Method::DiscreteElements => files.extend([
@@ -371,6 +375,7 @@ impl Model {
                                         materials,
                                         walls,
                                         moving_walls,
+                                        works: !rigid,
                                         colored,
                                         solved_on_host: false,
                                     });
