@@ -1,7 +1,10 @@
 //! Measurements: sums over grains, contact forces, velocities at the time of the positions; and quantities of the field
 //! from them.
 
+mod add_works;
+mod add_works_of_clumps;
 mod analysis;
+mod body_sums;
 mod contact_forces;
 pub(crate) mod contacts;
 pub(crate) mod energies;
@@ -25,12 +28,13 @@ pub use sizes::{Percentiles, Sizes};
 use contacts::contact_of;
 
 use crate::{
+    body::rotation::spin_of,
     contact::{
         kicks::{kicks_of_bodies, kicks_of_clumps},
         overlap::{largest_force, largest_torque},
     },
     stage::*,
-    state::{Element, PARTIAL_SUMS, PartialSums, State, array},
+    state::{Element, PARTIAL_SUMS, PartialSums, State, Works, array},
 };
 
 /// Grains at rest: what contacts do one by one.
@@ -49,12 +53,31 @@ const SUM_FLOORS: &[MemberFloors] = &[(&array::PARTIAL_SUMS, sums_at_rest)];
 /// The energy, J, that single forces give the heaviest grain in a step, what damping takes of it, W, and the contact
 /// forces that balance, N.
 fn sums_at_rest(s: &State) -> Vec<f64> {
+    at_rest(s).lanes(s.model.dims())
+}
+
+fn at_rest(s: &State) -> PartialSums {
     let lightest = s.velocity.iter().map(|m| m.inverse_mass).filter(|m| *m > 0.0).fold(f64::INFINITY, f64::min);
     let gravity = s.params.dt * s.params.gravity.length();
     let kinetic = 0.5 * gravity.max(kicks_of_bodies(s, contact_of)[0]).powi(2) / lightest;
     let net_force = s.partial_sums.iter().map(|part| part.contact_force).fold(0.0, f64::max);
     let dissipation = 2.0 * kinetic * s.params.damping.max(1.0 / s.params.dt);
-    PartialSums { kinetic, net_force, dissipation, ..PartialSums::default() }.lanes(s.model.dims())
+    PartialSums { kinetic, net_force, dissipation, sliding: dissipation, ..PartialSums::default() }
+}
+
+/// The same of works: what a step does at least to a grain that balances.
+const WORK_FLOORS: &[MemberFloors] = &[(&array::WORKS, works_at_rest)];
+
+fn works_at_rest(s: &State) -> Vec<f64> {
+    let force = largest_force(s);
+    let speed = |v: f64, spin: f64, radius: f64| v + spin.abs() * radius;
+    let walls = s.wall.iter().map(|w| speed(w.velocity.length(), w.spin, w.radius)).fold(0.0, f64::max);
+    let fixed = |i: &usize| s.velocity[*i].inverse_mass == 0.0;
+    let fastest = |i: usize| speed(s.velocity[i].v.length(), spin_of(s, i).length(), s.position[i].radius);
+    let fixed = (0..s.sizes.bodies).filter(fixed).map(fastest).fold(0.0, f64::max);
+    let dt = s.params.dt;
+    let works = Works { dissipated: dt * at_rest(s).dissipation, walls: dt * force * walls, fixed: dt * force * fixed };
+    works.lanes(s.model.dims())
 }
 
 /// Sums over grains.
@@ -73,6 +96,18 @@ pub static SYNCHRONISE: Stage = Stage {
 pub static MEASURE_CLUMPS: Stage = Stage {
     check: Check { member_floors: SUM_FLOORS, ..Check::FORCES_ON_CLUMPS },
     ..Stage::new("measure", "measure_clumps", measure_clumps::measure_clumps, |_| PARTIAL_SUMS)
+};
+
+/// Dissipation and works of a step.
+pub static ADD_WORKS: Stage = Stage {
+    check: Check { member_floors: WORK_FLOORS, ..Check::FORCES },
+    ..Stage::new("measure", "add_works", add_works::add_works, bodies)
+};
+
+/// The same of clumps.
+pub static ADD_WORKS_OF_CLUMPS: Stage = Stage {
+    check: Check { member_floors: WORK_FLOORS, ..Check::FORCES_ON_CLUMPS },
+    ..Stage::new("measure", "add_works_of_clumps", add_works_of_clumps::add_works_of_clumps, clumps)
 };
 
 /// Velocities of clumps at the time of the positions.

@@ -156,6 +156,8 @@ pub struct Model {
     pub large_grains: bool,
     /// Optional stage: a wall translates, so that walls are integrated too.
     pub moving_walls: bool,
+    /// Optional stages: dissipation and works are added up in every step.
+    pub works: bool,
     /// Optional stages: contact dynamics updates contacts colour by colour, and not all at once.
     pub colored: bool,
     /// In place of passes: the host solves the contacts of contact dynamics.
@@ -212,6 +214,7 @@ impl Model {
             levels: if assembly.size_levels().len() == 1 { Levels::One } else { Levels::Several },
             large_grains: assembly.large_grains() > 0,
             moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO),
+            works: assembly.output.works && !rigid,
             colored: solver == Some(Solver::ColouredAccelerated),
             solved_on_host: solver.is_some_and(Solver::is_of_host),
         }
@@ -275,6 +278,7 @@ impl Model {
             self.walls.file(),
             "contact/contacts.wgsl",
             "measure/sums.wgsl",
+            "measure/body_sums.wgsl",
         ];
         match self.method {
             Method::DiscreteElements => files.extend([
@@ -392,6 +396,7 @@ impl Model {
                                         levels,
                                         large_grains,
                                         moving_walls,
+                                        works: !rigid,
                                         colored,
                                         solved_on_host: false,
                                     });

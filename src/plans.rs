@@ -4,7 +4,7 @@ use crate::{
     dem, measure,
     model::{Method, Model},
     neighbours, nscd,
-    plan::{Op, Plan},
+    plan::{Op, Plan, plan},
     stage::Stage,
 };
 use std::fmt;
@@ -35,7 +35,11 @@ impl Plans {
         let (start, chunk, motion) = match model.method {
             Method::DiscreteElements => {
                 let step = dem::plan::step(model);
-                (dem::plan::start(model), neighbours::plan::chunk(model, &step), step)
+                (
+                    dem::plan::start(model),
+                    neighbours::plan::chunk(model, &plan([measure::plan::works(model), step.clone()])),
+                    step,
+                )
             }
             Method::ContactDynamics => (Plan::default(), nscd::plan::step(model), nscd::plan::motion(model)),
         };

@@ -13,6 +13,7 @@ mod runner;
 mod samples;
 mod setup;
 mod stops;
+mod works;
 
 pub use columns::Columns;
 pub use nscd::{ResidualRecord, SolverStatistics};
@@ -34,6 +35,7 @@ use lists::NeighbourLists;
 use nscd::Nscd;
 use runner::Runner;
 use stops::Known;
+use works::Totals;
 
 /// A running simulation.
 pub struct Simulation {
@@ -42,6 +44,8 @@ pub struct Simulation {
     runner: Runner,
     lists: NeighbourLists,
     stepper: Stepper,
+    /// Where works are added up.
+    works: Option<Totals>,
     /// One line on which engine was taken, and why.
     notice: String,
     dt_bound: f64,
@@ -113,6 +117,7 @@ impl Simulation {
             assembly,
             plans,
             runner,
+            works: None,
             notice,
             dt_bound,
         };
@@ -158,7 +163,13 @@ impl Simulation {
         let speed = self.assembly.grains.iter().map(|g| g.velocity.length()).fold(0.0, f64::max);
         let displacement_per_step = speed * self.dt();
         self.lists.start(&self.plans, &mut self.runner, displacement_per_step)?;
-        self.runner.execute_plan(&self.plans.start)
+        self.runner.execute_plan(&self.plans.start)?;
+        self.works = None;
+        if self.model().works {
+            let sample = self.sample()?;
+            self.works = Some(Totals::start(&mut self.runner, &sample)?);
+        }
+        Ok(())
     }
 
     /// Advance by this many steps, in chunks.
@@ -179,11 +190,15 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::advance`].
     pub fn advance_chunk(&mut self, steps: u64) -> Result<u64> {
-        let Simulation { plans, runner, lists, .. } = self;
-        match &mut self.stepper {
-            Stepper::Dem => dem::advance(plans, runner, lists, steps),
-            Stepper::Nscd(nscd) => nscd.advance(plans, runner, lists).map(|()| 1),
+        let Simulation { plans, runner, lists, works, .. } = self;
+        let done = match &mut self.stepper {
+            Stepper::Dem => dem::advance(plans, runner, lists, steps)?,
+            Stepper::Nscd(nscd) => nscd.advance(plans, runner, lists).map(|()| 1)?,
+        };
+        if let Some(works) = works {
+            works.keep_up(runner)?;
         }
+        Ok(done)
     }
 
     /// From now on a step of contact dynamics may take this many passes.

@@ -153,10 +153,17 @@ record!(
         net_force: f64 [Force],
         contact_force: f64 [Force],
         dissipation: f64 [Power],
+        sliding: f64 [Power],
+        wall_power: f64 [Power],
+        fixed_power: f64 [Power],
         overlap: f64,
         sides: u32,
         single_sides: u32,
     }
+);
+record!(
+    /// Dissipation and works since the host has read them (`shaders/measure/sums.wgsl`).
+    Works { dissipated: f64 [Energy], walls: f64 [Energy], fixed: f64 [Energy] }
 );
 record!(
     /// A contact of a step of contact dynamics (this and the next: `shaders/nscd/contact.wgsl`).
@@ -615,6 +622,9 @@ fn single_spheres(m: &Model) -> bool {
 fn leveled(m: &Model) -> bool {
     m.levels == Levels::Several
 }
+fn working(m: &Model) -> bool {
+    m.works
+}
 fn colored(m: &Model) -> bool {
     m.colored
 }
@@ -713,6 +723,7 @@ state! {
     HALT_NEXT halt_next: u32, One, Number, "1: no more steps", always;
     COUNTERS counters: Counters, One, -, "see state.wgsl", always;
     PARTIAL_SUMS partial_sums: PartialSums, PartialSums, -, "", always;
+    WORKS works: Works, Bodies, -, "by number", working;
     FORCE force: DVec3, OnDemand, Force, "", always;
     TORQUE torque: Spin, OnDemand, Torque, "", rotating;
 }

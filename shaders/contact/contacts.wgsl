@@ -10,7 +10,8 @@ struct Contact {
     couple: Spin,      // N m, of rolling resistance
     damping: Vec,      // N, the part of the force that is the normal dashpot's
     couple_damping: Spin, // N m, the part of the couple that is the rolling dashpot's
-    dissipation: Real, // W, of dashpots and sliding
+    dashpot: Real,     // W, dissipation of dashpots
+    sliding: Real,     // W, that of sliding and plastic rolling since a step ago
     energy: Real,      // J, stored
     history: History,
 }

@@ -24,14 +24,15 @@ struct ContactForce {
     couple: Spin,      // N m
     damping: Vec,      // N, the part of the force that is the normal dashpot's
     couple_damping: Spin, // N m, the part of the couple that is the rolling dashpot's
-    dissipation: Real, // W, of dashpots and sliding
+    dashpot: Real,     // W, dissipation of dashpots
+    sliding: Real,     // W, that of sliding and plastic rolling since a step ago
     energy: Real,      // J, stored
     history: History,
 }
 
 fn contact_force(pair: Pair, c: ContactState, old: History) -> ContactForce {
     if (!overlaps(c.gap)) {
-        return ContactForce(cohesive_force(c) * c.n, Spin(), Vec(), Spin(), Real(0), cohesive_energy(c), History());
+        return ContactForce(cohesive_force(c) * c.n, Spin(), Vec(), Spin(), Real(0), Real(0), cohesive_energy(c), History());
     }
     let approach = dot(c.v, c.n);
     let stiffness = normal_stiffness(pair, c);
@@ -44,7 +45,8 @@ fn contact_force(pair: Pair, c: ContactState, old: History) -> ContactForce {
         rolling.couple,
         -damping * c.n,
         rolling.damping,
-        damping * approach + tangential.dissipation + rolling.dissipation,
+        damping * approach + rolling.dashpot,
+        tangential.dissipation + rolling.plastic,
         normal_energy(pair, c) + cohesive_energy(c) + stored_energy(pair, c, tangential.history, rolling.history),
         History(tangential.history, rolling.history),
     );
@@ -101,7 +103,8 @@ fn grain_contact(i: u32, here: Body, j: u32, tagged: u32, old: History) -> Conta
         contact.couple = select(f.couple, -f.couple, p.back);
         contact.damping = select(f.damping, -f.damping, p.back);
         contact.couple_damping = select(f.couple_damping, -f.couple_damping, p.back);
-        contact.dissipation = f.dissipation;
+        contact.dashpot = f.dashpot;
+        contact.sliding = f.sliding;
         contact.energy = f.energy;
         contact.history = opposite(f.history, p.back);
     }
@@ -140,7 +143,8 @@ fn wall_contact(i: u32, here: Body, w: u32, tagged: u32, old: History) -> Contac
         contact.couple = f.couple;
         contact.damping = f.damping;
         contact.couple_damping = f.couple_damping;
-        contact.dissipation = f.dissipation;
+        contact.dashpot = f.dashpot;
+        contact.sliding = f.sliding;
         contact.energy = f.energy;
         contact.history = f.history;
     }
@@ -163,19 +167,23 @@ fn contact_of(i: u32, here: Body, entry: u32, tagged: u32) -> Contact {
     return wall_contact(i, here, j - params.bodies, tagged, old);
 }
 
-/// Energy, J, of what a contact that has opened still remembers, and the next step forgets: as it was a step ago.
+/// Energy, J, of what a contact that has opened still remembers, and the next step forgets: as it was a step ago, less
+/// the work that its springs, which still pulled then, have done by half of their force.
 fn forgotten_energy(i: u32, here: Body, entry: u32, tagged: u32) -> Real {
     let j = tagged & INDEX;
     var c = ContactState();
+    var old = history_of(entry, tagged);
     if (j < params.bodies) {
-        c = grain_state(i, here, j, oriented_pair(i, here, j));
+        let p = oriented_pair(i, here, j);
+        c = grain_state(i, here, j, p);
+        old = opposite(old, p.back);
     } else {
         let w = j - params.bodies;
         c = wall_state(i, here, w, wall_separation(w, here.position, here.low));
     }
+    let power = dot(old.tangential.force, c.v) + spin_dot(old.rolling.torque, c.spin);
     c.gap = c.gap_before;
-    let old = history_of(entry, tagged);
-    return stored_energy(pair_of(i, j), c, old.tangential, old.rolling);
+    return stored_energy(pair_of(i, j), c, old.tangential, old.rolling) - 0.5 * params.history_dt * power;
 }
 
 /// Change of the velocity of a grain to the time of its position, m/s.

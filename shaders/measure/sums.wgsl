@@ -3,6 +3,8 @@
 
 var<storage, read_write> partial_sums: array<PartialSums>;      // parts: rows of the measurement
 
+var<storage, read_write> works: array<Works>; // N, by number, of the steps since the host has read them
+
 struct PartialSums {
     kinetic: Real,       // J, velocities brought to step n
     potential: Real,     // J
@@ -10,9 +12,19 @@ struct PartialSums {
     net_force: Real,     // N, sum of |total force| over free grains
     contact_force: Real, // N, sum of |force without dashpots| over contacts
     dissipation: Real,   // W, of dashpots, sliding, contacts that open and global damping
+    sliding: Real,       // W, what of that is of the step before n: sliding, contacts that open
+    wall_power: Real,    // W, work of walls on free grains per time
+    fixed_power: Real,   // W, that of fixed grains
     overlap: Real,       // largest overlap over the smaller radius
     sides: u32,          // contacts of free grains; one between two free grains is seen twice
     single_sides: u32,   // those of them with a wall or a fixed grain
+}
+
+/// What free grains have lost, and what others have done to them, J.
+struct Works {
+    dissipated: Real,
+    walls: Real,
+    fixed: Real,
 }
 
 /// What a grain has by itself at step n.

@@ -11,7 +11,7 @@ use crate::{
     },
     space::{boundary::nearest_image, precision::position_low_of, walls::wall_separation},
     stage::{Stage, Undecided},
-    state::{Array, Length, Level, PARTIAL_SUMS as ROWS, State, Wall},
+    state::{Array, Length, Level, PARTIAL_SUMS as ROWS, State, Wall, array::WORKS},
 };
 use glam::DVec3;
 use std::{cmp::Ordering, ops::Range};
@@ -70,6 +70,7 @@ fn reach(s: &State) -> Vec<bool> {
 
 /// Whether a row of an array follows from something undecided.
 fn is_masked(s: &State, stage: &Stage, array: &Array, undecided: &[bool], row: usize) -> bool {
+    let row = if *array == WORKS { s.index_of_id[row] as usize } else { row }; // by number
     let of_clumps = stage.check.undecided == Undecided::ContactsOfClumps;
     let is_undecided = |row: usize| undecided.get(row).is_some_and(|u| *u);
     match array.length {

@@ -21,7 +21,7 @@ use crate::{
     },
     scene,
     space::{
-        dimension::moment,
+        dimension::{moment, spin_dot},
         walls::{relative_to_wall, wall_normal_before, wall_separation, wall_velocity},
     },
     state::{ACTIVE, Pair, State},
@@ -67,8 +67,10 @@ pub struct Contact {
     pub damping: DVec3,
     /// N m, the part of the couple that is the rolling dashpot's.
     pub couple_damping: DVec3,
-    /// W, of dashpots and sliding.
-    pub dissipation: f64,
+    /// W, dissipation of dashpots.
+    pub dashpot: f64,
+    /// W, that of sliding and plastic rolling since a step ago.
+    pub sliding: f64,
     /// J, stored.
     pub energy: f64,
     pub history: History,
@@ -85,8 +87,10 @@ pub struct ContactForce {
     pub damping: DVec3,
     /// N m, the part of the couple that is the rolling dashpot's.
     pub couple_damping: DVec3,
-    /// W, of dashpots and sliding.
-    pub dissipation: f64,
+    /// W, dissipation of dashpots.
+    pub dashpot: f64,
+    /// W, that of sliding and plastic rolling since a step ago.
+    pub sliding: f64,
     /// J, stored.
     pub energy: f64,
     pub history: History,
@@ -113,7 +117,8 @@ pub fn contact_force(law: Law, pair: &Pair, c: &ContactState, old: History) -> C
         couple: rolling.couple,
         damping: -damping * c.n,
         couple_damping: rolling.damping,
-        dissipation: damping * approach + tangential.dissipation + rolling.dissipation,
+        dashpot: damping * approach + rolling.dashpot,
+        sliding: tangential.dissipation + rolling.plastic,
         energy: normal_energy(law.normal, pair, c) + cohesive_energy(law, c) + stored_energy(law, pair, c, history),
         history,
     }
@@ -251,7 +256,8 @@ fn seen(law: Law, arm: DVec3, active: bool, gap: f64, f: ContactForce) -> Contac
         torque: with_couple(law, moment(arm, f.force), f.couple),
         damping: f.damping,
         couple_damping: f.couple_damping,
-        dissipation: f.dissipation,
+        dashpot: f.dashpot,
+        sliding: f.sliding,
         energy: f.energy,
         history: f.history,
     }
@@ -266,7 +272,8 @@ pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, entry: usize) -> C
     }
 }
 
-/// Energy, J, of what a contact that has opened still remembers, and the next step forgets: as it was a step ago.
+/// Energy, J, of what a contact that has opened still remembers, and the next step forgets: as it was a step ago, less
+/// the work that its springs, which still pulled then, have done by half of their force.
 pub fn forgotten_energy(s: &State, i: usize, here: &Body, j: usize, entry: usize) -> f64 {
     let (law, old) = (Law::of(s), history_of(s, entry));
     let c = match j.checked_sub(s.sizes.bodies) {
@@ -276,5 +283,6 @@ pub fn forgotten_energy(s: &State, i: usize, here: &Body, j: usize, entry: usize
         }
         Some(w) => wall_state(law, i, here, w, wall_separation(&s.wall[w], &here.position, here.low)),
     };
-    stored_energy(law, &pair_of(s, i, j), &ContactState { gap: c.gap_before, ..c }, old)
+    let power = old.tangential.force.dot(c.v) + spin_dot(old.rolling.torque, c.spin);
+    stored_energy(law, &pair_of(s, i, j), &ContactState { gap: c.gap_before, ..c }, old) - 0.5 * law.history_dt * power
 }

@@ -43,8 +43,10 @@ pub struct Rolling {
     /// N m, the part of the couple that is the dashpot's.
     pub damping: DVec3,
     pub history: RollingHistory,
-    /// W, of dashpot and plastic rolling.
-    pub dissipation: f64,
+    /// W, dissipation of the dashpot.
+    pub dashpot: f64,
+    /// W, that of plastic rolling.
+    pub plastic: f64,
 }
 
 /// `stiffness` is the slope of the normal force, N/m, and `normal_force` that force, N.
@@ -71,14 +73,14 @@ pub fn rolling_contact(law: Law, c: &ContactState, stiffness: f64, normal_force:
             dashpot = capped_dashpot(2.0 * pair.damping * rolling_dashpot(k, c), part, rate / limit);
         }
     }
-    let mut dissipation = dashpot * rate.length_squared();
+    let mut plastic = 0.0;
     if k > 0.0 && law.history_dt > 0.0 {
         let lost = (0.5 * (held + torque)).dot(turned - torque)
             + 0.5 * held.length_squared() * stiffness_change(law.normal, c);
-        dissipation += lost / (k * law.history_dt);
+        plastic = lost / (k * law.history_dt);
     }
-    let damping = -dashpot * rate;
-    Rolling { couple: torque + damping, damping, history: RollingHistory { torque }, dissipation }
+    let (damping, dashpot) = (-dashpot * rate, dashpot * rate.length_squared());
+    Rolling { couple: torque + damping, damping, history: RollingHistory { torque }, dashpot, plastic }
 }
 
 /// As much of a dashpot, N m s, as keeps |part - dashpot rate| within 1, spring and rate being in parts of the limit.

@@ -22,6 +22,11 @@ pub struct Sample {
     pub elastic_energy: f64,
     /// Power of dashpots, sliding, contacts that open and global damping, W.
     pub dissipation: f64,
+    /// Lost so since step 0, and work of walls and of fixed grains on free grains, J. None unless they are added up in
+    /// every step.
+    pub dissipated: Option<f64>,
+    pub work_walls: Option<f64>,
+    pub work_fixed: Option<f64>,
     /// Mean |total force| on free grains over mean |contact force|; infinite without contacts.
     pub unbalanced_force_ratio: f64,
     pub max_overlap_over_radius: f64,
@@ -34,6 +39,14 @@ pub struct Sample {
     pub iterations: Option<u32>,
     pub residual: Option<f64>,
     pub coulomb_excess: Option<f64>,
+    /// What of the dissipation is of the step before: sliding, plastic rolling and contacts that open, W.
+    #[serde(skip)]
+    pub sliding: f64,
+    /// Work of walls and of fixed grains on free grains per time, W.
+    #[serde(skip)]
+    pub wall_power: f64,
+    #[serde(skip)]
+    pub fixed_power: f64,
     /// Mean |contact force|, N; 0 without contacts.
     #[serde(skip)]
     pub contact_force: f64,
@@ -62,6 +75,9 @@ impl Sample {
             potential_energy: sum(|p| p.potential),
             elastic_energy: sum(|p| p.elastic),
             dissipation: sum(|p| p.dissipation),
+            sliding: sum(|p| p.sliding),
+            wall_power: sum(|p| p.wall_power),
+            fixed_power: sum(|p| p.fixed_power),
             unbalanced_force_ratio: if contacts == 0 { f64::INFINITY } else { mean_net / mean_contact },
             max_overlap_over_radius: parts.iter().map(|p| p.overlap).fold(0.0, f64::max),
             contacts,

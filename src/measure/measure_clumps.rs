@@ -1,6 +1,6 @@
 //! Twin of `shaders/measure/measure_clumps.wgsl`: what free clumps add to the sums over their members.
 
-use crate::measure::measure::add_energies;
+use crate::measure::body_sums::add_energies;
 use crate::{
     measure::energies::energies_of_clump,
     state::{PARTIAL_SUMS, State},

@@ -11,6 +11,11 @@ pub fn sums(model: &Model) -> Plan {
     plan([run(&MEASURE), run(&MEASURE_CLUMPS).when(model.grains == Grains::Clumps)])
 }
 
+/// Dissipation and works of a step, before it.
+pub fn works(model: &Model) -> Plan {
+    plan([run(&ADD_WORKS), run(&ADD_WORKS_OF_CLUMPS).when(model.grains == Grains::Clumps)]).when(model.works)
+}
+
 /// Velocities at step n, in `velocity_next` and `spin_next`.
 pub fn velocities(model: &Model) -> Plan {
     run(if model.grains == Grains::Clumps { &SYNCHRONISE_CLUMPS } else { &SYNCHRONISE })

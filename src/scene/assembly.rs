@@ -246,6 +246,8 @@ pub struct Output {
     pub history: Option<f64>,
     /// Simulated time between `.vtp` snapshots, s. None: only the last state.
     pub snapshots: Option<f64>,
+    /// Add up dissipation and works in every step, for `history.csv`.
+    pub works: bool,
     /// Write `final.csv`.
     pub csv: bool,
     /// Write `.vtp` and `.pvd`.

@@ -203,6 +203,13 @@ impl SceneBuilder {
         self
     }
 
+    /// Whether dissipation and works are added up in every step, for `history.csv`. Default: no.
+    #[must_use]
+    pub fn output_works(mut self, works: bool) -> Self {
+        self.file.output.works = works;
+        self
+    }
+
     /// Files that a run writes. Default: both formats.
     #[must_use]
     pub fn output_formats(mut self, formats: impl IntoIterator<Item = Format>) -> Self {

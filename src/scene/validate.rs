@@ -205,6 +205,7 @@ fn output(output: &schema::Output, check: &Check) -> Result<Output> {
     let output = Output {
         history: output.history,
         snapshots: output.snapshots,
+        works: output.works,
         csv: output.formats.contains(&Format::Csv),
         vtp: output.formats.contains(&Format::Vtp),
     };

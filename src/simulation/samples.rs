@@ -33,7 +33,12 @@ impl Simulation {
             clumps => clumps.iter().filter(|c| !c.fixed).count(),
         };
         let sample = Sample::new(self.step(), self.time(), free, &self.runner.state.partial_sums);
-        let Some(solved) = self.solver_statistics() else { return Ok(sample) };
+        let Some(solved) = self.solver_statistics() else {
+            return match &mut self.works {
+                Some(works) => works.complete(&mut self.runner, sample),
+                None => Ok(sample),
+            };
+        };
         let p = &self.runner.state.params;
         let masses = masses(&self.assembly).into_iter().zip(&self.assembly.grains).filter(|(_, g)| !g.fixed);
         let mass: f64 = masses.map(|(m, _)| m).sum();

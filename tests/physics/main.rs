@@ -18,3 +18,4 @@ mod rolling;
 mod sliding;
 mod slow_changes;
 mod twist;
+mod works;

@@ -23,7 +23,8 @@ struct Rolling {
     couple: Spin,  // N m
     damping: Spin, // N m, the part of the couple that is the dashpot's
     history: RollingHistory,
-    dissipation: Real, // W, of dashpot and plastic rolling
+    dashpot: Real, // W, dissipation of the dashpot
+    plastic: Real, // W, that of plastic rolling
 }
 
 /// That of the contact at this entry.
@@ -72,12 +73,13 @@ fn rolling_contact(c: ContactState, stiffness: Real, normal_force: Real, old: Ro
             dashpot = capped_dashpot(2 * pair.damping * rolling_dashpot(k, c), part, rate / limit);
         }
     }
-    var dissipation = dashpot * spin_squared(rate);
+    var plastic = Real(0);
     if (k > 0 && params.history_dt > 0) {
         let lost = spin_dot(0.5 * (held + torque), turned - torque) + 0.5 * spin_squared(held) * stiffness_change(c);
-        dissipation += lost / (k * params.history_dt);
+        plastic = lost / (k * params.history_dt);
     }
-    return Rolling(torque - dashpot * rate, -dashpot * rate, RollingHistory(torque), dissipation);
+    let power = dashpot * spin_squared(rate);
+    return Rolling(torque - dashpot * rate, -dashpot * rate, RollingHistory(torque), power, plastic);
 }
 
 /// As much of a dashpot, N m s, as keeps |part - dashpot rate| within 1, spring and rate being in parts of the limit.

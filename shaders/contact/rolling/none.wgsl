@@ -9,7 +9,8 @@ struct Rolling {
     couple: Spin,
     damping: Spin,
     history: RollingHistory,
-    dissipation: Real,
+    dashpot: Real,
+    plastic: Real,
 }
 
 fn rolling_history(entry: u32, tagged: u32) -> RollingHistory {

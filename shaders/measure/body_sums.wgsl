@@ -1,0 +1,86 @@
+// twin: src/measure/body_sums.rs
+// What a body adds to the sums over grains, for a row of the history and, where works are added up, for every step.
+
+/// Sums with what free body i and its contacts have at step n.
+fn with_body(before: PartialSums, i: u32) -> PartialSums {
+    var sum = before;
+    let here = body(i);
+    if (here.velocity.inverse_mass == 0) {
+        return sum;
+    }
+    var force = Vec();
+    var torque = Spin();
+    var drag = ForceTorque(); // of all dashpots
+    let end = list_start[i + 1u];
+    for (var entry = list_start[i]; entry < end; entry++) {
+        let tagged = neighbour[entry];
+        if (tagged == NONE) {
+            break;
+        }
+        let contact = contact_of(i, here, entry, tagged);
+        let j = tagged & INDEX;
+        var smaller = here.position.radius;
+        var single = true;
+        if (j < params.bodies) {
+            smaller = min(smaller, position[j].radius);
+            single = velocity[j].inverse_mass == 0;
+        }
+        let share = select(Real(0.5), Real(1), single);
+        if (!contact.is_active) {
+            // Opened since the last step, if it remembers something, whose energy the next step forgets.
+            if ((tagged & ACTIVE) != 0u) {
+                let forgotten = share * forgotten_energy(i, here, entry, tagged) / params.dt;
+                sum.dissipation += forgotten;
+                sum.sliding += forgotten;
+            }
+            continue;
+        }
+        force += contact.force;
+        torque += contact_torque(contact);
+        drag.force += contact.damping;
+        drag.torque += contact.couple_damping;
+        sum.elastic += share * contact.energy;
+        let held = contact.force - contact.damping;
+        sum.contact_force += share * sqrt(dot(held, held));
+        sum.dissipation += share * (contact.dashpot + contact.sliding);
+        sum.sliding += share * contact.sliding;
+        sum.overlap = max(sum.overlap, -contact.gap / smaller);
+        sum.sides += 1u;
+        sum.single_sides += select(0u, 1u, single);
+        if (j >= params.bodies) {
+            sum.wall_power += wall_power(here, j - params.bodies, contact);
+        } else if (single) {
+            sum.fixed_power += fixed_power(here, j, contact);
+        }
+    }
+    let own = energies(here, ForceTorque(force, torque), drag);
+    sum.kinetic += own.kinetic;
+    sum.potential += own.potential;
+    sum.net_force += own.net_force;
+    sum.dissipation += own.dissipation;
+    return sum;
+}
+
+/// Work that wall w does on a grain through this contact, per time, W.
+fn wall_power(here: Body, w: u32, contact: Contact) -> Real {
+    let v = wall_velocity(w, here.position.x + contact.arm);
+    return dot(contact.force, v) + spin_dot(contact.couple, here.spin - relative_to_wall(here.spin, w));
+}
+
+/// The same of fixed grain j.
+fn fixed_power(here: Body, j: u32, contact: Contact) -> Real {
+    let spin = spin_of(j);
+    let half = 0.5 * contact.gap;
+    let arm = -contact.arm * ((position[j].radius + half) / (here.position.radius + half));
+    return dot(contact.force, velocity[j].v + surface_velocity(spin, arm)) + spin_dot(contact.couple, spin);
+}
+
+/// What a step adds to the works since the host has read them.
+fn add_to_works(number: u32, dissipation: Real, wall_power: Real, fixed_power: Real) {
+    let before = works[number];
+    works[number] = Works(
+        before.dissipated + params.dt * dissipation,
+        before.walls + params.dt * wall_power,
+        before.fixed + params.dt * fixed_power,
+    );
+}

@@ -1,0 +1,103 @@
+//! Twin of `shaders/measure/body_sums.wgsl`: what a body adds to the sums over grains.
+
+use crate::{
+    body::{
+        Body, ForceTorque,
+        bodies::body,
+        rotation::{spin_of, surface_velocity},
+    },
+    contact::{
+        geometry::near,
+        law::{Contact, forgotten_energy},
+    },
+    measure::{contacts::contact_of, energies::energies, sums::Energies},
+    model::Method,
+    space::{
+        dimension::{moment, spin_dot},
+        walls::{relative_to_wall, wall_velocity},
+    },
+    state::{ACTIVE, INDEX, NONE, PartialSums, State, Works},
+};
+
+/// What free body i and its contacts have at step n.
+pub fn add_body(s: &State, i: usize, sum: &mut PartialSums) {
+    let here = body(s, i);
+    if here.velocity.inverse_mass == 0.0 {
+        return;
+    }
+    let rigid = s.model.method == Method::ContactDynamics; // rigid grains store nothing
+    let (mut gathered, mut drag) = (ForceTorque::default(), ForceTorque::default());
+    for entry in s.row(i) {
+        let tagged = s.neighbour[entry];
+        if tagged == NONE {
+            break;
+        }
+        let (j, was_active) = ((tagged & INDEX) as usize, tagged & ACTIVE != 0);
+        if !(rigid || was_active || near(s, &here.position, j)) {
+            continue;
+        }
+        let contact = contact_of(s, i, &here, j, entry);
+        let single = s.velocity.get(j).is_none_or(|there| there.inverse_mass == 0.0);
+        let share = if single { 1.0 } else { 0.5 };
+        if !contact.is_active {
+            // Opened since the last step, if it remembers something, whose energy the next step forgets.
+            if was_active && !rigid {
+                let forgotten = share * forgotten_energy(s, i, &here, j, entry) / s.params.dt;
+                sum.dissipation += forgotten;
+                sum.sliding += forgotten;
+            }
+            continue;
+        }
+        let smaller = here.position.radius.min(s.position.get(j).map_or(f64::INFINITY, |there| there.radius));
+        gathered.add(&contact);
+        drag.force += contact.damping;
+        drag.torque += contact.couple_damping;
+        sum.elastic += share * contact.energy;
+        sum.contact_force += share * (contact.force - contact.damping).length();
+        sum.dissipation += share * (contact.dashpot + contact.sliding);
+        sum.sliding += share * contact.sliding;
+        sum.overlap = sum.overlap.max(-contact.gap / smaller);
+        sum.sides += 1;
+        sum.single_sides += u32::from(single);
+        if let Some(w) = j.checked_sub(s.sizes.bodies) {
+            sum.wall_power += wall_power(s, &here, w, &contact);
+        } else if single {
+            sum.fixed_power += fixed_power(s, &here, j, &contact);
+        }
+    }
+    add_energies(sum, &energies(s, &here, &gathered, &drag));
+}
+
+/// What a grain has by itself.
+pub fn add_energies(sum: &mut PartialSums, own: &Energies) {
+    sum.kinetic += own.kinetic;
+    sum.potential += own.potential;
+    sum.net_force += own.net_force;
+    sum.dissipation += own.dissipation;
+}
+
+/// The couple of rolling resistance of a contact, N m.
+fn couple(contact: &Contact) -> glam::DVec3 {
+    contact.torque - moment(contact.arm, contact.force)
+}
+
+/// Work that wall w does on a grain through this contact, per time, W.
+fn wall_power(s: &State, here: &Body, w: usize, contact: &Contact) -> f64 {
+    let wall = &s.wall[w];
+    let v = wall_velocity(wall, here.position.x + contact.arm);
+    contact.force.dot(v) + spin_dot(couple(contact), here.spin - relative_to_wall(here.spin, wall))
+}
+
+/// The same of fixed grain j.
+fn fixed_power(s: &State, here: &Body, j: usize, contact: &Contact) -> f64 {
+    let (spin, half) = (spin_of(s, j), 0.5 * contact.gap);
+    let arm = -contact.arm * ((s.position[j].radius + half) / (here.position.radius + half));
+    contact.force.dot(s.velocity[j].v + surface_velocity(spin, arm)) + spin_dot(couple(contact), spin)
+}
+
+/// What a step of this length, s, adds to the works since the host has read them.
+pub fn add_to_works(works: &mut Works, dt: f64, dissipation: f64, wall_power: f64, fixed_power: f64) {
+    works.dissipated += dt * dissipation;
+    works.walls += dt * wall_power;
+    works.fixed += dt * fixed_power;
+}

@@ -1,0 +1,71 @@
+//! Dissipation and works since step 0. The device adds up some steps; the host adds up those sums in double precision,
+//! before what a step adds is too little beside them to keep its digits.
+
+use super::runner::Runner;
+use crate::{
+    error::Result,
+    measure::Sample,
+    state::{Works, array::WORKS},
+};
+
+/// Steps that the device adds up by itself: in single precision they cost its sums less than 1e-5 of their value.
+const STEPS: u64 = 256;
+
+/// Of the steps done so far.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Totals {
+    sum: Works,
+    /// What step 0 has added by itself, per time, W.
+    first: Works,
+    /// The step after the last one in the sum.
+    step: u64,
+}
+
+fn powers(sample: &Sample) -> Works {
+    Works { dissipated: sample.dissipation, walls: sample.wall_power, fixed: sample.fixed_power }
+}
+
+impl Totals {
+    /// At time 0.
+    pub fn start(runner: &mut Runner, sample: &Sample) -> Result<Totals> {
+        runner.state.works.fill(Works::default());
+        runner.engine.write(&[&WORKS], &runner.state)?;
+        Ok(Totals { first: powers(sample), ..Totals::default() })
+    }
+
+    /// If it is time to take over what the device has added up.
+    pub fn keep_up(&mut self, runner: &mut Runner) -> Result<()> {
+        if runner.step < self.step + STEPS { Ok(()) } else { self.collect(runner) }
+    }
+
+    fn collect(&mut self, runner: &mut Runner) -> Result<()> {
+        runner.read(&[&WORKS])?;
+        let works = &mut runner.state.works;
+        for of_body in works.iter_mut() {
+            self.sum.dissipated += of_body.dissipated;
+            self.sum.walls += of_body.walls;
+            self.sum.fixed += of_body.fixed;
+            *of_body = Works::default();
+        }
+        runner.engine.write(&[&WORKS], &runner.state)?;
+        self.step = runner.step;
+        Ok(())
+    }
+
+    /// The sample with the works up to its step. A step's forces act from half a step before to half a step after its
+    /// positions, so half of the first step was before time 0, and half of the next one is before this sample. What it
+    /// finds to have slid since the step before is all before this sample.
+    pub fn complete(&mut self, runner: &mut Runner, sample: Sample) -> Result<Sample> {
+        self.collect(runner)?;
+        let (sum, first, now) = (self.sum, self.first, powers(&sample));
+        let half = 0.5 * runner.state.params.dt;
+        let slid = half * sample.sliding;
+        let of = |part: fn(&Works) -> f64| Some(part(&sum) + half * (part(&now) - part(&first)));
+        Ok(Sample {
+            dissipated: of(|w| w.dissipated).map(|sum| sum + slid),
+            work_walls: of(|w| w.walls),
+            work_fixed: of(|w| w.fixed),
+            ..sample
+        })
+    }
+}
