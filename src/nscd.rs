@@ -123,21 +123,21 @@ pub static FREE_VELOCITIES: Stage = Stage::new("nscd", "free_velocities", free_v
 pub static CLUMP_RESPONSE_FIRST: Stage = Stage {
     kernel: "clump_response",
     bind: &[("response", &array::PASS_VELOCITY), ("response_spin", &array::PASS_SPIN)],
-    check: Check { floors: SPIN_FLOORS, ..SUMS },
+    check: Check { floors: MEMBER_FLOORS, ..SUMS },
     ..Stage::new("nscd", "clump_response_first", clump_response::clump_response_first, clumps)
 };
 
 /// Contact dynamics of clumps, after a pass: clumps answer to impulses.
 pub static CLUMP_RESPONSE: Stage = Stage {
     bind: &[("response", &array::PASS_VELOCITY_BEFORE), ("response_spin", &array::PASS_SPIN_BEFORE)],
-    check: Check { floors: SPIN_FLOORS, ..SUMS },
+    check: Check { floors: MEMBER_FLOORS, ..SUMS },
     ..Stage::new("nscd", "clump_response", clump_response::clump_response, clumps)
 };
 
 /// Contact dynamics of clumps, length of the passes' steps, after `power_iteration_pass`.
 pub static POWER_ITERATION_CLUMPS: Stage = Stage {
     bind: &[("response", &array::PASS_VELOCITY), ("response_spin", &array::PASS_SPIN)],
-    check: Check { floors: SPIN_FLOORS, ..Check::ROUNDING },
+    check: Check { floors: MEMBER_FLOORS, ..Check::ROUNDING },
     ..Stage::new("nscd", "power_iteration_clumps", power_iteration_clumps::power_iteration_clumps, clumps)
 };
 
