@@ -167,7 +167,8 @@ fn stick_together(scene: &mut Assembly) {
     let clump = |(k, grain): (usize, &Grain)| {
         let turn = 0.37 * k as f64;
         Clump {
-            shape: (k % 3) as u32,
+            // What is large must not be longer than the domain.
+            shape: if grain.radius > 4e-3 { 1 } else { (k % 3) as u32 },
             position: grain.position,
             orientation: if flat {
                 DQuat::from_rotation_z(turn)
