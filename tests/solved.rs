@@ -136,6 +136,7 @@ fn a_bed_at_rest_stays_there() {
 /// a tray.
 #[test]
 fn energy_never_grows() {
+    const STEPS: usize = 60;
     for bench in engines() {
         let mut heavy = on_floor(column(10));
         heavy.grains[9].radius = 20.0 * R;
@@ -152,9 +153,12 @@ fn energy_never_grows() {
         for (axis, at) in [(DVec3::X, 0.0), (DVec3::Y, 0.0), (-DVec3::X, 8.0 * R), (-DVec3::Y, 8.0 * R)] {
             tray.walls.push(plane(at * axis.abs(), axis));
         }
-        for mut scene in [heavy, tray] {
+        // In single precision the loads of the heavy one have no digits for the weight of a light one.
+        let scenes = if bench.is_single() { vec![tray] } else { vec![heavy, tray] };
+        for mut scene in scenes {
             // An overlap that opens lifts what lies on it.
             relaxation(&mut scene).max_correction_velocity = Some(0.0);
+            relaxation(&mut scene).max_iterations = 10_000;
             let masses = masses(&scene);
             let energy = |simulation: &mut Simulation| -> f64 {
                 let grains = simulation.grains().unwrap();
@@ -170,13 +174,12 @@ fn energy_never_grows() {
             let mut simulation = bench.start(&scene);
             let start = energy(&mut simulation);
             let mut before = start;
-            for step in 0..150 {
+            for step in 0..STEPS {
                 simulation.advance(1).unwrap();
                 let now = energy(&mut simulation);
                 // Every step may leave 9 contacts 1e-5 of g Δt and of 5e-5 of their loads, which lifts the heavy one by
-                // 1.5e-7 of its height. In single precision these loads are known to 6e-8 of them, 5e-4 of a light
-                // one's weight.
-                let (step_rounding, rounding) = bench.pick((1e-6, 150.0 * 1.5e-7), (1e-4, 1e-4));
+                // 1.5e-7 of its height.
+                let (step_rounding, rounding) = (1e-6, STEPS as f64 * 1.5e-7);
                 let what = format!("{}, step {step}: {now:e} after {before:e} and {start:e}", bench.name);
                 assert!(now <= before + step_rounding * start && now <= (1.0 + rounding) * start, "{what}");
                 before = now;
