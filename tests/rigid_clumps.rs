@@ -346,6 +346,12 @@ fn solvers_agree() {
                 assert_eq!((solved.unconverged, solved.local_failures), (0, 0), "{name}");
                 let contacts = simulation.sample().unwrap().contacts;
                 assert!(contacts > 4, "{name}: only {contacts} have met");
+                // What the host has found is what the stages judge, but for 5e-5 of the loads, which only these add.
+                if let ([.., found, judged], false) =
+                    (simulation.residual_history(), on_device || solver == Solver::Socp)
+                {
+                    close(&name, found.residual, judged.residual, tolerance, 5e-2);
+                }
                 let grains = simulation.grains().unwrap();
                 let first = expected.get_or_insert_with(|| grains.clone());
                 let apart = distance(&scene, &grains, first);

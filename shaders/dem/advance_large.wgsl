@@ -28,7 +28,7 @@ fn share_of(i: u32, here: Body, entry: u32) -> Share {
         return Share();
     }
     set_history(entry, contact.history);
-    let crossed = (tagged & INDEX) >= params.bodies && contact.gap < -here.position.radius;
+    let crossed = (tagged & INDEX) >= params.bodies && is_crossed(contact.gap, here.position.radius);
     return Share(true, crossed, ForceTorque(contact.force, contact_torque(contact)));
 }
 

@@ -131,7 +131,11 @@ fn a_soft_floor_throws_a_ball_back() {
     const SCENE: &str = "dimension = 3\nstop.time = 1\n[material.m]\ndensity = 7800\nnormal_stiffness = 100\n\
                          restitution = 0.5\n[[wall]]\nkind = \"plane\"\nmaterial = \"m\"\npoint = [0, 0, 0]\n\
                          normal = [0, 0, 1]\n[[grain]]\nposition = [0, 0, 0.51]\nradius = 10e-3\nmaterial = \"m\"\n";
-    let scene = Scene::parse(SCENE, "ball.toml", Path::new("."), &[]).unwrap().assemble().unwrap();
+    let alone = Scene::parse(SCENE, "ball.toml", Path::new("."), &[]).unwrap().assemble().unwrap();
+    // Beside small grains it is a large one, which a workgroup of a device serves.
+    let mut among_small = alone.clone();
+    let small = (0..4).map(|k| Grain { radius: 1e-3, ..grain(0.1 + 0.01 * f64::from(k), 0.0, 1e-3) });
+    among_small.grains.extend(small);
     let m = 7800.0 * 4.0 / 3.0 * PI * 1e-6;
     let (k, ln) = (100.0, 0.5_f64.ln());
     let c = -2.0 * ln * (k * m / (ln * ln + PI.powi(2))).sqrt();
@@ -143,8 +147,9 @@ fn a_soft_floor_throws_a_ball_back() {
         (gap, v, t) = (gap + h * middle_v, v + h * force(middle, middle_v), t + h);
         lowest = lowest.min(gap);
     }
-    for bench in engines() {
-        let mut simulation = bench.start(&scene);
+    for (bench, scene) in engines().into_iter().flat_map(|bench| [(bench, &alone), (bench, &among_small)]) {
+        let mut simulation = bench.start(scene);
+        assert_eq!(simulation.model().large_grains, scene.grains.len() > 1);
         let steps = ((t + 0.08) / simulation.dt()) as u64;
         let mut deepest = 0.0_f64;
         while simulation.step() < steps {
