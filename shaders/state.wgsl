@@ -101,6 +101,7 @@ struct Params {
     entries: u32,                  // length of the lists; the engine fills these three in
     history: u32,                  // length of the history
     colors: u32,                   // of contacts, that there are schedules for
+    step: u32,                     // steps done before this chunk, less multiples of 2^32
 }
 
 var<uniform> params: Params;
@@ -124,6 +125,9 @@ var<storage, read_write> counters: Counters;
 // history.
 var<storage, read_write> list_start: array<u32>; // N + 1
 var<storage, read_write> neighbour: array<u32>;  // entries
+
+/// `halt` counts the steps done in this chunk; from here on it says that no more are to be done.
+const HALTED = 0x80000000u;
 
 /// Fills entries that were reserved and not needed.
 const NONE = 0xffffffffu;

@@ -19,7 +19,7 @@ use crate::{
     scene::Assembly,
     simulation::{EngineChoice, Options, Setup, Simulation, params_of_step},
     stage::{Stage, Tolerance},
-    state::{ARRAYS, Array, Length, State, array::*, present},
+    state::{ARRAYS, Array, HALTED, Length, State, array::*, present},
 };
 use balance::balances;
 use compare::{compare, undecided};
@@ -87,7 +87,7 @@ pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64, bala
     for step in 0..steps {
         // Steps of rigid grains are long: every one gets lists of its own.
         let rigid = checker.state.model.method == Method::ContactDynamics;
-        checker.rebuild = step == 0 || checker.state.halt[0] != 0 || rigid;
+        checker.rebuild = step == 0 || checker.state.halt[0] >= HALTED || rigid;
         checker.state.params = params_of_step(&checker.state.params, simulation.step() + step);
         plans.sums.walk(&mut checker)?;
         contacts = contacts.max(Sample::new(0, 0.0, bodies, &checker.state.partial_sums).contacts);

@@ -20,6 +20,8 @@ use std::{
 pub const NONE: u32 = u32::MAX;
 pub const INDEX: u32 = u32::MAX >> 1;
 pub const ACTIVE: u32 = !INDEX;
+/// `halt` counts the steps of a chunk; from here on it says that no more are to be done.
+pub const HALTED: u32 = 1 << 31;
 /// Values per tile of the prefix sum: `TILE` of `scan_*.wgsl`.
 pub const TILE: usize = 256;
 /// Bodies of a workgroup: `GROUP` of `nscd/contact.wgsl`.
@@ -121,6 +123,7 @@ record!(
         point: DVec3 [Length],
         low: DVec3 [Length],
         normal: DVec3,
+        normal_low: DVec3,
         velocity: DVec3 [Velocity],
         radius: f64 [Length],
         radius_low: f64 [Length],
@@ -261,6 +264,7 @@ record!(
         entries: u32,
         history: u32,
         colors: u32,
+        step: u32,
     }
 );
 
@@ -719,8 +723,8 @@ state! {
     LOAD_SPEED load_speed: f64, Bodies, Velocity, "if loads all push one way", rigid;
     RESIDUAL_SUMS residual_sums: ResidualSums, Groups, -, "", rigid;
     SOLVER_STATE solver_state: SolverState, One, -, "see nscd/contact.wgsl", rigid;
-    HALT halt: u32, One, Number, "1: no more steps", always;
-    HALT_NEXT halt_next: u32, One, Number, "1: no more steps", always;
+    HALT halt: u32, One, Number, "steps of this chunk, or HALTED", always;
+    HALT_NEXT halt_next: u32, One, Number, "steps of this chunk, or HALTED", always;
     COUNTERS counters: Counters, One, -, "see state.wgsl", always;
     PARTIAL_SUMS partial_sums: PartialSums, PartialSums, -, "", always;
     WORKS works: Works, Bodies, -, "by number", working;

@@ -6,7 +6,7 @@
 /// All that the laws of contact know of two surfaces, seen from the first of the two.
 struct ContactState {
     gap: Real,             // m, < 0 is overlap
-    gap_before: Real,      // m, a step ago
+    opening: Real,         // m, by what the gap has grown in this step
     n: Vec,                // from the first to the second
     twist: Real,           // of the contact about n in this step, see the twist slot
     n_before: Vec,         // a step ago
@@ -71,7 +71,7 @@ fn grain_state(i: u32, here: Body, j: u32, p: OrientedPair) -> ContactState {
     let branch = p.branch.x + p.branch.low;
     var c = ContactState();
     c.gap = gap;
-    c.gap_before = gap + lengthened(branch, params.history_dt * v);
+    c.opening = -lengthened(branch, params.history_dt * v);
     c.n = n;
     c.n_before = unit_or(branch + params.history_dt * v, n);
     c.twist = twist_of(n, here.spin + spin);
@@ -117,7 +117,7 @@ fn wall_state(i: u32, here: Body, w: u32, separation: Separation) -> ContactStat
     let v = here.velocity.v - wall_velocity(w, here.position.x + arm);
     var c = ContactState();
     c.gap = separation.gap;
-    c.gap_before = separation.gap + params.history_dt * dot(v, separation.n);
+    c.opening = -params.history_dt * dot(v, separation.n);
     c.n = separation.n;
     c.n_before = wall_normal_before(w, here.position.x - params.history_dt * here.velocity.v);
     c.v = v + surface_velocity(here.spin, arm);
@@ -182,7 +182,7 @@ fn forgotten_energy(i: u32, here: Body, entry: u32, tagged: u32) -> Real {
         c = wall_state(i, here, w, wall_separation(w, here.position, here.low));
     }
     let power = dot(old.tangential.force, c.v) + spin_dot(old.rolling.torque, c.spin);
-    c.gap = c.gap_before;
+    c.gap -= c.opening;
     return stored_energy(pair_of(i, j), c, old.tangential, old.rolling) - 0.5 * params.history_dt * power;
 }
 

@@ -12,17 +12,19 @@ fn advance(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
     if (i >= params.bodies - params.large) {
         return;
     }
-    if (halt != 0u) {
+    if (halt >= HALTED) {
         if (i == 0u) {
-            atomicStore(&halt_next, 1u);
+            atomicMax(&halt_next, HALTED);
         }
         return;
     }
     if (i == 0u) {
         atomicAdd(&counters.steps_done, 1u);
+        atomicMax(&halt_next, halt + 1u);
     }
+    set_dither(params.step + halt);
     let here = body(i);
     if (leap(i, here, body_forces(i, here))) {
-        atomicStore(&halt_next, 1u);
+        atomicMax(&halt_next, HALTED);
     }
 }

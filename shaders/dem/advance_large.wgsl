@@ -40,11 +40,12 @@ fn advance_large(
 ) {
     let place = group.x + group.y * groups.x;
     let i = params.bodies - params.large + min(place, params.large - 1u);
-    let moves = place < params.large && halt == 0u;
+    let moves = place < params.large && halt < HALTED;
     if (lane == 0u) {
         own_row = select(vec2<u32>(0u), vec2<u32>(list_start[i], list_start[i + 1u]), moves);
     }
     let row = workgroupUniformLoad(&own_row);
+    set_dither(params.step + halt);
     let here = body(i);
     var forces = BodyForces();
     for (var first = row.x; first < row.y; first += LANES) {
@@ -64,6 +65,6 @@ fn advance_large(
         workgroupBarrier();
     }
     if (lane == 0u && moves && leap(i, here, forces)) {
-        atomicStore(&halt_next, 1u);
+        atomicMax(&halt_next, HALTED);
     }
 }

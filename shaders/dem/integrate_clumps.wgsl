@@ -6,7 +6,7 @@ var<storage, read> halt: u32;
 @compute @workgroup_size(WG)
 fn integrate_clumps(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let c = linear(gid, groups);
-    if (c >= params.clumps || halt != 0u) {
+    if (c >= params.clumps || halt >= HALTED) {
         return;
     }
     let here = clump(c);

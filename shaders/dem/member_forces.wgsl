@@ -6,17 +6,19 @@ var<storage, read_write> halt_next: atomic<u32>;
 @compute @workgroup_size(WG)
 fn member_forces(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
-    if (i >= params.bodies || halt != 0u) {
+    if (i >= params.bodies || halt >= HALTED) {
         return;
     }
     if (i == 0u) {
         atomicAdd(&counters.steps_done, 1u);
+        atomicMax(&halt_next, halt + 1u);
     }
+    set_dither(params.step + halt);
     let pushed = body_forces(i, body(i));
     member_force[i] = pushed.sum.force;
     member_torque[i] = pushed.sum.torque;
     if (pushed.crossed) {
         atomicMax(&counters.lost_body, params.bodies - id[i]);
-        atomicStore(&halt_next, 1u);
+        atomicMax(&halt_next, HALTED);
     }
 }

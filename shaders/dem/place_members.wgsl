@@ -9,13 +9,13 @@ fn place_members(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_wor
     if (i >= params.bodies) {
         return;
     }
-    if (halt != 0u) {
+    if (halt >= HALTED) {
         if (i == 0u) {
-            atomicStore(&halt_next, 1u);
+            atomicMax(&halt_next, HALTED);
         }
         return;
     }
     if (place_member(i)) {
-        atomicStore(&halt_next, 1u);
+        atomicMax(&halt_next, HALTED);
     }
 }

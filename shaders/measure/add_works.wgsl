@@ -5,7 +5,7 @@ var<storage, read> halt: u32;
 @compute @workgroup_size(WG)
 fn add_works(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
-    if (i >= params.bodies || halt != 0u) {
+    if (i >= params.bodies || halt >= HALTED) {
         return;
     }
     let sum = with_body(PartialSums(), i);

@@ -5,7 +5,7 @@ var<storage, read> halt: u32;
 @compute @workgroup_size(WG)
 fn add_works_of_clumps(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let c = linear(gid, groups);
-    if (c >= params.clumps || halt != 0u) {
+    if (c >= params.clumps || halt >= HALTED) {
         return;
     }
     add_to_works(first_member[c], energies_of_clump(c).dissipation, Real(0), Real(0));

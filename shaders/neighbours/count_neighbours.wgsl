@@ -38,7 +38,7 @@ fn count_neighbours(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_
         }
         if (is_crossed(gap, here.radius)) {
             atomicMax(&counters.lost_body, params.bodies - id[i]);
-            atomicStore(&halt, 1u);
+            atomicMax(&halt, HALTED);
         }
     }
     list_start[i] = entries;

@@ -13,7 +13,7 @@ fn fill_neighbours(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_w
         atomicMax(&counters.entries_needed, list_start[params.bodies]);
     }
     if (list_start[params.bodies] > params.entries) {
-        atomicStore(&halt, 1u); // the host will grow the lists and come back
+        atomicMax(&halt, HALTED); // the host will grow the lists and come back
         return;
     }
     let end = list_start[i + 1u] - entries_across(i);

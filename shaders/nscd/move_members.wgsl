@@ -6,6 +6,6 @@ var<storage, read_write> halt: atomic<u32>;
 fn move_members(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
     if (i < params.bodies && place_member(i)) {
-        atomicStore(&halt, 1u); // the host will take the step back, and walls must not have moved
+        atomicMax(&halt, HALTED); // the host will take the step back, and walls must not have moved
     }
 }

@@ -32,6 +32,6 @@ fn move_spheres(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_work
     let v = change_velocities(i, here, change, spin_change);
     let point = wrap(displaced(here.position.x, here.low.x, params.dt * v));
     if (commit_position(i, here.position, here.low, point, params.dt * sqrt(dot(v, v)), false)) {
-        atomicStore(&halt, 1u); // the host will take the step back, and walls must not have moved
+        atomicMax(&halt, HALTED); // the host will take the step back, and walls must not have moved
     }
 }

@@ -5,7 +5,7 @@ var<storage, read> halt: u32;
 @compute @workgroup_size(WG)
 fn move_walls(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let w = linear(gid, groups);
-    if (w >= params.walls || halt != 0u) {
+    if (w >= params.walls || halt >= HALTED) {
         return;
     }
     let start = requantised(wall[w].point, wall[w].low);

@@ -185,7 +185,7 @@ fn grain_state(law: Law, m: &GrainPair, separation: Separation) -> ContactState 
         |radius: f64, inverse_mass: f64| inverse_rolling_inertia(law.rotation, law.dimension, radius, inverse_mass);
     ContactState {
         gap,
-        gap_before: gap + lengthened(m.branch, law.history_dt * m.v),
+        opening: -lengthened(m.branch, law.history_dt * m.v),
         n,
         n_before: unit_or(m.branch + law.history_dt * m.v, n),
         twist: twist_of(law, n, m.spin + m.spin_to),
@@ -220,7 +220,7 @@ fn wall_state(law: Law, i: usize, here: &Body, w: usize, separation: Separation)
     let spin = relative_to_wall(here.spin, wall);
     ContactState {
         gap,
-        gap_before: gap + law.history_dt * v.dot(n),
+        opening: -law.history_dt * v.dot(n),
         n,
         n_before: wall_normal_before(s, wall, here.position.x - law.history_dt * here.velocity.v),
         v: v + surface_velocity(here.spin, arm),
@@ -284,5 +284,6 @@ pub fn forgotten_energy(s: &State, i: usize, here: &Body, j: usize, entry: usize
         Some(w) => wall_state(law, i, here, w, wall_separation(&s.wall[w], &here.position, here.low)),
     };
     let power = old.tangential.force.dot(c.v) + spin_dot(old.rolling.torque, c.spin);
-    stored_energy(law, &pair_of(s, i, j), &ContactState { gap: c.gap_before, ..c }, old) - 0.5 * law.history_dt * power
+    stored_energy(law, &pair_of(s, i, j), &ContactState { gap: c.gap - c.opening, ..c }, old)
+        - 0.5 * law.history_dt * power
 }

@@ -38,13 +38,16 @@ pub fn normal_energy(law: Normal, pair: &Pair, c: &ContactState) -> f64 {
     }
 }
 
-/// By what the stiffness has fallen in this step: √(δ / δ before), at most 1. What is held by it falls as much, so that
-/// no cycle of loading gains energy (Thornton, Cummins & Cleary 2013, Powder Technol. 233, 30).
+/// By what part the stiffness has fallen in this step: 1 - √(δ / δ before), at least 0. What is held by it falls as
+/// much, so that no cycle of loading gains energy (Thornton, Cummins & Cleary 2013, Powder Technol. 233, 30).
 #[inline(always)]
 pub fn softening(law: Normal, c: &ContactState) -> f64 {
+    let before = c.opening - c.gap;
     match law {
-        Normal::Hertz if c.gap > c.gap_before && c.gap_before < 0.0 => ((-c.gap).max(0.0) / -c.gap_before).sqrt(),
-        _ => 1.0,
+        Normal::Hertz if c.opening > 0.0 && before > 0.0 => {
+            c.opening.min(before) / (before + (before * (-c.gap).max(0.0)).sqrt())
+        }
+        _ => 0.0,
     }
 }
 
@@ -52,9 +55,10 @@ pub fn softening(law: Normal, c: &ContactState) -> f64 {
 /// held, softened, lose of their energy now.
 #[inline(always)]
 pub fn stiffness_change(law: Normal, c: &ContactState) -> f64 {
-    let (smaller, larger) = ((-c.gap).min(-c.gap_before), (-c.gap).max(-c.gap_before));
+    let before = c.opening - c.gap;
+    let (smaller, larger) = ((-c.gap).min(before), (-c.gap).max(before));
     match law {
-        Normal::Hertz if smaller > 0.0 => (larger - smaller) / smaller / (1.0 + (larger / smaller).sqrt()),
+        Normal::Hertz if smaller > 0.0 => c.opening.abs() / smaller / (1.0 + (larger / smaller).sqrt()),
         _ => 0.0,
     }
 }

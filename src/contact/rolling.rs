@@ -4,12 +4,12 @@
 use super::{
     normal::{self, Loading, softening, stiffness_change},
     state::{ContactState, Law},
-    twist::carried_spin,
+    twist::turning_spin,
 };
 use crate::{
     model::Rolling as Choice,
     scene::{self, Assembly},
-    space::dimension::across_spin,
+    space::{dimension::across_spin, precision::accumulated},
     state::{RollingPair, State},
 };
 use glam::DVec3;
@@ -58,8 +58,10 @@ pub fn rolling_contact(law: Law, c: &ContactState, stiffness: f64, normal_force:
     let pair = &law.state.rolling_pair[c.materials];
     let k = rolling_stiffness(pair, c, stiffness);
     let rate = across_spin(law.dimension, c.spin, c.n);
-    let held = softening(law.normal, c) * carried_spin(law, old.torque, c);
-    let turned = held - k * law.history_dt * rate;
+    let turn = turning_spin(law, old.torque, c);
+    let change = turn - softening(law.normal, c) * (old.torque + turn);
+    let held = old.torque + change;
+    let turned = accumulated(old.torque, change - k * law.history_dt * rate);
     let limit = pair.friction * c.radius * normal_force.max(0.0);
     let (mut torque, mut dashpot) = (DVec3::ZERO, 0.0);
     if limit > 0.0 {

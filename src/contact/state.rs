@@ -45,8 +45,8 @@ impl Law<'_> {
 pub struct ContactState {
     /// m, < 0 is overlap.
     pub gap: f64,
-    /// m, a step ago.
-    pub gap_before: f64,
+    /// m, by what the gap has grown in this step.
+    pub opening: f64,
     /// From the first to the second.
     pub n: DVec3,
     /// A step ago.

@@ -3,9 +3,9 @@
 use super::{
     normal::{Loading, contact_radius, largest_contact_radius, softening, stiffness_change},
     state::{ContactState, Law},
-    twist::carried,
+    twist::turning,
 };
-use crate::{model::Tangential as Choice, scene, state::Pair};
+use crate::{model::Tangential as Choice, scene, space::precision::accumulated, state::Pair};
 use glam::DVec3;
 
 /// What a contact remembers.
@@ -47,9 +47,8 @@ pub fn tangential_contact(
 /// The old force turned into the new contact plane (2.11) and stretched by the slip of this step (2.8), (2.9), N.
 #[inline(always)]
 fn stretched_spring(law: Law, old: DVec3, pair: &Pair, c: &ContactState) -> DVec3 {
-    let turned = carried(law, old, c);
     let slip = law.history_dt * (c.v - c.v.dot(c.n) * c.n);
-    turned - pair.tangential_stiffness * slip
+    accumulated(old, turning(law, old, c) - pair.tangential_stiffness * slip)
 }
 
 /// Capped by sliding (2.13), N.
@@ -74,8 +73,11 @@ fn sliding_power(law: Law, old: DVec3, stretched: DVec3, slid: DVec3, pair: &Pai
 #[inline(always)]
 fn mindlin_contact(law: Law, pair: &Pair, c: &ContactState, normal_force: f64, old: TangentialHistory) -> Tangential {
     let stiffness = mindlin_stiffness(pair, c);
-    let held = softening(law.normal, c) * carried(law, old.force, c);
-    let stretched = held - stiffness * (law.history_dt * (c.v - c.v.dot(c.n) * c.n));
+    let turn = turning(law, old.force, c);
+    let change = turn - softening(law.normal, c) * (old.force + turn);
+    let held = old.force + change;
+    let slip = law.history_dt * (c.v - c.v.dot(c.n) * c.n);
+    let stretched = accumulated(old.force, change - stiffness * slip);
     let force = coulomb_capped(stretched, pair, normal_force);
     let mut dissipation = 0.0;
     if stiffness > 0.0 && law.history_dt > 0.0 {

@@ -3,7 +3,7 @@
 use super::state::{ContactState, Law};
 use crate::{
     model::{Dimension, Twist},
-    space::dimension::{transported, transported_spin},
+    space::dimension::{transport, transport_spin},
 };
 use glam::DVec3;
 
@@ -16,28 +16,29 @@ pub fn twist_of(law: Law, n: DVec3, spins: DVec3) -> f64 {
     }
 }
 
-/// A spring of a step ago, N, in the contact plane of now.
+/// What a spring of a step ago changes by, N, where it turns into the contact plane of now.
 #[inline(always)]
-pub fn carried(law: Law, old: DVec3, c: &ContactState) -> DVec3 {
-    twisted(law, transported(old, c.n, c.n_before), c)
+pub fn turning(law: Law, old: DVec3, c: &ContactState) -> DVec3 {
+    let change = transport(old, c.n, c.n_before);
+    change + twisting(law, old + change, c)
 }
 
 /// The same of a moment, N m, which in a plane is about the axis out of it.
 #[inline(always)]
-pub fn carried_spin(law: Law, old: DVec3, c: &ContactState) -> DVec3 {
-    let turned = transported_spin(law.dimension, old, c.n, c.n_before);
+pub fn turning_spin(law: Law, old: DVec3, c: &ContactState) -> DVec3 {
+    let change = transport_spin(law.dimension, old, c.n, c.n_before);
     match law.dimension {
-        Dimension::Plane => turned,
-        Dimension::Space => twisted(law, turned, c),
+        Dimension::Plane => change,
+        Dimension::Space => change + twisting(law, old + change, c),
     }
 }
 
-/// A vector of the contact plane, turned with the contact. As with attitudes (2.40), the turn has no sine or cosine, and
-/// leaves the length as it is.
+/// What a vector of the contact plane changes by, where it turns with the contact. As with attitudes (2.40), the turn
+/// has no sine or cosine, and leaves the length as it is.
 #[inline(always)]
-fn twisted(law: Law, v: DVec3, c: &ContactState) -> DVec3 {
+fn twisting(law: Law, v: DVec3, c: &ContactState) -> DVec3 {
     match law.twist {
-        Twist::Ignored => v,
-        Twist::Followed => v + (2.0 * c.twist / (1.0 + c.twist * c.twist)) * (c.n.cross(v) - c.twist * v),
+        Twist::Ignored => DVec3::ZERO,
+        Twist::Followed => (2.0 * c.twist / (1.0 + c.twist * c.twist)) * (c.n.cross(v) - c.twist * v),
     }
 }

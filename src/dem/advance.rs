@@ -16,7 +16,7 @@ use crate::{
     },
     dem::leapfrog::velocity_change,
     space::{boundary::wrap, precision::displaced, walls::is_crossed},
-    state::{INDEX, NONE, State},
+    state::{HALTED, INDEX, NONE, State},
 };
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -30,11 +30,12 @@ struct Block<'a> {
 }
 
 pub fn advance(s: &mut State) {
-    if s.halt[0] != 0 {
-        s.halt_next[0] = 1;
+    if s.halt[0] >= HALTED {
+        s.halt_next[0] = HALTED;
         return;
     }
     s.counters[0].steps_done += 1;
+    s.halt_next[0] = s.halt[0] + 1;
     advance_bodies(s, 0..s.sizes.bodies - s.sizes.large);
 }
 
@@ -62,7 +63,9 @@ pub fn advance_bodies(s: &mut State, bodies: Range<usize>) {
     (s.position_next, s.position_low_next, s.velocity_next, s.spin_next) = (position, low, velocity, spin);
     (s.velocity_low_next, s.displacement) = (velocity_low, displacement);
     s.counters[0].lost_body = s.counters[0].lost_body.max(limits.lost_body);
-    s.halt_next[0] = s.halt_next[0].max(u32::from(limits.halt));
+    if limits.halt {
+        s.halt_next[0] = HALTED;
+    }
 }
 
 /// A task. It is compiled for the vectors that machines have, with all that is inlined into it.

@@ -9,13 +9,13 @@ use crate::{
         leapfrog::velocity_change,
         predictor_corrector::{own_torque, predictor_corrector},
     },
-    state::{Spin, State},
+    state::{HALTED, Spin, State},
 };
 use glam::DVec3;
 use rayon::prelude::*;
 
 pub fn integrate_clumps(s: &mut State) {
-    if s.halt[0] != 0 {
+    if s.halt[0] >= HALTED {
         return;
     }
     let next: Vec<(Moved, Option<SpinIncrement>)> =

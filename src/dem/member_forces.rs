@@ -7,7 +7,7 @@ use crate::{
 };
 use crate::{
     body::bodies::body,
-    state::{Spin, State},
+    state::{HALTED, Spin, State},
 };
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
@@ -15,10 +15,11 @@ use rayon::prelude::*;
 use std::mem::take;
 
 pub fn member_forces(s: &mut State) {
-    if s.halt[0] != 0 {
+    if s.halt[0] >= HALTED {
         return;
     }
     s.counters[0].steps_done += 1;
+    s.halt_next[0] = s.halt[0] + 1;
     let (mut member_force, mut member_torque) = (take(&mut s.member_force), take(&mut s.member_torque));
     let loads = by_body(&mut member_force, s).zip(by_body(&mut member_torque, s));
     let work = |s: &State, k: usize, (member_force, member_torque), lists: Lists| {
@@ -27,7 +28,9 @@ pub fn member_forces(s: &mut State) {
     let bad = with_lists(s, loads, work, u32::max, || 0);
     (s.member_force, s.member_torque) = (member_force, member_torque);
     s.counters[0].lost_body = s.counters[0].lost_body.max(bad);
-    s.halt_next[0] = s.halt_next[0].max(u32::from(bad != 0));
+    if bad != 0 {
+        s.halt_next[0] = HALTED;
+    }
 }
 
 /// A task: what it reads and writes. It is compiled for the vectors that machines have.

@@ -12,7 +12,7 @@ use crate::{
         dimension::{arm_increment, rotation_increment, spin_squared},
         precision::{Point, arm_end},
     },
-    state::{Spin, State, Velocity},
+    state::{HALTED, Spin, State, Velocity},
 };
 use glam::DVec4;
 use rayon::prelude::*;
@@ -29,12 +29,13 @@ struct Placed {
 }
 
 pub fn place_members(s: &mut State) {
-    if s.halt[0] != 0 {
-        s.halt_next[0] = 1;
+    if s.halt[0] >= HALTED {
+        s.halt_next[0] = HALTED;
         return;
     }
-    let halt = place_all_members(s);
-    s.halt_next[0] = s.halt_next[0].max(u32::from(halt));
+    if place_all_members(s) {
+        s.halt_next[0] = HALTED;
+    }
 }
 
 /// Members come to where their clumps are. Whether the run has to halt.

@@ -2,12 +2,12 @@
 
 use crate::{
     measure::body_sums::{add_body, add_to_works},
-    state::{PartialSums, State},
+    state::{HALTED, PartialSums, State},
 };
 use rayon::prelude::*;
 
 pub fn add_works(s: &mut State) {
-    if s.halt[0] != 0 {
+    if s.halt[0] >= HALTED {
         return;
     }
     let mut works = std::mem::take(&mut s.works);

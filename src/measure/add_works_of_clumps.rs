@@ -3,12 +3,12 @@
 
 use crate::{
     measure::{body_sums::add_to_works, energies::energies_of_clump},
-    state::State,
+    state::{HALTED, State},
 };
 use rayon::prelude::*;
 
 pub fn add_works_of_clumps(s: &mut State) {
-    if s.halt[0] != 0 {
+    if s.halt[0] >= HALTED {
         return;
     }
     let power = |c| energies_of_clump(s, c).dissipation;

@@ -10,7 +10,7 @@ use crate::{
         precision::position_low_of,
         walls::{is_crossed, wall_separation},
     },
-    state::State,
+    state::{HALTED, State},
 };
 use rayon::prelude::*;
 
@@ -30,7 +30,9 @@ pub fn count_neighbours(s: &mut State) {
         .unwrap_or(0);
     s.list_start = list_start;
     s.counters[0].lost_body = s.counters[0].lost_body.max(bad);
-    s.halt[0] = s.halt[0].max(u32::from(bad != 0));
+    if bad != 0 {
+        s.halt[0] = HALTED;
+    }
 }
 
 /// Entries of grain i, and whether its centre is beyond a wall.

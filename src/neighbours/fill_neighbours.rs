@@ -4,7 +4,7 @@
 use crate::{
     body::blocks::{BLOCK, by_entry},
     neighbours::{grid::search, levels::entries_across},
-    state::{NONE, State},
+    state::{HALTED, NONE, State},
 };
 use rayon::prelude::*;
 
@@ -12,7 +12,7 @@ pub fn fill_neighbours(s: &mut State) {
     let needed = s.list_start[s.sizes.bodies];
     s.counters[0].entries_needed = s.counters[0].entries_needed.max(needed);
     if !s.lists_fit() {
-        s.halt[0] = 1; // the host will grow the lists and come back
+        s.halt[0] = HALTED; // the host will grow the lists and come back
         return;
     }
     let mut neighbour = std::mem::take(&mut s.neighbour);

@@ -14,7 +14,7 @@ use crate::{
         dimension::moment,
         precision::{displaced, position_low_of},
     },
-    state::State,
+    state::{HALTED, State},
 };
 use glam::DVec3;
 use std::mem::take;
@@ -45,7 +45,7 @@ pub fn move_spheres(s: &mut State) {
         let point = wrap(s, displaced(s, s.position[i].x, position_low_of(s, i).x, s.params.dt * v));
         let limits = next.commit_position(s, (i, i), point, s.params.dt * v.length(), false);
         if limits.halt {
-            s.halt[0] = 1; // the host will take the step back, and walls must not have moved
+            s.halt[0] = HALTED; // the host will take the step back, and walls must not have moved
         }
         s.counters[0].lost_body = s.counters[0].lost_body.max(limits.lost_body);
     }

@@ -8,9 +8,9 @@ use crate::{
     state::{Array, Counters, Params, State, array::*, present},
 };
 
-/// The parameters of a step: at time 0 springs have not been stretched yet.
+/// The parameters of a chunk after so many steps: at time 0 springs have not been stretched yet.
 pub fn params_of_step(p: &Params, step: u64) -> Params {
-    Params { history_dt: if step == 0 { 0.0 } else { p.dt }, ..*p }
+    Params { history_dt: if step == 0 { 0.0 } else { p.dt }, step: step as u32, ..*p }
 }
 
 pub struct Runner {

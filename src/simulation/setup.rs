@@ -276,11 +276,14 @@ pub(super) fn fill(state: &mut State, assembly: &Assembly) {
         };
         let whole = if single { quantised(&state.params, point) } else { point };
         let low = point - whole;
+        let number = |x| if single { state.units.rounded(Quantity::Number, x) } else { x };
+        let whole_normal = normal.map(number);
         let whole_radius = if single { state.units.rounded(Quantity::Length, radius) } else { radius };
         *wall = Wall {
             point: whole,
             low,
-            normal,
+            normal: whole_normal,
+            normal_low: normal - whole_normal,
             velocity: given.velocity,
             radius: whole_radius,
             radius_low: radius - whole_radius,

@@ -48,18 +48,19 @@ pub fn across_spin(dimension: Dimension, w: DVec3, n: DVec3) -> DVec3 {
     }
 }
 
-/// A vector of the contact plane with normal `n_before`, by the smallest rotation to that with normal `n` (2.11).
+/// What a vector of the contact plane with normal `n_before` changes by, in the smallest rotation to that with normal
+/// `n` (2.11).
 #[inline(always)]
-pub fn transported(old: DVec3, n: DVec3, n_before: DVec3) -> DVec3 {
-    old - n.dot(old) / (1.0 + n.dot(n_before)).max(1e-6) * (n_before + n)
+pub fn transport(old: DVec3, n: DVec3, n_before: DVec3) -> DVec3 {
+    -n.dot(old) / (1.0 + n.dot(n_before)).max(1e-6) * (n_before + n)
 }
 
-/// [`transported`] for a moment, which in a plane is about the axis out of it.
+/// [`transport`] for a moment, which in a plane is about the axis out of it.
 #[inline(always)]
-pub fn transported_spin(dimension: Dimension, old: DVec3, n: DVec3, n_before: DVec3) -> DVec3 {
+pub fn transport_spin(dimension: Dimension, old: DVec3, n: DVec3, n_before: DVec3) -> DVec3 {
     match dimension {
-        Dimension::Plane => old,
-        Dimension::Space => transported(old, n, n_before),
+        Dimension::Plane => DVec3::ZERO,
+        Dimension::Space => transport(old, n, n_before),
     }
 }
 

@@ -2,11 +2,11 @@
 
 use crate::{
     space::precision::{Point, displaced, requantised},
-    state::State,
+    state::{HALTED, State},
 };
 
 pub fn move_walls(s: &mut State) {
-    if s.halt[0] != 0 {
+    if s.halt[0] >= HALTED {
         return;
     }
     for w in 0..s.sizes.walls {

@@ -53,6 +53,12 @@ pub fn requantised(s: &State, Point { x, low }: Point) -> Point {
     }
 }
 
+/// old + change. In single precision a device rounds it up or down by turns.
+#[inline(always)]
+pub fn accumulated(old: DVec3, change: DVec3) -> DVec3 {
+    old + change
+}
+
 /// Distance less the radii, m. (In single precision the device takes pains for the digits that are lost in this.)
 #[inline(always)]
 pub fn gap_between(distance: f64, a: f64, b: f64, radii_rest: f64) -> f64 {

@@ -14,10 +14,9 @@ pub fn wall_separation(wall: &Wall, here: &Position, low: PositionLow) -> Separa
     let d = here.x - wall.point;
     let rest = low.x - wall.low;
     if wall.radius == 0.0 {
-        return Separation {
-            gap: (d.dot(wall.normal) - here.radius) + (rest.dot(wall.normal) - low.radius),
-            n: -wall.normal,
-        };
+        let normal = wall.normal + wall.normal_low;
+        let gap = (d.dot(normal) - here.radius) + (rest.dot(normal) - low.radius);
+        return Separation { gap, n: -wall.normal };
     }
     let arm = horizontal(d + rest);
     let radius = wall.radius + wall.radius_low;

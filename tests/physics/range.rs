@@ -129,6 +129,41 @@ fn curved_walls() {
     }
 }
 
+/// Forces of planes that are along no axis, on grains that overlap with them by 1e-5 to 1e-3 of their radius, up to 16,000
+/// radii from each other.
+#[test]
+fn oblique_planes() {
+    let mut random = Random(12);
+    for dimension in [2, 3] {
+        for width in [1.0, 30.0, 1_000.0, 8_000.0] {
+            let mut scene = blank(dimension);
+            let point = random.vector(dimension) * R;
+            scene.walls = vec![plane(point, random.vector(dimension))];
+            let Surface::Plane { normal, .. } = scene.walls[0].surface else { unreachable!() };
+            let along =
+                if dimension == 2 { normal.truncate().perp().extend(0.0) } else { normal.any_orthonormal_vector() };
+            scene.solver.allow_overlap = true;
+            let mut overlaps = Vec::new();
+            for k in 0..12 {
+                let radius = R * (0.8 + 0.2 * random.unit());
+                let overlap = radius * 10.0_f64.powf(-5.0 + 2.0 * random.unit());
+                let away = (f64::from(k) - 5.5) * (3.0 + width / 6.0) * R;
+                let position = point + away * along + (radius - overlap) * normal;
+                overlaps.push(radius - (position - point).dot(normal));
+                scene.grains.push(Grain { position, radius, ..grain(0.0, 0.0, 0.0) });
+            }
+            for bench in engines() {
+                let mut simulation = bench.start(&scene);
+                for ((force, _), overlap) in simulation.forces().unwrap().iter().zip(&overlaps) {
+                    let expected = KN * overlap * normal;
+                    let error = (*force - expected).length() / expected.length();
+                    close(&format!("{} over {width} R", bench.name), error, 0.0, 1.0, 1e-5);
+                }
+            }
+        }
+    }
+}
+
 /// Two grains squeezed between planes, all carried along: overlaps stay what they are, 200 radii from where they began.
 #[test]
 fn carried_pair() {

@@ -154,6 +154,40 @@ fn tumbling() {
     }
 }
 
+/// Springs that hold a load: feet stand on a floor that gravity pushes them along, under a plate that slides slowly. The
+/// springs of the plate and of the floor share what it moves, though a step is too little for the last digit of theirs.
+#[test]
+fn springs() {
+    let rows =
+        [vec![DVec3::ZERO, 2.0 * DVec3::X], vec![DVec3::ZERO, 2.0 * DVec3::X, DVec3::new(1.0, 3f64.sqrt(), 0.0)]];
+    for (dimension, feet) in [2, 3].into_iter().zip(rows) {
+        for part in [1e-7, 1e-8] {
+            let law = bed_law(dimension, 10.0);
+            let dt = 0.05 * (mass(dimension, R) / law.normal_stiffness).sqrt();
+            let held = 0.2 * mass(dimension, R) * G / law.tangential_stiffness;
+            let mut scene = blank_dt(dimension, dt);
+            scene.pairs = vec![law];
+            scene.gravity = G * (0.2 * DVec3::X - up(dimension));
+            scene.solver.damping = 0.5 / (20.0 * dt);
+            let plate = plane(2.0 * R * (1.0 - 1e-4) * up(dimension), -up(dimension));
+            scene.walls = vec![floor(dimension), plate];
+            scene.walls[1].velocity = 2.0 * part * held / dt * DVec3::X;
+            let shape = Shape::of_union("feet", &members(&feet), dimension);
+            set_clumps(&mut scene, vec![shape], vec![Clump { position: R * (1.0 - 1e-4) * up(dimension), ..clump(0) }]);
+            for bench in engines() {
+                let mut simulation = bench.start(&scene);
+                simulation.advance(4_000).unwrap();
+                let before = simulation.clumps().unwrap()[0].position;
+                simulation.advance(8_000).unwrap();
+                let gone = (simulation.clumps().unwrap()[0].position - before).x;
+                let expected = 8_000.0 * part * held;
+                println!("{} {dimension}D {part:e}: {}", bench.name, gone / expected);
+                close(&format!("{} {dimension}D {part:e}", bench.name), gone, expected, expected, 1e-2);
+            }
+        }
+    }
+}
+
 /// Walls that move little beside where they are.
 #[test]
 fn walls() {

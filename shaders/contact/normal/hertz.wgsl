@@ -22,22 +22,23 @@ fn contact_radius(c: ContactState) -> Real {
     return sqrt(c.radius * max(-c.gap, Real(0)));
 }
 
-/// By what the stiffness has fallen in this step: √(δ / δ before), at most 1. What is held by it falls as much, so that
-/// no cycle of loading gains energy (Thornton, Cummins & Cleary 2013, Powder Technol. 233, 30).
+/// By what part the stiffness has fallen in this step: 1 - √(δ / δ before), at least 0. What is held by it falls as much,
+/// so that no cycle of loading gains energy (Thornton, Cummins & Cleary 2013, Powder Technol. 233, 30).
 fn softening(c: ContactState) -> Real {
-    if (c.gap > c.gap_before && c.gap_before < 0) {
-        return sqrt(max(-c.gap, Real(0)) / -c.gap_before);
+    let before = c.opening - c.gap;
+    if (c.opening > 0 && before > 0) {
+        return min(c.opening, before) / (before + sqrt(before * max(-c.gap, Real(0))));
     }
-    return 1;
+    return 0;
 }
 
 /// The larger stiffness of this step and the one before over the smaller, less one: what springs that hold what they
 /// held, softened, lose of their energy now.
 fn stiffness_change(c: ContactState) -> Real {
-    let smaller = min(-c.gap, -c.gap_before);
+    let smaller = min(-c.gap, c.opening - c.gap);
     if (!(smaller > 0)) {
         return 0;
     }
-    let larger = max(-c.gap, -c.gap_before);
-    return (larger - smaller) / smaller / (1 + sqrt(larger / smaller));
+    let larger = max(-c.gap, c.opening - c.gap);
+    return max(c.opening, -c.opening) / smaller / (1 + sqrt(larger / smaller));
 }

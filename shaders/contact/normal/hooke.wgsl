@@ -16,9 +16,9 @@ fn normal_energy(pair: Pair, c: ContactState) -> Real {
     return 0.5 * pair.stiffness * c.gap * c.gap;
 }
 
-/// By what the stiffness has fallen in this step: it stays.
+/// By what part the stiffness has fallen in this step: it stays.
 fn softening(c: ContactState) -> Real {
-    return 1;
+    return 0;
 }
 
 /// The larger stiffness of this step and the one before over the smaller, less one.

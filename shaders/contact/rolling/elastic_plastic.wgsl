@@ -57,8 +57,10 @@ fn rolling_contact(c: ContactState, stiffness: Real, normal_force: Real, old: Ro
     let pair = rolling_pair[c.materials];
     let k = rolling_stiffness(pair, c, stiffness);
     let rate = across_spin(c.spin, c.n);
-    let held = softening(c) * carried_spin(old.torque, c);
-    let turned = held - (k * params.history_dt) * rate;
+    let turn = turning_spin(old.torque, c);
+    let change = turn - softening(c) * (old.torque + turn);
+    let held = old.torque + change;
+    let turned = accumulated_spin(old.torque, change - (k * params.history_dt) * rate);
     let limit = pair.friction * c.radius * max(normal_force, Real(0));
     var torque = Spin();
     var dashpot = Real(0); // N m s

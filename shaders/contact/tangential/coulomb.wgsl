@@ -9,9 +9,8 @@ fn tangential_contact(pair: Pair, c: ContactState, normal_force: Real, old: Tang
 
 /// The old force turned into the new contact plane (2.11) and stretched by the slip of this step (2.8), (2.9), N.
 fn stretched_spring(old: Vec, pair: Pair, c: ContactState) -> Vec {
-    let turned = carried(old, c);
     let slip = params.history_dt * (c.v - dot(c.v, c.n) * c.n);
-    return turned - pair.tangential_stiffness * slip;
+    return accumulated(old, turning(old, c) - pair.tangential_stiffness * slip);
 }
 
 /// Work done by sliding per time, W: the mean force of the step times what the spring was shortened by.

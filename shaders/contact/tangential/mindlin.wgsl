@@ -6,8 +6,11 @@
 
 fn tangential_contact(pair: Pair, c: ContactState, normal_force: Real, old: TangentialHistory) -> Tangential {
     let stiffness = tangential_stiffness(pair, c);
-    let held = softening(c) * carried(old.force, c);
-    let stretched = held - stiffness * (params.history_dt * (c.v - dot(c.v, c.n) * c.n));
+    let turn = turning(old.force, c);
+    let change = turn - softening(c) * (old.force + turn);
+    let held = old.force + change;
+    let slip = params.history_dt * (c.v - dot(c.v, c.n) * c.n);
+    let stretched = accumulated(old.force, change - stiffness * slip);
     let force = coulomb_capped(stretched, pair, normal_force);
     var dissipation = Real(0);
     if (stiffness > 0 && params.history_dt > 0) {

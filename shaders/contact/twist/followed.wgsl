@@ -7,15 +7,16 @@ fn twist_of(n: Vec, spins: Spin) -> Real {
     return 0.25 * params.history_dt * dot(spins, n);
 }
 
-/// A spring of a step ago, N, in the contact plane of now. As with attitudes (2.40), the turn has no sine or cosine, and
-/// leaves the length as it is.
-fn carried(old: Vec, c: ContactState) -> Vec {
-    let v = transported(old, c.n, c.n_before);
+/// What a spring of a step ago changes by, N, where it turns into the contact plane of now, and in it. As with attitudes
+/// (2.40), the turn has no sine or cosine, and leaves the length as it is.
+fn turning(old: Vec, c: ContactState) -> Vec {
+    let change = transport(old, c.n, c.n_before);
+    let v = old + change;
     let h = c.twist;
-    return v + (2 * h / (1 + h * h)) * (cross(c.n, v) - h * v);
+    return change + (2 * h / (1 + h * h)) * (cross(c.n, v) - h * v);
 }
 
 /// The same of a moment, N m.
-fn carried_spin(old: Spin, c: ContactState) -> Spin {
-    return carried(old, c);
+fn turning_spin(old: Spin, c: ContactState) -> Spin {
+    return turning(old, c);
 }

@@ -6,12 +6,12 @@ fn twist_of(n: Vec, spins: Spin) -> Real {
     return 0;
 }
 
-/// A spring of a step ago, N, in the contact plane of now.
-fn carried(old: Vec, c: ContactState) -> Vec {
-    return transported(old, c.n, c.n_before);
+/// What a spring of a step ago changes by, N, where it turns into the contact plane of now.
+fn turning(old: Vec, c: ContactState) -> Vec {
+    return transport(old, c.n, c.n_before);
 }
 
 /// The same of a moment, N m.
-fn carried_spin(old: Spin, c: ContactState) -> Spin {
-    return transported_spin(old, c.n, c.n_before);
+fn turning_spin(old: Spin, c: ContactState) -> Spin {
+    return transport_spin(old, c.n, c.n_before);
 }

@@ -85,15 +85,16 @@ fn across_spin(w: Spin, n: Vec) -> Spin {
     return w - dot(w, n) * n;
 }
 
-/// A vector of the contact plane with normal n_before, by the smallest rotation to that with normal n (2.11).
-fn transported(old: Vec, n: Vec, n_before: Vec) -> Vec {
+/// What a vector of the contact plane with normal n_before changes by, in the smallest rotation to that with normal n
+/// (2.11).
+fn transport(old: Vec, n: Vec, n_before: Vec) -> Vec {
     // The lower limit only matters for a grain that passed straight through another: there is no smallest rotation.
-    return old - dot(n, old) / max(1 + dot(n, n_before), 1e-6) * (n_before + n);
+    return -dot(n, old) / max(1 + dot(n, n_before), 1e-6) * (n_before + n);
 }
 
-/// `transported` for a moment.
-fn transported_spin(old: Spin, n: Vec, n_before: Vec) -> Spin {
-    return transported(old, n, n_before);
+/// `transport` for a moment.
+fn transport_spin(old: Spin, n: Vec, n_before: Vec) -> Spin {
+    return transport(old, n, n_before);
 }
 
 fn outside(x: Vec, lower: Vec, upper: Vec) -> bool {

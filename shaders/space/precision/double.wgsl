@@ -11,6 +11,19 @@ fn displaced(x: Vec, low: Vec, step: Vec) -> Point {
     return Point(x + step, Vec());
 }
 
+/// Nothing is lost that counts.
+fn set_dither(step: u32) {}
+
+/// old + change.
+fn accumulated(old: Vec, change: Vec) -> Vec {
+    return old + change;
+}
+
+/// The same for a spin or a moment.
+fn accumulated_spin(old: Spin, change: Spin) -> Spin {
+    return old + change;
+}
+
 fn requantised(x: Vec, low: Vec) -> Point {
     return Point(x, Vec());
 }
@@ -18,6 +31,11 @@ fn requantised(x: Vec, low: Vec) -> Point {
 /// Distance less the radii.
 fn gap_between(d: Vec, rest: Vec, distance: Real, a: Real, b: Real, radii_rest: Real) -> Real {
     return distance - (a + b);
+}
+
+/// From a sphere to the plane below it.
+fn gap_to_plane(d: Vec, rest: Vec, normal: Vec, normal_low: Vec, sphere: Real, sphere_low: Real) -> Real {
+    return dot(d, normal) - sphere;
 }
 
 /// From a sphere to the cylinder around it.

@@ -28,6 +28,27 @@ fn requantised(x: Vec, low: Vec) -> Point {
     return displaced(whole, (x - whole) + low, Vec());
 }
 
+/// What is added to a sum before it is rounded, in units of its last place.
+var<private> dither: Real;
+
+/// That of a step: multiples of the golden ratio, less whole numbers, spread over (-1/2, 1/2). No other sequence fills
+/// an interval as evenly, from its first numbers on (Weyl's sequence; Niederreiter 1992, Random Number Generation and
+/// Quasi-Monte Carlo Methods, section 3.1), so that changes below the last place add up to within a few units of it.
+fn set_dither(step: u32) {
+    dither = (Real(bitcast<i32>(step * 0x9e3779b9u) >> 9u) + 0.5) * 0x1p-23;
+}
+
+/// old + change, rounded up or down by turns, as often as the digits that this loses ask for: what grows in small steps
+/// and has no low part must not lose them the same way in every step. No change leaves `old` as it is.
+fn accumulated(old: Vec, change: Vec) -> Vec {
+    return old + (change + (dither * 0x1p-23) * bitcast<Vec>(bitcast<Bits>(old) & Bits(0x7f800000u)));
+}
+
+/// The same for a spin or a moment.
+fn accumulated_spin(old: Spin, change: Spin) -> Spin {
+    return as_spin(accumulated(as_vector(old), as_vector(change)));
+}
+
 /// |d + rest| - (a + b + radii_rest), with the digits that this subtraction would lose: it is (d² - s²) / (d + s), and
 /// the leading 15 bits of the lengths are squared and cancelled as integers. d, a and b are exact, rest and radii_rest
 /// are small, distance is |d + rest|. Surfaces that are far apart, where the squares may be too large for integers, lose
@@ -48,6 +69,31 @@ fn gap_between(d: Vec, rest: Vec, distance: Real, a: Real, b: Real, radii_rest: 
 
 /// Squares of lengths of this part of a contact distance still are integers of 31 bits.
 const FAR_APART = 1.25;
+
+/// From a sphere to the plane below it: (d + rest) · normal - sphere, with low parts of the normal and of the radius. d is
+/// in quanta and the normal in units of 2^-22, both split in two, so that their products and sums are whole numbers: a
+/// plane that is not along an axis may be 10,000 times as far from its point as an overlap is deep, and an overlap is
+/// the difference of all this and the radius.
+fn gap_to_plane(d: Vec, rest: Vec, normal: Vec, normal_low: Vec, sphere: Real, sphere_low: Real) -> Real {
+    let d_whole = clamp(round(d * params.inverse_quantum), Vec(-0x1p26), Vec(0x1p26));
+    let normal_whole = round(normal * 0x1p22);
+    let sphere_whole = min(round(sphere * params.inverse_quantum), Real(0x1p30));
+    let c = Whole(d_whole);
+    let m = Whole(normal_whole);
+    let r = i32(sphere_whole);
+    let high = dot(shifted_right(c, 12u), shifted_right(m, 11u)) - (r >> 1u);
+    if (max(high, -high) > (1 << 18u)) {
+        return (dot(d, normal) - sphere) + (dot(rest, normal) - sphere_low); // far from it: there is nothing to lose
+    }
+    let c_low = c & Whole(4095);
+    let m_low = m & Whole(2047);
+    let upper = high * 4096 + 2 * dot(shifted_right(c, 12u), m_low) + dot(c_low, shifted_right(m, 11u)) - (r & 1) * 2048;
+    let whole = Real(upper) * 2048 + Real(dot(c_low, m_low));
+    let d_rest = (d - params.quantum * d_whole) + rest;
+    let normal_rest = (normal - 0x1p-22 * normal_whole) + normal_low;
+    let rests = (dot(d, normal_rest) + dot(d_rest, normal)) - ((sphere - params.quantum * sphere_whole) + sphere_low);
+    return params.quantum * 0x1p-22 * whole + rests;
+}
 
 /// From a sphere to the cylinder around it: radius - distance - sphere, with low parts of both radii, by squares as
 /// `gap_between`, but with 24 bits of the lengths as whole numbers, because a vessel may be 10,000 times as wide as an

@@ -6,6 +6,7 @@ struct Wall {
     point: Vec,    // m: a point of the plane, or of the axis
     low: Vec,      // m: what the point has beyond
     normal: Vec,   // plane: unit vector towards the grains
+    normal_low: Vec, // what it has beyond
     velocity: Vec, // m/s
     radius: Real,  // m: of the cylinder; 0 marks a plane
     radius_low: Real, // m: what it has beyond
@@ -20,7 +21,8 @@ fn wall_separation(w: u32, here: Position, low: PositionLow) -> Separation {
     let d = here.x - s.point;
     let rest = low.x - s.low;
     if (s.radius == 0) {
-        return Separation((dot(d, s.normal) - here.radius) + (dot(rest, s.normal) - low.radius), -s.normal);
+        let gap = gap_to_plane(d, rest, s.normal, s.normal_low, here.radius, low.radius);
+        return Separation(gap, -s.normal);
     }
     let arm = horizontal(d + rest);
     let distance = sqrt(dot(arm, arm));
