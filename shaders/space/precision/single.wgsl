@@ -70,29 +70,26 @@ fn gap_between(d: Vec, rest: Vec, distance: Real, a: Real, b: Real, radii_rest: 
 /// Squares of lengths of this part of a contact distance still are integers of 31 bits.
 const FAR_APART = 1.25;
 
-/// From a sphere to the plane below it: (d + rest) · normal - sphere, with low parts of the normal and of the radius. d is
-/// in quanta and the normal in units of 2^-22, both split in two, so that their products and sums are whole numbers: a
-/// plane that is not along an axis may be 10,000 times as far from its point as an overlap is deep, and an overlap is
-/// the difference of all this and the radius.
+/// From a sphere to the plane below it: (d + rest) · normal - sphere, with low parts of the normal and of the radius. A
+/// plane that is along no axis may be 10,000 times as far from its point as an overlap is deep, and the overlap is the
+/// difference of all this and the radius. So d in quanta and the normal in units of 2^-22 are both split in two whole
+/// numbers of 12 bits, whose products and their sums, where they cancel, f32 holds exactly in whatever order.
 fn gap_to_plane(d: Vec, rest: Vec, normal: Vec, normal_low: Vec, sphere: Real, sphere_low: Real) -> Real {
-    let d_whole = clamp(round(d * params.inverse_quantum), Vec(-0x1p26), Vec(0x1p26));
-    let normal_whole = round(normal * 0x1p22);
-    let sphere_whole = min(round(sphere * params.inverse_quantum), Real(0x1p30));
-    let c = Whole(d_whole);
-    let m = Whole(normal_whole);
-    let r = i32(sphere_whole);
-    let high = dot(shifted_right(c, 12u), shifted_right(m, 11u)) - (r >> 1u);
-    if (max(high, -high) > (1 << 18u)) {
-        return (dot(d, normal) - sphere) + (dot(rest, normal) - sphere_low); // far from it: there is nothing to lose
-    }
-    let c_low = c & Whole(4095);
-    let m_low = m & Whole(2047);
-    let upper = high * 4096 + 2 * dot(shifted_right(c, 12u), m_low) + dot(c_low, shifted_right(m, 11u)) - (r & 1) * 2048;
-    let whole = Real(upper) * 2048 + Real(dot(c_low, m_low));
+    let d_whole = round(d * params.inverse_quantum);
+    let d_high = round(d_whole * 0x1p-12);
+    let d_mid = d_whole - 4096 * d_high;
+    let n_whole = round(normal * 0x1p22);
+    let n_high = round(n_whole * 0x1p-11);
+    let n_mid = n_whole - 2048 * n_high;
+    let r_whole = round(sphere * params.inverse_quantum);
+    let r_high = floor(0.5 * r_whole);
+    let r_mid = r_whole - 2 * r_high;
+    let mixed = 2 * dot(d_high, n_mid) + (dot(d_mid, n_high) - 2048 * r_mid);
+    let whole = (4096 * (dot(d_high, n_high) - r_high) + mixed) * 2048 + dot(d_mid, n_mid);
     let d_rest = (d - params.quantum * d_whole) + rest;
-    let normal_rest = (normal - 0x1p-22 * normal_whole) + normal_low;
-    let rests = (dot(d, normal_rest) + dot(d_rest, normal)) - ((sphere - params.quantum * sphere_whole) + sphere_low);
-    return params.quantum * 0x1p-22 * whole + rests;
+    let n_rest = (normal - 0x1p-22 * n_whole) + normal_low;
+    let rests = (dot(d, n_rest) + dot(d_rest, normal)) - ((sphere - params.quantum * r_whole) + sphere_low);
+    return (0x1p-22 * params.quantum) * whole + rests;
 }
 
 /// From a sphere to the cylinder around it: radius - distance - sphere, with low parts of both radii, by squares as
