@@ -390,8 +390,8 @@ fn runs_are_alike() {
             });
             for (k, pieces) in runs.iter().enumerate() {
                 for (piece, (found, expected)) in pieces.iter().zip(&runs[0]).enumerate() {
-                    let differ = found.iter().zip(expected).filter(|(a, b)| a != b).map(|((name, _), _)| name);
-                    let (shaken, others): (Vec<_>, Vec<_>) = differ.partition(|array| UNORDERED.contains(array));
+                    let differ = found.iter().zip(expected).filter(|(a, b)| a != b).map(|(a, _)| a.0);
+                    let (shaken, others): (Vec<&str>, Vec<&str>) = differ.partition(|array| UNORDERED.contains(array));
                     println!("{name} on {}, run {k}, piece {piece}: other orders in {shaken:?}", bench.name);
                     assert!(others.is_empty(), "{name} on {}, run {k}, piece {piece}: {others:?}", bench.name);
                 }
