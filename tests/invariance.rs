@@ -6,11 +6,14 @@ use common::*;
 use glam::{DQuat, DVec3};
 use packstone::{
     Error,
+    bench::hard,
     measure::{angular_momentum, masses, momentum},
-    scene::{Assembly, Dashpot, Grain, Surface, TimeStep, Wall},
+    scene::{Assembly, Clump, Dashpot, Grain, Method, Scene, Shape, Surface, TimeStep, Wall},
     simulation::{Options, Simulation},
-    state::array,
+    solve::Solver,
+    state::{ARRAYS, Array, array, present},
 };
+use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// Overlaps of about 2 % of R.
 fn speed(dimension: usize) -> f64 {
@@ -292,6 +295,111 @@ fn bits(grains: &[Grain]) -> Vec<[u64; 9]> {
     grains.iter().map(of).collect()
 }
 
+/// All that the arrays of a simulation hold, bit by bit.
+fn contents(simulation: &mut Simulation) -> Vec<(&'static str, u64)> {
+    let arrays = present(simulation.model(), ARRAYS);
+    let dims = simulation.model().dims();
+    let state = simulation.read(&arrays).unwrap();
+    let of = |array: &&'static Array| {
+        let mut hasher = DefaultHasher::new();
+        state.column(array).lanes(dims, &mut |x| x.to_bits().hash(&mut hasher));
+        (array.name, hasher.finish())
+    };
+    arrays.iter().map(of).collect()
+}
+
+/// Places that atomics give out in whatever order invocations come: of grains in their cell, before cells are sorted,
+/// and of contacts in their colour, of which none sees what the others do.
+const UNORDERED: [&str; 8] = [
+    "cell_rank",
+    "contact_color",
+    "colored_contact",
+    "colored_geometry",
+    "colored_free_velocity",
+    "colored_inverse_effective_mass",
+    "colored_impulse",
+    "colored_impulse_before",
+];
+
+/// Crowds with grains of two sizes, 1:10, for every way to go through a step.
+fn crowds() -> Vec<(String, Assembly, u64)> {
+    let set = [
+        "population.0.count=2",
+        "population.1.count=498",
+        "wall.0.upper=[0.025, 0.025, 2]",
+        "population.0.region.upper=[0.025, 0.025, 0.05]",
+        "solver.max_iterations=60",
+    ];
+    let path = hard::folder().join("rigid_settling_3d.toml");
+    let rigid = Scene::load(&path, &set.map(str::to_owned)).and_then(|scene| scene.assemble()).unwrap();
+    let shape = Shape::of_union("dimer", &members(&[DVec3::ZERO, DVec3::X]), 3);
+    let mut clumps = rigid.clone();
+    let small = rigid.grains.iter().filter(|g| g.radius < 5e-3);
+    let at = |(k, g): (usize, &Grain)| Clump {
+        position: g.position,
+        orientation: DQuat::from_rotation_y(k as f64),
+        velocity: g.velocity,
+        radius: g.radius * 0.8,
+        ..clump(0)
+    };
+    set_clumps(&mut clumps, vec![shape], small.enumerate().map(at).collect());
+    let soft = |mut scene: Assembly| {
+        scene.solver.method = Method::DiscreteElements;
+        scene.solver.dt = TimeStep::Fixed(8e-6);
+        scene.solver.margin = 0.2;
+        scene.pairs.iter_mut().for_each(|pair| {
+            (pair.normal_stiffness, pair.tangential_stiffness) = (2e3, 1e3);
+            pair.dashpot = Dashpot::Restitution(0.8);
+        });
+        scene
+    };
+    let mut crowds = Vec::new();
+    for (name, scene) in [("spheres", rigid), ("clumps", clumps)] {
+        for solver in [Solver::JacobiAccelerated, Solver::ColouredAccelerated] {
+            let mut scene = scene.clone();
+            if let Method::ContactDynamics(relaxation) = &mut scene.solver.method {
+                relaxation.solver = solver;
+            }
+            crowds.push((format!("{name}, {}", solver.label()), scene, 3));
+        }
+        crowds.push((format!("{name}, dem"), soft(scene), 250));
+    }
+    crowds
+}
+
+/// Runs of one scene beside each other, so that threads are interrupted anywhere and invocations come in another order
+/// every time: all that there is has the same bits.
+#[test]
+fn runs_are_alike() {
+    for bench in engines() {
+        for (name, scene, steps) in crowds() {
+            let run = || {
+                let mut simulation = bench.start(&scene);
+                let piece = |_| {
+                    simulation.advance(steps).unwrap();
+                    contents(&mut simulation)
+                };
+                let pieces: Vec<_> = (0..4).map(piece).collect();
+                let contacts = simulation.sample().unwrap().contacts;
+                assert!(contacts > 10, "{name} on {}: {contacts} contacts", bench.name);
+                pieces
+            };
+            let runs: Vec<_> = std::thread::scope(|scope| {
+                let threads: Vec<_> = (0..3).map(|_| scope.spawn(run)).collect();
+                threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+            });
+            for (k, pieces) in runs.iter().enumerate() {
+                for (piece, (found, expected)) in pieces.iter().zip(&runs[0]).enumerate() {
+                    let differ = found.iter().zip(expected).filter(|(a, b)| a != b).map(|(a, _)| a.0);
+                    let (shaken, others): (Vec<&str>, Vec<&str>) = differ.partition(|array| UNORDERED.contains(array));
+                    println!("{name} on {}, run {k}, piece {piece}: other orders in {shaken:?}", bench.name);
+                    assert!(others.is_empty(), "{name} on {}, run {k}, piece {piece}: {others:?}", bench.name);
+                }
+            }
+        }
+    }
+}
+
 /// A dense frictional periodic gas that is fast enough to need new lists every few steps.
 fn violent(dimension: usize) -> (Assembly, u64) {
     let side = if dimension == 2 { 10 } else { 5 };
@@ -431,6 +539,44 @@ fn lists_that_grow_keep_the_springs() {
                 let same = found.iter().zip(&expected).filter(|(a, b)| a == b).count();
                 println!("{dimension}D {} {slots} slots: {same} grains as with room, {lost} lost", bench.name);
                 assert!(found == expected && lost == 0, "{dimension}D {}: {slots} slots: other bits", bench.name);
+            }
+        }
+    }
+}
+
+/// A layer of a dense packing creeps to and fro through the seam of a periodic domain: whenever lists are made, also
+/// right after a grain has come through it, it sees the same bits.
+#[test]
+fn the_seam_leaves_no_trace_of_the_lists() {
+    for dimension in [2, 3] {
+        let (mut scene, _) = violent(dimension);
+        let (spacing, mut periods) = (1.97 * R, scene.domain.upper);
+        for axis in 0..dimension {
+            // At least one of these periods is far from a multiple of the quantum of positions in single precision.
+            let period = scene.domain.upper.x / SPACING * spacing + axis as f64 * 1.2e-6 * R;
+            for g in &mut scene.grains {
+                let at = g.position[axis] / SPACING;
+                g.position[axis] = (at.floor() * spacing + 5e-4 * R * (at.fract() - 0.5)).rem_euclid(period);
+            }
+            periods[axis] = period;
+        }
+        scene.domain.upper = periods;
+        scene.grains.iter_mut().for_each(|g| (g.velocity, g.radius) = (2e-4 * g.velocity, R));
+        for bench in engines() {
+            let run = |margin: f64, longest_chunk: u32| {
+                let mut scene = scene.clone();
+                scene.solver.margin = margin;
+                let mut simulation = bench.start_with(&scene, Options { longest_chunk, ..bench.options() });
+                simulation.advance(120).unwrap();
+                assert!(simulation.sample().unwrap().contacts > scene.grains.len() as u64);
+                bits(&simulation.grains().unwrap())
+            };
+            let given = run(0.2, 1000);
+            for (margin, longest_chunk) in [(0.2, 1), (0.07, 2), (1.0, 5), (3.0, 1000)] {
+                let same = run(margin, longest_chunk).iter().zip(&given).filter(|(a, b)| a == b).count();
+                let what = format!("{dimension}D {}, margin {margin}, {longest_chunk} steps", bench.name);
+                println!("{what}: {same} of {} grains", given.len());
+                assert_eq!(same, given.len(), "{what}: other bits");
             }
         }
     }

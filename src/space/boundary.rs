@@ -1,6 +1,6 @@
 //! Twin of `shaders/space/boundary/`.
 
-use crate::space::precision::Point;
+use crate::space::precision::{Point, displaced};
 use crate::{model::Boundary, state::State};
 use glam::DVec3;
 
@@ -8,32 +8,27 @@ use glam::DVec3;
 #[inline(always)]
 pub fn nearest_image(s: &State, a: DVec3, b: DVec3, low: DVec3) -> Point {
     let d = b - a;
-    match s.model.boundary {
-        Boundary::Open => Point { x: d, low },
-        Boundary::Periodic => {
-            let k = d * s.params.inverse_period + DVec3::splat(0.5);
-            without_periods(s, Point { x: d, low }, k)
-        }
-    }
+    let k = match s.model.boundary {
+        Boundary::Open => None,
+        Boundary::Periodic => periods(d * s.params.inverse_period + DVec3::splat(0.5)),
+    };
+    k.map_or(Point { x: d, low }, |k| Point { x: d - s.params.period * k, low: low - s.params.period_low * k })
 }
 
-/// The image of a point that lies in the domain.
+/// The image of a point that lies in the domain, split anew.
 #[inline(always)]
 pub fn wrap(s: &State, p: Point) -> Point {
-    match s.model.boundary {
-        Boundary::Open => p,
-        Boundary::Periodic => without_periods(s, p, (p.x - s.params.cell_origin) * s.params.inverse_period),
-    }
+    let k = match s.model.boundary {
+        Boundary::Open => None,
+        Boundary::Periodic => periods((p.x - s.params.cell_origin) * s.params.inverse_period),
+    };
+    k.map_or(p, |k| displaced(s, p.x - s.params.period * k, p.low, -s.params.period_low * k))
 }
 
-/// p less the whole periods in `k`. Mostly there are none, and then nothing is computed; to see that takes one branch,
-/// as the numbers from 0 to 1 are those with bits below those of 1.
+/// The whole periods in `k`, if there are any: mostly there are none, and to see that takes one branch, as the numbers
+/// from 0 to 1 are those with bits below those of 1.
 #[inline(always)]
-fn without_periods(s: &State, p: Point, k: DVec3) -> Point {
+fn periods(k: DVec3) -> Option<DVec3> {
     let within = |k: f64| k.to_bits() < 1.0_f64.to_bits();
-    if within(k.x) & within(k.y) & within(k.z) {
-        return p;
-    }
-    let k = k.floor();
-    Point { x: p.x - s.params.period * k, low: p.low - s.params.period_low * k }
+    if within(k.x) & within(k.y) & within(k.z) { None } else { Some(k.floor()) }
 }

@@ -9,8 +9,9 @@ fn nearest_image(a: Vec, b: Vec, low: Vec) -> Point {
     return Point(d - params.period * k, low - params.period_low * k);
 }
 
-/// The image of a point that lies in the domain.
+/// The image of a point that lies in the domain, split anew: what the period has beyond a multiple of the quantum would
+/// leave low parts beyond half a quantum, and bits would depend on whether grains are sorted before they move on.
 fn wrap(p: Point) -> Point {
     let k = floor((p.x - params.cell_origin) * params.inverse_period);
-    return Point(p.x - params.period * k, p.low - params.period_low * k);
+    return displaced(p.x - params.period * k, p.low, -params.period_low * k);
 }
