@@ -6,10 +6,10 @@
 
 fn walk_of(workgroup: vec3<u32>, workgroups: vec3<u32>, lane: u32) -> Walk {
     let group = number_of(workgroup, workgroups);
-    let common = params.bodies - params.large;
+    let others = params.bodies - params.large;
     let shared_list = group < params.large;
-    let i = select((group - params.large) * WG + lane, common + group, shared_list);
-    if (!shared_list && i >= common) {
+    let i = select((group - params.large) * WG + lane, others + group, shared_list);
+    if (!shared_list && i >= others) {
         return Walk(group, lane, 0u, 0u, 0u, false);
     }
     return Walk(group, lane, i, list_start[i], list_start[i + 1u], !shared_list || lane == 0u);
