@@ -27,8 +27,13 @@ fn member_impulses(
     let walk = walk_of(workgroup, workgroups, lane);
     let rounds = rounds_of(walk);
     var total = ListSums();
-    for (var round = 0u; round < rounds; round++) {
+    var round = 0u;
+    loop {
         total = added_up(walk, total, impulses_of(walk.body, entries_of(walk, round)));
+        continuing {
+            round++;
+            break if round >= rounds;
+        }
     }
     if (walk.answers) {
         if (walk.body == 0u) {

@@ -35,8 +35,13 @@ fn power_iteration_pass(
     let walk = walk_of(workgroup, workgroups, lane);
     let rounds = rounds_of(walk);
     var total = ListSums();
-    for (var round = 0u; round < rounds; round++) {
+    var round = 0u;
+    loop {
         total = added_up(walk, total, power_iteration_of(walk.body, entries_of(walk, round)));
+        continuing {
+            round++;
+            break if round >= rounds;
+        }
     }
     if (walk.answers) {
         let i = walk.body;

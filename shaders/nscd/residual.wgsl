@@ -55,8 +55,13 @@ fn residual(
     let walk = walk_of(workgroup, workgroups, lane);
     let rounds = rounds_of(walk);
     var total = ListSums();
-    for (var round = 0u; round < rounds; round++) {
+    var round = 0u;
+    loop {
         total = added_up(walk, total, residual_sums_of(walk.body, entries_of(walk, round)));
+        continuing {
+            round++;
+            break if round >= rounds;
+        }
     }
     store_residual_sums(walk.group, lane, total.sums);
 }

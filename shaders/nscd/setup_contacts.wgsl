@@ -66,8 +66,13 @@ fn setup_contacts(
     let walk = walk_of(workgroup, workgroups, lane);
     let rounds = rounds_of(walk);
     var total = ListSums();
-    for (var round = 0u; round < rounds; round++) {
+    var round = 0u;
+    loop {
         total = added_up(walk, total, setup_contacts_of(walk.body, entries_of(walk, round)));
+        continuing {
+            round++;
+            break if round >= rounds;
+        }
     }
     if (walk.answers) {
         total.sums = combined(total.sums, respond_to_warm_start(walk.body, total.impulse, total.contacts));

@@ -20,7 +20,7 @@ fn is_large(j: u32) -> bool {
     return false;
 }
 
-/// Rounds in which a workgroup walks its lists.
+/// Rounds in which a workgroup walks its lists, at least one: kernels ask after a round, so that a single one is no loop.
 fn rounds_of(walk: Walk) -> u32 {
     return 1u;
 }

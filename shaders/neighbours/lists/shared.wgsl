@@ -27,7 +27,7 @@ fn is_large(j: u32) -> bool {
 
 var<workgroup> rounds_of_group: u32;
 
-/// Rounds in which a workgroup walks its lists.
+/// Rounds in which a workgroup walks its lists, at least one.
 fn rounds_of(walk: Walk) -> u32 {
     if (walk.lane == 0u) {
         rounds_of_group = select(1u, (walk.end - walk.begin + WG - 1u) / WG, walk.group < params.large);

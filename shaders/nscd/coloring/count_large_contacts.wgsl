@@ -24,8 +24,13 @@ fn count_large_contacts(
     let walk = walk_of(workgroup, workgroups, lane);
     let rounds = rounds_of(walk);
     var total = ListSums();
-    for (var round = 0u; round < rounds; round++) {
+    var round = 0u;
+    loop {
         total = added_up(walk, total, large_contacts_of(walk.body, entries_of(walk, round)));
+        continuing {
+            round++;
+            break if round >= rounds;
+        }
     }
     if (walk.answers && total.contacts != 0u) {
         atomicAdd(&large_contacts[standing_for(walk.body)], total.contacts);
