@@ -292,9 +292,13 @@ impl Model {
                 self.cohesion.file(),
                 "dem/leapfrog.wgsl",
             ]),
-            Method::ContactDynamics => {
-                files.extend(["solve/natural_map.wgsl", "solve/momentum.wgsl", "solve/sums.wgsl", "nscd/contact.wgsl"])
-            }
+            Method::ContactDynamics => files.extend([
+                if self.large_grains { "neighbours/lists/shared.wgsl" } else { "neighbours/lists/alone.wgsl" },
+                "solve/natural_map.wgsl",
+                "solve/momentum.wgsl",
+                "solve/sums.wgsl",
+                "nscd/contact.wgsl",
+            ]),
         }
         if self.method == Method::DiscreteElements && self.tangential != Tangential::None {
             files.push("contact/tangential/spring.wgsl");

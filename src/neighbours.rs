@@ -11,6 +11,7 @@ pub mod grid;
 mod history_count;
 mod history_store;
 pub mod levels;
+pub mod lists;
 mod order_cells;
 mod order_long_lists;
 mod order_neighbours;

@@ -24,6 +24,7 @@ mod power_iteration_pass;
 mod power_iteration_start;
 mod reduce_residual;
 mod refresh_members;
+mod relax_large;
 mod residual;
 pub mod response;
 mod rounding;
@@ -36,7 +37,7 @@ use rounding::*;
 
 /// Contact dynamics 1: contacts of a step.
 pub static SETUP_CONTACTS: Stage =
-    Stage { check: VELOCITIES, ..Stage::new("nscd", "setup_contacts", setup_contacts::setup_contacts, bodies) };
+    Stage { check: VELOCITIES, ..Stage::over_lists("nscd", "setup_contacts", setup_contacts::setup_contacts) };
 
 /// Contact dynamics, length of the passes' steps 1: where the power iteration starts.
 pub static POWER_ITERATION_START: Stage =
@@ -45,7 +46,7 @@ pub static POWER_ITERATION_START: Stage =
 /// Contact dynamics, length of the passes' steps 2: a pass of the power iteration.
 pub static POWER_ITERATION_PASS: Stage = Stage {
     check: SUMS,
-    ..Stage::new("nscd", "power_iteration_pass", power_iteration_pass::power_iteration_pass, bodies)
+    ..Stage::over_lists("nscd", "power_iteration_pass", power_iteration_pass::power_iteration_pass)
 };
 
 /// Contact dynamics, length of the passes' steps 3: the largest eigenvalue of W.
@@ -60,7 +61,7 @@ pub static INIT_SOLVER: Stage =
 
 /// Contact dynamics 3: a pass.
 pub static JACOBI_PASS: Stage =
-    Stage { check: SUMS, ..Stage::new("nscd", "jacobi_pass", jacobi_pass::jacobi_pass, bodies) };
+    Stage { check: SUMS, ..Stage::over_lists("nscd", "jacobi_pass", jacobi_pass::jacobi_pass) };
 
 /// Contact dynamics 3, coloured: the contacts of one colour.
 pub static GAUSS_SEIDEL_PASS: Stage = Stage {
@@ -72,6 +73,10 @@ pub static GAUSS_SEIDEL_PASS: Stage = Stage {
 pub static AFTER_SWEEP: Stage =
     Stage { check: SUMS, ..Stage::new("nscd", "after_sweep", after_sweep::after_sweep, bodies) };
 
+/// The same where grains are large, after their contacts.
+pub static RELAX_LARGE: Stage =
+    Stage { check: SUMS, ..Stage::over_lists("nscd", "relax_large", relax_large::relax_large) };
+
 /// Contact dynamics of clumps 3, coloured: members follow the first of them.
 pub static SYNC_MEMBERS: Stage =
     Stage { check: SUMS, ..Stage::new("nscd", "sync_members", sync_members::sync_members, clumps) };
@@ -81,7 +86,7 @@ pub static SCATTER_IMPULSES: Stage = Stage::new("nscd", "scatter_impulses", scat
 
 /// Contact dynamics 5: velocities without the rounding of the passes, and the loads of grains.
 pub static GATHER_IMPULSES: Stage =
-    Stage { check: VELOCITIES, ..Stage::new("nscd", "gather_impulses", gather_impulses::gather_impulses, bodies) };
+    Stage { check: VELOCITIES, ..Stage::over_lists("nscd", "gather_impulses", gather_impulses::gather_impulses) };
 
 /// Contact dynamics of clumps, after `gather_impulses`: velocities without the rounding of the passes, and loads.
 pub static REFRESH_MEMBERS: Stage = Stage {
@@ -103,7 +108,7 @@ pub static EXTRAPOLATE: Stage =
 pub static RESIDUAL: Stage = Stage {
     bind: &[("extrapolated_velocity", &array::PASS_VELOCITY), ("extrapolated_spin", &array::PASS_SPIN)],
     check: SUMS,
-    ..Stage::new("nscd", "residual", residual::residual, bodies)
+    ..Stage::over_lists("nscd", "residual", residual::residual)
 };
 
 /// Contact dynamics 8: its norm, and whether momentum may go on.
@@ -114,7 +119,7 @@ pub static REDUCE_RESIDUAL: Stage = Stage {
 
 /// Contact dynamics 9: positions.
 pub static MOVE_SPHERES: Stage =
-    Stage { check: VELOCITIES, ..Stage::new("nscd", "move_spheres", move_spheres::move_spheres, bodies) };
+    Stage { check: VELOCITIES, ..Stage::over_lists("nscd", "move_spheres", move_spheres::move_spheres) };
 
 /// Contact dynamics of clumps 0: velocities if nothing touched.
 pub static FREE_VELOCITIES: Stage = Stage::new("nscd", "free_velocities", free_velocities::free_velocities, clumps);
@@ -142,7 +147,7 @@ pub static POWER_ITERATION_CLUMPS: Stage = Stage {
 };
 
 /// Contact dynamics of clumps 8: impulses that the step ends with.
-pub static MEMBER_IMPULSES: Stage = Stage::new("nscd", "member_impulses", member_impulses::member_impulses, bodies);
+pub static MEMBER_IMPULSES: Stage = Stage::over_lists("nscd", "member_impulses", member_impulses::member_impulses);
 
 /// Contact dynamics of clumps 9: centres and attitudes.
 pub static MOVE_CLUMPS: Stage = Stage {

@@ -123,6 +123,11 @@ impl Stage {
         Stage { name, chapter, kernel: name, twin, dispatch: Dispatch::Items(items), bind: &[], check: Check::ROUNDING }
     }
 
+    /// The same of one that walks the lists of all bodies.
+    pub const fn over_lists(chapter: &'static str, name: &'static str, twin: fn(&mut State)) -> Stage {
+        Stage { dispatch: Dispatch::GroupEach(list_groups), ..Stage::new(chapter, name, twin, list_groups) }
+    }
+
     /// Its WGSL, relative to `shaders/`.
     pub fn file(&self) -> String {
         format!("{}/{}.wgsl", self.chapter, self.kernel)
@@ -140,6 +145,11 @@ pub fn bodies(sizes: &Sizes) -> usize {
 
 pub fn clumps(sizes: &Sizes) -> usize {
     sizes.clumps
+}
+
+/// Workgroups that walk the lists of all bodies.
+pub fn list_groups(sizes: &Sizes) -> usize {
+    sizes.list_groups()
 }
 
 /// Grains that workgroups serve, one each.

@@ -365,7 +365,7 @@ pub enum Length {
     Contacts,
     Colors,
     PartialSums,
-    /// Groups of [`GROUP`] bodies, then of clumps.
+    /// Workgroups that walk lists, then groups of [`GROUP`] clumps.
     Groups,
     /// Nothing, until somebody asks for what it holds.
     OnDemand,
@@ -402,6 +402,11 @@ impl Sizes {
         short
     }
 
+    /// Workgroups that walk the lists of all bodies: one for each large grain, which come first, and for [`GROUP`] others.
+    pub fn list_groups(&self) -> usize {
+        self.large + (self.bodies - self.large).div_ceil(GROUP)
+    }
+
     /// Number of elements. Never 0: a device has no empty buffers.
     pub fn of(&self, length: Length) -> usize {
         let len = match length {
@@ -421,7 +426,7 @@ impl Sizes {
             Length::Contacts => self.contacts,
             Length::Colors => self.colors,
             Length::PartialSums => PARTIAL_SUMS,
-            Length::Groups => self.bodies.div_ceil(GROUP) + self.clumps.div_ceil(GROUP),
+            Length::Groups => self.list_groups() + self.clumps.div_ceil(GROUP),
             Length::OnDemand => 0,
         };
         len.max(1)
@@ -632,6 +637,9 @@ fn working(m: &Model) -> bool {
 fn colored(m: &Model) -> bool {
     m.colored
 }
+fn colored_with_large(m: &Model) -> bool {
+    m.colored && m.large_grains
+}
 fn walled(m: &Model) -> bool {
     m.walls == Walls::Some
 }
@@ -720,6 +728,7 @@ state! {
     COLOR_CURSOR color_cursor: ColorCursor, One, -, "see nscd/coloring/priority.wgsl", colored;
     COLOR_CURSOR_NEXT color_cursor_next: ColorCursor, One, -, "see nscd/coloring/priority.wgsl", colored;
     PASS_RESIDUAL pass_residual: f64, Bodies, VelocitySquared, "", colored;
+    LARGE_CONTACTS large_contacts: u32, Bodies, Number, "see nscd/relax_large.wgsl", colored_with_large;
     LOAD_SPEED load_speed: f64, Bodies, Velocity, "if loads all push one way", rigid;
     RESIDUAL_SUMS residual_sums: ResidualSums, Groups, -, "", rigid;
     SOLVER_STATE solver_state: SolverState, One, -, "see nscd/contact.wgsl", rigid;

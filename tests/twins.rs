@@ -210,10 +210,17 @@ fn walls(model: &Model, edge: f64, materials: usize) -> Vec<Wall> {
 /// The alternatives of a model, with moving walls as one more.
 fn choices(model: &Model) -> Vec<String> {
     let slots = model.slots().into_iter().map(|(slot, choice)| format!("{slot}={choice}"));
+    // Of which grains, because what large ones ask for is otherwise with each.
+    let relaxation = match model.method {
+        MethodSlot::DiscreteElements => "none".to_owned(),
+        MethodSlot::ContactDynamics => {
+            format!("{} of {}", if model.colored { "coloured" } else { "jacobi" }, model.grains.label())
+        }
+    };
     slots
         .chain([
             format!("moving_walls={}", model.moving_walls),
-            format!("coloured={}", model.colored),
+            format!("relaxation={relaxation}"),
             format!("large={}", model.large_grains),
         ])
         .collect()

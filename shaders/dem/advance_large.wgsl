@@ -38,7 +38,7 @@ fn advance_large(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let place = group.x + group.y * groups.x;
+    let place = number_of(group, groups);
     let i = params.bodies - params.large + min(place, params.large - 1u);
     let moves = place < params.large && halt < HALTED;
     if (lane == 0u) {

@@ -17,5 +17,5 @@ fn after_sweep_of(i: u32) -> ResidualSums {
 @compute @workgroup_size(GROUP)
 fn after_sweep(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
-    store_residual_sums(i, after_sweep_of(i));
+    store_residual_sums(i / GROUP, i % GROUP, after_sweep_of(i));
 }

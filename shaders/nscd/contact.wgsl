@@ -70,18 +70,57 @@ fn combined(a: ResidualSums, b: ResidualSums) -> ResidualSums {
 
 alias Sums = ResidualSums;
 var<storage, read_write> load_speed: array<Real>; // N, m/s: what the loads of a grain do to it if they all push one way
-var<storage, read_write> residual_sums: array<ResidualSums>; // groups of bodies, then of clumps
+var<storage, read_write> residual_sums: array<ResidualSums>; // workgroups that walk lists, then groups of clumps
 var<storage, read_write> solver_state: SolverState;
 
-fn groups_of(items: u32) -> u32 {
-    return (items + GROUP - 1u) / GROUP;
+/// What the contacts of a list, or some of them, add.
+struct ListSums {
+    impulse: ForceTorque, // N s and N m s, on the grain of interest
+    load: Real,           // N s, sum of the impulses' amounts
+    contacts: u32,
+    sums: ResidualSums,
 }
 
-/// Add up the sums of a group of bodies, of which invocation i brings its own.
-fn store_residual_sums(i: u32, sums: ResidualSums) {
-    let sum = sum_of_lanes(i % GROUP, GROUP, sums);
-    if (i % GROUP == 0u && i < params.bodies) {
-        residual_sums[i / GROUP] = sum;
+/// The part of `ListSums` that `of_lane` has no place for.
+struct ListLoad {
+    impulse: ForceTorque,
+    load: Real,
+    contacts: u32,
+}
+
+var<workgroup> load_of_lane: array<ListLoad, GROUP>;
+
+/// A lane has this for the others.
+fn bring(lane: u32, own: ListSums) {
+    of_lane[lane] = own.sums;
+    load_of_lane[lane] = ListLoad(own.impulse, own.load, own.contacts);
+}
+
+fn brought(lane: u32) -> ListSums {
+    let load = load_of_lane[lane];
+    return ListSums(load.impulse, load.load, load.contacts, of_lane[lane]);
+}
+
+fn together(a: ListSums, b: ListSums) -> ListSums {
+    return ListSums(
+        ForceTorque(a.impulse.force + b.impulse.force, a.impulse.torque + b.impulse.torque),
+        a.load + b.load,
+        a.contacts + b.contacts,
+        combined(a.sums, b.sums),
+    );
+}
+
+/// One more impulse, at an entry of the grain of interest.
+fn with_impulse(sum: ForceTorque, entry: u32, impulse: Vec) -> ForceTorque {
+    let arm = inverse_effective_mass[entry].arm * contact_geometry[entry].n;
+    return ForceTorque(sum.force + impulse, sum.torque + moment(arm, impulse));
+}
+
+/// Add up the sums of the bodies of a workgroup, of which lanes bring their own.
+fn store_residual_sums(group: u32, lane: u32, sums: ResidualSums) {
+    let sum = sum_of_lanes(lane, GROUP, sums);
+    if (lane == 0u && group < groups_of_lists()) {
+        residual_sums[group] = sum;
     }
 }
 
@@ -89,13 +128,13 @@ fn store_residual_sums(i: u32, sums: ResidualSums) {
 fn store_clump_residual_sums(c: u32, sums: ResidualSums) {
     let sum = sum_of_lanes(c % GROUP, GROUP, sums);
     if (c % GROUP == 0u && c < params.clumps) {
-        residual_sums[groups_of(params.bodies) + c / GROUP] = sum;
+        residual_sums[groups_of_lists() + c / GROUP] = sum;
     }
 }
 
 /// The sum over all groups, in a single workgroup; in lane 0 only.
 fn total_sums(lane: u32) -> ResidualSums {
-    let groups = groups_of(params.bodies) + groups_of(params.clumps);
+    let groups = groups_of_lists() + (params.clumps + GROUP - 1u) / GROUP;
     var sum = ResidualSums();
     for (var g = lane; g < groups; g += SUM_LANES) {
         sum = combined(sum, residual_sums[g]);
@@ -145,7 +184,6 @@ fn past(a: FreeMotion, arm: Vec, b: FreeMotion, arm_to: Vec) -> Vec {
 /// Smaller than any speed that matters, m/s.
 const NO_SPEED: Real = 1e-30;
 
-
 /// Velocities of body i, after a pass and as carried ahead from it, by what its impulses make of them: freed of the
 /// rounding that updates in place have left.
 fn remove_rounding(i: u32, velocity: Velocity, spin: Spin) {
@@ -187,6 +225,22 @@ fn oriented_contact(i: u32, entry: u32, j: u32, here: Velocity, spin: Spin) -> O
 
 /// The same with what impulses have added to the velocity of its sides alone.
 fn pushed_contact(i: u32, entry: u32, j: u32, here: Velocity, spin: Spin) -> OrientedContact {
+    if (j >= params.bodies) {
+        return contact_between(i, entry, j, here, spin, Velocity(), Spin());
+    }
+    return contact_between(i, entry, j, here, spin, extrapolated_velocity[j], extrapolated_spin_of(j));
+}
+
+/// The same, where grain j has a velocity and a spin to it too; a wall has none.
+fn contact_between(
+    i: u32,
+    entry: u32,
+    j: u32,
+    here: Velocity,
+    spin: Spin,
+    there: Velocity,
+    spin_to: Spin,
+) -> OrientedContact {
     let inverse_mass = inverse_effective_mass[entry];
     var side = contact_at(i, j, contact_geometry[entry], inverse_mass, Vec());
     if (j >= params.bodies) {
@@ -194,8 +248,6 @@ fn pushed_contact(i: u32, entry: u32, j: u32, here: Velocity, spin: Spin) -> Ori
         return side;
     }
     let first = i < j;
-    let there = extrapolated_velocity[j];
-    let spin_to = extrapolated_spin_of(j);
     side.sign = select(Real(-1), Real(1), first);
     side.share = 0.5;
     side.n = side.sign * side.n;

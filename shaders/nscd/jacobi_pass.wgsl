@@ -2,17 +2,12 @@
 // Contact dynamics 3: a pass. Every contact takes a step of Jacobi's kind from the impulses and velocities that
 // momentum has carried ahead, and every grain gathers what its contacts do to it.
 
-fn jacobi_pass_of(i: u32) -> ResidualSums {
-    if (i >= params.bodies) {
-        return ResidualSums();
-    }
+fn jacobi_pass_of(i: u32, entries: vec2<u32>) -> ListSums {
     let here = extrapolated_velocity[i];
     let spin = extrapolated_spin_of(i);
     let step = step_of(solver_state);
-    var sums = ResidualSums();
-    var sum = ForceTorque();
-    let end = list_start[i + 1u];
-    for (var entry = list_start[i]; entry < end; entry++) {
+    var total = ListSums();
+    for (var entry = entries.x; entry < entries.y; entry++) {
         let tagged = neighbour[entry];
         if (tagged == NONE) {
             break;
@@ -26,21 +21,37 @@ fn jacobi_pass_of(i: u32) -> ResidualSums {
         let next = disc_update(side, start, step);
         let mine = side.sign * next;
         impulse_before[entry] = packed(mine);
-        sum.force += mine;
-        sum.torque += moment(inverse_effective_mass[entry].arm * contact_geometry[entry].n, mine);
+        total.impulse = with_impulse(total.impulse, entry, mine);
         let back = start - next;
         let on = next - old;
         let error = natural_map(side, start, natural_map_scale(entry, side.tangential));
-        sums.residual_squared += side.share * dot(error, error);
-        sums.restart_criterion += side.share * scaled_product(side, back, on);
-        sums.step_squared += side.share * scaled_product(side, back, back);
+        total.sums.residual_squared += side.share * dot(error, error);
+        total.sums.restart_criterion += side.share * scaled_product(side, back, on);
+        total.sums.step_squared += side.share * scaled_product(side, back, back);
     }
-    sums.curvature = respond_to_pass(i, sum, here, spin);
-    return sums;
+    return total;
 }
 
 @compute @workgroup_size(GROUP)
-fn jacobi_pass(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let i = linear(gid, groups);
-    store_residual_sums(i, jacobi_pass_of(i));
+fn jacobi_pass(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let walk = walk_of(workgroup, workgroups, lane);
+    let rounds = rounds_of(walk);
+    var total = ListSums();
+    var round = 0u;
+    loop {
+        total = added_up(walk, total, jacobi_pass_of(walk.body, entries_of(walk, round)));
+        continuing {
+            round++;
+            break if round >= rounds;
+        }
+    }
+    if (walk.answers) {
+        let i = walk.body;
+        total.sums.curvature = respond_to_pass(i, total.impulse, extrapolated_velocity[i], extrapolated_spin_of(i));
+    }
+    store_residual_sums(walk.group, lane, total.sums);
 }

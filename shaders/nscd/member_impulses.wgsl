@@ -1,17 +1,9 @@
 // twin: src/nscd/member_impulses.rs
 // Contact dynamics of clumps 8: members hand over the impulses that the step ends with.
-@compute @workgroup_size(WG)
-fn member_impulses(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let i = linear(gid, groups);
-    if (i >= params.bodies) {
-        return;
-    }
-    if (i == 0u) {
-        atomicAdd(&counters.steps_done, 1u);
-    }
-    var sum = ForceTorque();
-    let end = list_start[i + 1u];
-    for (var entry = list_start[i]; entry < end; entry++) {
+/// The impulses that the step ends with; what carries one is a contact of the next step.
+fn impulses_of(i: u32, entries: vec2<u32>) -> ListSums {
+    var total = ListSums();
+    for (var entry = entries.x; entry < entries.y; entry++) {
         let tagged = neighbour[entry];
         if (tagged == NONE) {
             break;
@@ -20,9 +12,33 @@ fn member_impulses(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_w
         let pressed = any(impulse != Vec());
         set_active(entry, tagged, pressed);
         if (pressed) {
-            sum.force += impulse;
-            sum.torque += moment(inverse_effective_mass[entry].arm * contact_geometry[entry].n, impulse);
+            total.impulse = with_impulse(total.impulse, entry, impulse);
         }
     }
-    store_member_load(i, sum);
+    return total;
+}
+
+@compute @workgroup_size(GROUP)
+fn member_impulses(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let walk = walk_of(workgroup, workgroups, lane);
+    let rounds = rounds_of(walk);
+    var total = ListSums();
+    var round = 0u;
+    loop {
+        total = added_up(walk, total, impulses_of(walk.body, entries_of(walk, round)));
+        continuing {
+            round++;
+            break if round >= rounds;
+        }
+    }
+    if (walk.answers) {
+        if (walk.body == 0u) {
+            atomicAdd(&counters.steps_done, 1u);
+        }
+        store_member_load(walk.body, total.impulse);
+    }
 }

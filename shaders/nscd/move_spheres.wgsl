@@ -2,27 +2,23 @@
 // Contact dynamics 8: the end of a step, positions n to n + 1 with the velocities n + 1.
 var<storage, read_write> halt: atomic<u32>;
 
-@compute @workgroup_size(WG)
-fn move_spheres(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let i = linear(gid, groups);
-    if (i >= params.bodies) {
-        return;
-    }
-    if (i == 0u) {
-        atomicAdd(&counters.steps_done, 1u);
-    }
-    var sum = ForceTorque();
-    let end = list_start[i + 1u];
-    for (var entry = list_start[i]; entry < end; entry++) {
+/// The impulses that the step ends with; what carries one is a contact of the next step.
+fn impulses_of(i: u32, entries: vec2<u32>) -> ListSums {
+    var total = ListSums();
+    for (var entry = entries.x; entry < entries.y; entry++) {
         let tagged = neighbour[entry];
         if (tagged == NONE) {
             break;
         }
         let impulse = impulse_of(entry);
         set_active(entry, tagged, any(impulse != Vec()));
-        sum.force += impulse;
-        sum.torque += moment(inverse_effective_mass[entry].arm * contact_geometry[entry].n, impulse);
+        total.impulse = with_impulse(total.impulse, entry, impulse);
     }
+    return total;
+}
+
+/// Body i has got these impulses.
+fn move_sphere(i: u32, sum: ForceTorque) {
     let here = body(i);
     // From the impulses, and not from the velocities of the last pass, which have no digits for a small change.
     let inverse_mass = damping_factor() * here.velocity.inverse_mass;
@@ -33,5 +29,30 @@ fn move_spheres(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_work
     let point = wrap(displaced(here.position.x, here.low.x, params.dt * v));
     if (commit_position(i, here.position, here.low, point, params.dt * sqrt(dot(v, v)), false)) {
         atomicMax(&halt, HALTED); // the host will take the step back, and walls must not have moved
+    }
+}
+
+@compute @workgroup_size(GROUP)
+fn move_spheres(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let walk = walk_of(workgroup, workgroups, lane);
+    let rounds = rounds_of(walk);
+    var total = ListSums();
+    var round = 0u;
+    loop {
+        total = added_up(walk, total, impulses_of(walk.body, entries_of(walk, round)));
+        continuing {
+            round++;
+            break if round >= rounds;
+        }
+    }
+    if (walk.answers) {
+        if (walk.body == 0u) {
+            atomicAdd(&counters.steps_done, 1u);
+        }
+        move_sphere(walk.body, total.impulse);
     }
 }

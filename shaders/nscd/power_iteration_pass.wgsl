@@ -2,17 +2,12 @@
 // Contact dynamics, the step's length 2: a pass of the power iteration. Contacts turn velocities into the impulses that
 // would undo them one by one, and these give the grains velocities.
 
-fn power_iteration_of(i: u32) -> ResidualSums {
-    if (i >= params.bodies) {
-        return ResidualSums();
-    }
+fn power_iteration_of(i: u32, entries: vec2<u32>) -> ListSums {
     let here = extrapolated_velocity[i];
     let spin = extrapolated_spin_of(i);
     let scale = 1 / max(solver_state.lipschitz, Real(1));
-    var sums = ResidualSums();
-    var sum = ForceTorque();
-    let end = list_start[i + 1u];
-    for (var entry = list_start[i]; entry < end; entry++) {
+    var total = ListSums();
+    for (var entry = entries.x; entry < entries.y; entry++) {
         let tagged = neighbour[entry];
         if (tagged == NONE) {
             break;
@@ -24,16 +19,34 @@ fn power_iteration_of(i: u32) -> ResidualSums {
         let approach = dot(side.velocity, side.n);
         let slip = side.velocity - approach * side.n;
         let mine = (side.sign * scale) * (approach / side.normal * side.n + slip * (1 / side.tangential));
-        sum.force += mine;
-        sum.torque += moment(inverse_effective_mass[entry].arm * contact_geometry[entry].n, mine);
-        sums.step_squared += side.share * (approach * approach / side.normal + dot(slip, slip) / side.tangential);
+        total.impulse = with_impulse(total.impulse, entry, mine);
+        let squared = approach * approach / side.normal + dot(slip, slip) / side.tangential;
+        total.sums.step_squared += side.share * squared;
     }
-    sums.curvature = respond_to_power_iteration(i, sum, here, spin);
-    return sums;
+    return total;
 }
 
 @compute @workgroup_size(GROUP)
-fn power_iteration_pass(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let i = linear(gid, groups);
-    store_residual_sums(i, power_iteration_of(i));
+fn power_iteration_pass(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let walk = walk_of(workgroup, workgroups, lane);
+    let rounds = rounds_of(walk);
+    var total = ListSums();
+    var round = 0u;
+    loop {
+        total = added_up(walk, total, power_iteration_of(walk.body, entries_of(walk, round)));
+        continuing {
+            round++;
+            break if round >= rounds;
+        }
+    }
+    if (walk.answers) {
+        let i = walk.body;
+        let here = extrapolated_velocity[i];
+        total.sums.curvature = respond_to_power_iteration(i, total.impulse, here, extrapolated_spin_of(i));
+    }
+    store_residual_sums(walk.group, lane, total.sums);
 }

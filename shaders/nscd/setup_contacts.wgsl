@@ -2,18 +2,12 @@
 // Contact dynamics 1: the contacts of a step, and the velocities that the impulses of the last step would give it.
 
 /// Contacts of body i.
-fn setup_contacts_of(i: u32) -> ResidualSums {
-    if (i >= params.bodies) {
-        return ResidualSums();
-    }
+fn setup_contacts_of(i: u32, entries: vec2<u32>) -> ListSums {
     let here = body(i);
     let free = free_motion(i);
-    var sum = ForceTorque();
-    var contacts = 0u;
-    var sums = ResidualSums();
+    var total = ListSums();
     let slack = params.dt * sqrt(dot(params.gravity, params.gravity));
-    let end = list_start[i + 1u];
-    for (var entry = list_start[i]; entry < end; entry++) {
+    for (var entry = entries.x; entry < entries.y; entry++) {
         let tagged = neighbour[entry];
         if (tagged == NONE) {
             break;
@@ -50,21 +44,38 @@ fn setup_contacts_of(i: u32) -> ResidualSums {
         // Pairs that are not about to touch take no part in passes, unless the residual finds that they should.
         let is_active = (tagged & ACTIVE) != 0u || dot(q, touch.n) + slack >= 0;
         set_active(entry, tagged, is_active);
-        contacts++;
+        total.contacts++;
         let old = warm_start_impulse(entry, tagged);
         if (is_active) {
-            sums.reference += select(Real(1), Real(0.5), j < params.bodies) * speed * speed;
+            total.sums.reference += select(Real(1), Real(0.5), j < params.bodies) * speed * speed;
         }
         store_impulse(entry, old);
         impulse_before[entry] = packed(old);
-        sum.force += old;
-        sum.torque += moment(inverse_mass.arm * touch.n, old);
+        total.impulse.force += old;
+        total.impulse.torque += moment(inverse_mass.arm * touch.n, old);
     }
-    return combined(sums, respond_to_warm_start(i, sum, contacts));
+    return total;
 }
 
 @compute @workgroup_size(GROUP)
-fn setup_contacts(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let i = linear(gid, groups);
-    store_residual_sums(i, setup_contacts_of(i));
+fn setup_contacts(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let walk = walk_of(workgroup, workgroups, lane);
+    let rounds = rounds_of(walk);
+    var total = ListSums();
+    var round = 0u;
+    loop {
+        total = added_up(walk, total, setup_contacts_of(walk.body, entries_of(walk, round)));
+        continuing {
+            round++;
+            break if round >= rounds;
+        }
+    }
+    if (walk.answers) {
+        total.sums = combined(total.sums, respond_to_warm_start(walk.body, total.impulse, total.contacts));
+    }
+    store_residual_sums(walk.group, lane, total.sums);
 }

@@ -8,7 +8,15 @@ fn sync_members_of(c: u32) -> ResidualSums {
     let here = clump(c);
     let q = here.orientation;
     let i = index_of_id[first_member[c]];
-    let now = extrapolated_clump(c, q);
+    let member_arm = arm_of(q, first_member[c]);
+    var first = extrapolated_velocity[i];
+    var now = extrapolated_clump(c, q);
+    if (params.large != 0u) {
+        // Contacts without a colour have left what they do with the members.
+        let added = impulse_response(c, here);
+        now = RigidVelocity(now.v + added.v, now.spin + added.spin);
+        first.v += added.v + surface_velocity(added.spin, member_arm);
+    }
     let last = from_first_member(c, q, pass_velocity[i], pass_spin[i]);
     let before = from_first_member(c, q, pass_velocity_before[i], pass_spin_before[i]);
     // From where the sweeps set out to where they led, along the change from the pass before.
@@ -16,12 +24,10 @@ fn sync_members_of(c: u32) -> ResidualSums {
     let start = RigidVelocity(last.v + solver_state.beta * change.v, last.spin + solver_state.beta * change.spin);
     var sums = ResidualSums();
     sums.restart_criterion = kinetic_metric(here, velocity_difference(now, start), velocity_difference(last, now));
-    let member_arm = arm_of(q, first_member[c]);
     for (var member_id = first_member[c]; member_id < first_member[c + 1u]; member_id++) {
         let member = index_of_id[member_id];
         let from_first = arm_of(q, member_id) - member_arm;
-        let v = extrapolated_velocity[i].v + surface_velocity(now.spin, from_first);
-        pass_velocity_before[member] = Velocity(v, extrapolated_velocity[i].inverse_mass);
+        pass_velocity_before[member] = Velocity(first.v + surface_velocity(now.spin, from_first), first.inverse_mass);
         pass_spin_before[member] = now.spin;
     }
     return sums;

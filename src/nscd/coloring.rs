@@ -1,6 +1,7 @@
 //! Colours of contacts: contacts of one colour share no grain, so that all of them may be updated in place at once.
 
 mod assign_colors;
+mod count_large_contacts;
 mod order_by_color;
 pub mod priority;
 mod propose;
@@ -58,6 +59,10 @@ pub static ASSIGN_COLORS: Stage = Stage {
     check: Check { unordered: &[&array::CONTACT_COLOR], ..Check::ROUNDING },
     ..Stage::new("nscd/coloring", "assign_colors", assign_colors::assign_colors, bodies)
 };
+
+/// Colors of contacts, where grains are large: how many of theirs there are, which have no colours.
+pub static COUNT_LARGE_CONTACTS: Stage =
+    Stage::over_lists("nscd/coloring", "count_large_contacts", count_large_contacts::count_large_contacts);
 
 /// Colors of contacts 3: contacts in their order.
 pub static ORDER_BY_COLOR: Stage =

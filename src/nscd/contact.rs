@@ -10,10 +10,12 @@ use crate::{
         law::Contact,
         materials::pair_of,
     },
+    neighbours::lists::bodies_of_group,
     space::{dimension::moment, precision::position_low_of, walls::wall_separation},
 };
 use glam::DVec3;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Sums of two together.
 pub fn combined(a: ResidualSums, b: ResidualSums) -> ResidualSums {
@@ -211,20 +213,25 @@ pub fn add_impulse(sum: &mut ForceTorque, s: &State, entry: usize, impulse: DVec
 
 /// Keep the sums over the bodies of every group.
 pub fn store_residual_sums(s: &mut State, of_body: impl Fn(&State, usize) -> ResidualSums + Sync) {
-    let sums = by_group(s.sizes.bodies, |i| of_body(s, i));
+    let bodies = |group: usize| bodies_of_group(&s.sizes, group);
+    let sums = by_group(s.sizes.list_groups(), bodies, |i| of_body(s, i));
     s.residual_sums[..sums.len()].copy_from_slice(&sums);
 }
 
 /// The same for clumps, whose groups come after those of the bodies.
 pub fn store_clump_residual_sums(s: &mut State, of_clump: impl Fn(&State, usize) -> ResidualSums + Sync) {
-    let sums = by_group(s.sizes.clumps, |c| of_clump(s, c));
-    s.residual_sums[s.sizes.bodies.div_ceil(GROUP)..][..sums.len()].copy_from_slice(&sums);
+    let clumps = |group: usize| group * GROUP..((group + 1) * GROUP).min(s.sizes.clumps);
+    let sums = by_group(s.sizes.clumps.div_ceil(GROUP), clumps, |c| of_clump(s, c));
+    s.residual_sums[s.sizes.list_groups()..][..sums.len()].copy_from_slice(&sums);
 }
 
-fn by_group(items: usize, of_item: impl Fn(usize) -> ResidualSums + Sync) -> Vec<ResidualSums> {
-    let groups = (0..items.div_ceil(GROUP)).into_par_iter();
-    let of = |g: usize| g * GROUP..((g + 1) * GROUP).min(items);
-    groups.map(|g| of(g).map(&of_item).fold(ResidualSums::default(), combined)).collect()
+fn by_group(
+    groups: usize,
+    items: impl Fn(usize) -> Range<usize> + Sync,
+    of_item: impl Fn(usize) -> ResidualSums + Sync,
+) -> Vec<ResidualSums> {
+    let of_group = |group| items(group).map(&of_item).fold(ResidualSums::default(), combined);
+    (0..groups).into_par_iter().map(of_group).collect()
 }
 
 /// The impulse at this entry of the last step, N s.

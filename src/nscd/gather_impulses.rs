@@ -17,7 +17,7 @@ pub fn gather_impulses(s: &mut State) {
         (0..s.sizes.bodies).into_par_iter().map(|i| impulse_sum(s, active_entries(s, i))).collect();
     for i in 0..s.sizes.bodies {
         let load: f64 = active_entries(s, i).map(|entry| s.impulse[entry].0.length()).sum();
-        s.load_speed[i] = load * largest_response(s, i);
+        s.load_speed[i] = load * largest_response(s, i).tangential;
     }
     match s.model.grains {
         Grains::Spheres => sums.iter().enumerate().for_each(|(i, sum)| {

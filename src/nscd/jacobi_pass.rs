@@ -17,11 +17,11 @@ use rayon::prelude::*;
 pub fn jacobi_pass(s: &mut State) {
     if s.model.grains == Grains::Clumps {
         let (impulses, sums): (Vec<ForceTorque>, Vec<ResidualSums>) =
-            passes(s, |_, _, sum, sums| (sum, sums)).into_iter().unzip();
+            passes(s, jacobi_pass_of, |_, _, sum, sums| (sum, sums)).into_iter().unzip();
         store_residual_sums(s, |_, i| sums[i]);
         return store_member_load(s, impulses.into_iter());
     }
-    let responses = passes(s, |s, i, sum, sums| {
+    let responses = passes(s, jacobi_pass_of, |s, i, sum, sums| {
         let ((velocity, spin), (v, w)) = (response(s, i, &sum), extrapolated_velocity_of(s, i));
         let curvature = kinetic_metric(s, i, velocity.inverse_mass, velocity.v - v, spin - w);
         (velocity, spin, ResidualSums { curvature, ..sums })
@@ -35,8 +35,12 @@ pub fn jacobi_pass(s: &mut State) {
     }
 }
 
-/// A pass over the contacts of all bodies, and what becomes of each body's impulses and sums.
-fn passes<T: Send>(s: &mut State, then: impl Fn(&State, usize, ForceTorque, ResidualSums) -> T + Sync) -> Vec<T> {
+/// A pass over the contacts of all bodies, `of_body` after body, and what becomes of each body's impulses and sums.
+pub fn passes<T: Send>(
+    s: &mut State,
+    of_body: impl Fn(&State, usize, &mut [Packed], usize) -> (ForceTorque, ResidualSums) + Sync,
+    then: impl Fn(&State, usize, ForceTorque, ResidualSums) -> T + Sync,
+) -> Vec<T> {
     let mut before = std::mem::take(&mut s.impulse_before);
     let of_bodies = by_entry(&mut before, s)
         .enumerate()
@@ -44,11 +48,11 @@ fn passes<T: Send>(s: &mut State, then: impl Fn(&State, usize, ForceTorque, Resi
             let first = k * BLOCK;
             let begin = s.list_start[first] as usize;
             let bodies = first..(first + BLOCK).min(s.sizes.bodies);
-            let of_body = |i| {
-                let (sum, sums) = jacobi_pass_of(s, i, before, begin);
+            let result = |i| {
+                let (sum, sums) = of_body(s, i, before, begin);
                 then(s, i, sum, sums)
             };
-            bodies.map(of_body).collect::<Vec<_>>()
+            bodies.map(result).collect::<Vec<_>>()
         })
         .collect();
     s.impulse_before = before;

@@ -83,19 +83,22 @@ fn color(model: &Model) -> Plan {
         repeat(Loop::Times(COLORING_ROUNDS), round),
         run(&PROPOSE),
     ]);
-    plan([repeat(Loop::UntilColored, rounds), run(&ORDER_BY_COLOR)])
+    let large = plan([clear([&LARGE_CONTACTS]), run(&COUNT_LARGE_CONTACTS)]);
+    plan([repeat(Loop::UntilColored, rounds), large.when(model.large_grains), run(&ORDER_BY_COLOR)])
 }
 
 /// A pass over all contacts, at once or colour by colour; then momentum.
 fn pass(model: &Model) -> Plan {
     let clumps = model.grains == Grains::Clumps;
     let sweep = plan([run(&GAUSS_SEIDEL_PASS), swap(model, [(&COLOR_CURSOR, &COLOR_CURSOR_NEXT)])]);
-    let impulse = if model.colored { (&COLORED_IMPULSE, &COLORED_IMPULSE_BEFORE) } else { (&IMPULSE, &IMPULSE_BEFORE) };
+    let after_colors = if model.large_grains { &RELAX_LARGE } else { &AFTER_SWEEP };
     plan([
-        plan([repeat(Loop::ForEachColor, sweep), run(&AFTER_SWEEP), run(&SYNC_MEMBERS).when(clumps)])
+        plan([repeat(Loop::ForEachColor, sweep), run(after_colors), run(&SYNC_MEMBERS).when(clumps)])
             .when(model.colored),
         plan([run(&JACOBI_PASS), run(&CLUMP_RESPONSE).when(clumps)]).when(!model.colored),
-        swap(model, [impulse, (&PASS_VELOCITY, &PASS_VELOCITY_BEFORE), (&PASS_SPIN, &PASS_SPIN_BEFORE)]),
+        swap(model, [(&COLORED_IMPULSE, &COLORED_IMPULSE_BEFORE)]),
+        swap(model, [(&IMPULSE, &IMPULSE_BEFORE)]).when(!model.colored || model.large_grains),
+        swap(model, [(&PASS_VELOCITY, &PASS_VELOCITY_BEFORE), (&PASS_SPIN, &PASS_SPIN_BEFORE)]),
         run(&MOMENTUM_RESTART),
         run(&EXTRAPOLATE),
         clear([&COLOR_CURSOR]).when(model.colored),

@@ -123,18 +123,29 @@ pub fn natural_map_scale(s: &State, entry: usize, tangential: f64) -> f64 {
     }
 }
 
-/// Velocity, m/s, that an impulse of 1 N s gives a point of body i at most.
-pub fn largest_response(s: &State, i: usize) -> f64 {
+/// What an impulse does to a point of body i at most, along the normal and across, 1/kg.
+pub fn largest_response(s: &State, i: usize) -> UpdateScales {
     let (inverse_mass, radius) = (impulse_inverse_mass(s, i), s.position[i].radius);
-    inverse_mass
-        + match s.model.grains {
-            Grains::Spheres => radius * radius * inverse_inertia(s, &s.position[i], inverse_mass),
-            Grains::Clumps => {
-                let member_id = s.id[i] as usize;
-                let turning = damping_factor(s) * largest(s.inverse_moments[s.clump_of_id[member_id] as usize].0);
-                (s.member_offset[member_id].0.length() + radius).powi(2) * turning
-            }
+    match s.model.grains {
+        Grains::Spheres => {
+            let turning = radius * radius * inverse_inertia(s, &s.position[i], inverse_mass);
+            UpdateScales { normal: inverse_mass, tangential: inverse_mass + turning }
         }
+        Grains::Clumps => {
+            let member_id = s.id[i] as usize;
+            let turning = damping_factor(s) * largest(s.inverse_moments[s.clump_of_id[member_id] as usize].0);
+            let most = inverse_mass + (s.member_offset[member_id].0.length() + radius).powi(2) * turning;
+            UpdateScales { normal: most, tangential: most }
+        }
+    }
+}
+
+/// The body that stands for the grain of body i while sweeps go on: of a clump, the first member.
+pub fn standing_for(s: &State, i: usize) -> usize {
+    match s.model.grains {
+        Grains::Spheres => i,
+        Grains::Clumps => s.index_of_id[s.first_member[grain_of(s, i) as usize] as usize] as usize,
+    }
 }
 
 /// Velocity and spin that impulses give sphere i at the end of the step.

@@ -25,7 +25,7 @@ pub struct OrientedContact {
 }
 
 /// What the disc update divides velocities by, 1/kg.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct UpdateScales {
     pub normal: f64,
     pub tangential: f64,

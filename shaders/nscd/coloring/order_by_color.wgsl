@@ -8,7 +8,7 @@ fn order_by_color(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_wo
     if (i >= params.bodies) {
         return;
     }
-    let end = list_start[i + 1u];
+    let end = select(list_start[i + 1u], 0u, is_large(i));
     for (var entry = list_start[i]; entry < end; entry++) {
         let tagged = neighbour[entry];
         if (tagged == NONE) {

@@ -1,5 +1,6 @@
 // twin: src/nscd/coloring/propose.rs
-// Colors 1: every body names the neighbour with which it would have a contact coloured next.
+// Colors 1: every body names the neighbour with which it would have a contact coloured next. Contacts of large grains get
+// no colour: `relax_large` has them.
 var<storage, read_write> proposal: array<u32>; // N: as in the lists; NONE: all have their colours
 var<storage, read_write> coloring_state: ColoringState;
 
@@ -11,14 +12,14 @@ fn propose(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
     }
     var choice = NONE;
     var best = 0u;
-    let end = list_start[i + 1u];
+    let end = select(list_start[i + 1u], 0u, is_large(i));
     for (var entry = list_start[i]; entry < end; entry++) {
         let tagged = neighbour[entry];
         if (tagged == NONE) {
             break;
         }
-        if ((tagged & ACTIVE) != 0u && contact_color[entry].color == 0u) {
-            let j = tagged & INDEX;
+        let j = tagged & INDEX;
+        if ((tagged & ACTIVE) != 0u && contact_color[entry].color == 0u && !is_large(j)) {
             var other = j;
             if (j < params.bodies) {
                 other = id[j];

@@ -25,6 +25,20 @@ fn grain_of(i: u32) -> u32 {
     return clump_of_id[id[i]];
 }
 
+/// The body that stands for the grain of body i while sweeps go on: the first member of its clump.
+fn standing_for(i: u32) -> u32 {
+    return index_of_id[first_member[clump_of_id[id[i]]]];
+}
+
+/// What an impulse does to a point of body i at most, along the normal and across, 1/kg.
+fn largest_response(i: u32) -> UpdateScales {
+    let offset = unpacked(member_offset[id[i]]);
+    let reach = sqrt(dot(offset, offset)) + position[i].radius;
+    let turning = damping_factor() * largest(inverse_moments[clump_of_id[id[i]]]);
+    let most = impulse_inverse_mass(i) + reach * reach * turning;
+    return UpdateScales(most, most);
+}
+
 /// Velocity, m/s, of the point at the end of an arm from body i for an impulse there of 1 N s along each axis.
 fn delassus_block(i: u32, arm: Vec) -> Columns {
     let member_id = id[i];
@@ -118,13 +132,16 @@ fn respond_to_sweep(i: u32) -> Real {
     return 0;
 }
 
+/// The clump will answer.
+fn respond_to_large_contacts(i: u32, sum: ForceTorque) -> Real {
+    store_member_load(i, sum);
+    return 0;
+}
+
 /// `load`: of all contacts, N s.
 fn respond_to_gather(i: u32, sum: ForceTorque, load: Real) {
     store_member_load(i, sum);
-    let offset = unpacked(member_offset[id[i]]);
-    let reach = sqrt(dot(offset, offset)) + position[i].radius;
-    let turning = damping_factor() * largest(inverse_moments[clump_of_id[id[i]]]);
-    load_speed[i] = load * (impulse_inverse_mass(i) + reach * reach * turning);
+    load_speed[i] = load * largest_response(i).tangential;
 }
 
 /// Spin that a moment, N m s, gives a clump, rad/s.

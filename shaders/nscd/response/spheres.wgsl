@@ -15,6 +15,18 @@ fn grain_of(i: u32) -> u32 {
     return id[i];
 }
 
+/// The body that stands for the grain of body i while sweeps go on.
+fn standing_for(i: u32) -> u32 {
+    return i;
+}
+
+/// What an impulse does to a point of body i at most, along the normal and across, 1/kg.
+fn largest_response(i: u32) -> UpdateScales {
+    let inverse_mass = impulse_inverse_mass(i);
+    let radius = position[i].radius;
+    return UpdateScales(inverse_mass, inverse_mass + radius * radius * inverse_inertia(position[i], inverse_mass));
+}
+
 /// What an impulse does to bodies i and j at an entry; j may be a wall.
 fn inverse_effective_mass_of(entry: u32, i: u32, j: u32, touch: Separation) -> InverseEffectiveMass {
     var inverse_mass = InverseEffectiveMass();
@@ -102,16 +114,26 @@ fn apply_impulse(i: u32, body: ContactBody, impulse: Vec) {
     store_extrapolated_spin(i, body.spin + inertia * moment(body.arm, impulse));
 }
 
-/// Sweeps have led body i from where they set out to where it is: how far against the way from the pass before, J.
+/// A sweep has led body i from where it set out to where it is: how far against the way from the pass before, J.
 fn respond_to_sweep(i: u32) -> Real {
+    return respond_to_swept(i, extrapolated_velocity[i], extrapolated_spin_of(i));
+}
+
+/// The same if these impulses come to it in the end.
+fn respond_to_large_contacts(i: u32, sum: ForceTorque) -> Real {
+    let before = extrapolated_velocity[i];
+    let last = response(i, sum);
+    let now = Velocity(before.v + last.velocity.v, before.inverse_mass);
+    return respond_to_swept(i, now, extrapolated_spin_of(i) + last.spin);
+}
+
+fn respond_to_swept(i: u32, now: Velocity, spin: Spin) -> Real {
     var against = Real(0);
-    let now = extrapolated_velocity[i];
     let last = pass_velocity[i].v;
     if (now.inverse_mass != 0) {
         let start = last + solver_state.beta * (last - pass_velocity_before[i].v);
         against = dot(start - now.v, now.v - last) / now.inverse_mass;
     }
-    let spin = extrapolated_spin_of(i);
     let inertia = inverse_inertia(position[i], now.inverse_mass);
     if (inertia != 0) {
         let spin_last = pass_spin_of(i);
@@ -127,8 +149,7 @@ fn respond_to_sweep(i: u32) -> Real {
 fn respond_to_gather(i: u32, sum: ForceTorque, load: Real) {
     let now = response(i, sum);
     remove_rounding(i, now.velocity, now.spin);
-    let radius = position[i].radius;
-    load_speed[i] = load * (now.velocity.inverse_mass + radius * radius * now.inertia);
+    load_speed[i] = load * largest_response(i).tangential;
 }
 
 /// Kinetic energy, twice, J.
