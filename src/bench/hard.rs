@@ -3,7 +3,7 @@
 //! engines; [`print()`] makes of the same figures the table of `docs/hard-cases.md`.
 
 mod agreement;
-mod clumps;
+pub(super) mod clumps;
 #[doc(hidden)] // for the tests
 pub mod common;
 mod contact;
