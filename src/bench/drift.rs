@@ -82,7 +82,7 @@ fn periodic(upper: DVec3) -> Assembly {
 }
 
 /// Two free bodies turn by 1e-3 rad in a step.
-fn bodies() -> Assembly {
+pub fn bodies() -> Assembly {
     let mut scene = turning_bodies(2);
     let dt = automatic_step(&scene).expect("they could touch");
     scene.clumps.iter_mut().for_each(|clump| clump.spin *= 1e-3 / dt);

@@ -2,6 +2,7 @@
 //! plots.
 
 mod format;
+mod precision;
 mod relaxation;
 mod speed;
 
@@ -96,6 +97,7 @@ pub fn markdown(bench: &Bench) -> String {
         match suite {
             Suite::Speed => speed::write(&mut text, &points, &bench.stages),
             Suite::Relaxation => relaxation::write(&mut text, &points, &bench.relaxation),
+            Suite::Precision => precision::write(&mut text, &points),
             _ => by_quantity(&mut text, &points),
         }
     }

@@ -98,6 +98,8 @@ pub struct Point {
     pub spread: Option<f64>,
     /// Ensembles: error over its standard error.
     pub standard_errors: Option<f64>,
+    /// Precision: the largest error that is right.
+    pub allowed: Option<f64>,
     pub grains: Option<usize>,
     /// Steps that were timed.
     pub steps: Option<u64>,

@@ -114,10 +114,12 @@ fn in_order(suites: &[Suite]) -> Vec<Suite> {
 
 fn line(point: &Point) -> String {
     let Point { case, quantity, engine, precision, dt_over_auto, unit, .. } = point;
-    let setting = format!("{case}: {engine} {precision}, dt × {}", (1e4 * dt_over_auto).round() / 1e4);
-    match (point.error, point.particle_steps_per_second) {
-        (Some(error), Some(rate)) => format!("{setting}: {quantity} {error:.2e} {unit}, {rate:.2e} particle-steps/s"),
-        (None, Some(rate)) => format!("{setting}: {quantity}, {}, {rate:.2e} particle-steps/s", point.status),
-        _ => format!("{setting}: {}", point.status),
+    let step = (1e4 * dt_over_auto).round() / 1e4;
+    let step = if step.is_nan() { String::new() } else { format!(", dt × {step}") };
+    let setting = format!("{case}: {engine} {precision}{step}");
+    let rate = point.particle_steps_per_second.map_or(String::new(), |rate| format!(", {rate:.2e} particle-steps/s"));
+    match point.error {
+        Some(error) => format!("{setting}: {quantity} {error:.2e} {unit}{rate}"),
+        None => format!("{setting}: {quantity}, {}{rate}", point.status),
     }
 }
