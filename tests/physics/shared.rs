@@ -46,6 +46,7 @@ impl Variant {
     pub fn start(&self, bench: &Bench, scene: &Assembly) -> Seen {
         assert_eq!(scene.solver.damping, 0.0, "global damping knows who is at rest");
         let mut scene = carried(scene, self.velocity);
+        scene.solver.margin = 1.0; // for what it goes in a step
         let TimeStep::Fixed(dt) = &mut scene.solver.dt else { panic!("scenes here have a step") };
         *dt /= self.finer as f64;
         Seen { simulation: bench.start(&scene), variant: *self }
