@@ -193,7 +193,7 @@ fn halving_the_step_of_the_cradle_divides_its_error_by_four(bench: &Bench) {
 
 fn one_front_per_group(bench: &Bench) {
     let mut fronts: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
-    for p in bench.points.iter().filter(|p| p.error.is_some()) {
+    for p in bench.points.iter().filter(|p| p.error.is_some() && p.allowed.is_none()) {
         let front = fronts.entry(format!("{:?}", p.group())).or_default();
         if p.pareto {
             front.push((p.wall_per_simulated.unwrap(), p.error.unwrap()));
