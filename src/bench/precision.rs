@@ -17,7 +17,7 @@ use crate::{
 };
 
 /// Hard cases whose figures are matters of precision; the first ones are short.
-const CASES: [&str; 11] = [
+const CASES: [&str; 10] = [
     "stiff_contacts",
     "far_from_origin",
     "column",
@@ -28,7 +28,6 @@ const CASES: [&str; 11] = [
     "carried_pair",
     "units",
     "slow_changes",
-    "free_body",
 ];
 
 /// Steps that the stages are compared over, and how many come before.

@@ -128,7 +128,9 @@ pub fn balances(simulation: &mut Simulation, steps: u64) -> Result<Vec<Balance>>
             let place = p.quantum * 2.0_f64.powi(-25) / TOLERANCE;
             account[0].add(path, path.length() + place, nearest.nearest(b.x - a.x));
             let turn = 2.0 * rotation_increment(0.25 * p.dt * b.spin).xyz();
-            account[3].add(turn, turn.length(), a.turned(b));
+            // Nor turns below that of an attitude here.
+            let place = 4.0 * f64::EPSILON / tolerance(model.precision);
+            account[3].add(turn, turn.length() + place, a.turned(b));
             if a.inverse_mass == 0.0 {
                 continue;
             }

@@ -22,8 +22,8 @@ fn of_beads() {
     hold(scene);
 }
 
-/// The same of clumps, of which one slides and is pulled over, and the other tumbles in the air, by 1e-7 of its spin in
-/// a step.
+/// The same of clumps: one slides and is pulled over, one tumbles in the air, by 1e-7 of its spin in a step, and one
+/// does not turn at all.
 #[test]
 fn of_clumps() {
     let (friction, speed) = (0.3, 5.0);
@@ -37,7 +37,8 @@ fn of_clumps() {
     let lowest = slides.members(&shape).map(|m| m.position.z - m.radius).fold(INF, f64::min);
     slides.position.z = -lowest - 1e-4 * R;
     let tumbles = Clump { position: DVec3::new(0.0, 20.0 * R, 9.0 * R), ..slides };
-    set_clumps(&mut scene, vec![shape], vec![slides, tumbles]);
+    let falls = Clump { position: DVec3::new(0.0, 40.0 * R, 9.0 * R), spin: DVec3::ZERO, ..slides };
+    set_clumps(&mut scene, vec![shape], vec![slides, tumbles, falls]);
     hold(scene);
 }
 
