@@ -5,6 +5,7 @@
 //! of every case to a `Log`, which turns what came out, or what went wrong, into rows.
 
 mod copy;
+mod drift;
 mod ensembles;
 mod front;
 pub mod hard;
@@ -14,6 +15,7 @@ mod local;
 mod log;
 pub mod machine;
 pub mod plot;
+mod precision;
 mod relaxation;
 pub mod report;
 mod results;
@@ -66,5 +68,6 @@ fn run_suite(suite: Suite, log: &mut Log) {
         Suite::Speed => speed::run(log),
         Suite::Sizes => sizes::run(log),
         Suite::Relaxation => relaxation::run(log),
+        Suite::Precision => precision::run(log),
     }
 }

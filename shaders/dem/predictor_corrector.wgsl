@@ -6,19 +6,20 @@ fn spin_acceleration(here: Clump, w: Spin, torque: Spin) -> Spin {
     return here.inverse_moments * (torque + gyroscopic(w, here.inverse_moments));
 }
 
-/// Rounds of predictor and corrector (2.24)-(2.31), until none changes Δω by more than this part of ω. The torque is
-/// along the principal axes. Damping is solved for, as in (2.19), so that the iteration has to find the products of ω
+/// Rounds of predictor and corrector (2.24)-(2.31), until Δω has settled. The torque is along the principal axes. Damping is solved for, as in (2.19), so that the iteration has to find the products of ω
 /// alone.
 fn predictor_corrector(here: Clump, torque: Spin, before: Spin) -> SpinIncrement {
     var gain = before;
     var count = 0u;
     var settled = false;
+    var moved = Real(0x1p100);
     while (!settled && count < MAX_ITERATIONS) {
         let predicted = spin_change(here.spin, spin_acceleration(here, here.spin + 0.5 * gain, torque));
         gain = spin_change(here.spin, spin_acceleration(here, here.spin + 0.5 * predicted, torque));
         count++;
-        let scale = max(largest(here.spin), largest(gain));
-        settled = !(largest(gain - predicted) > SPIN_TOLERANCE * scale);
+        let moved_before = moved;
+        moved = largest(gain - predicted);
+        settled = has_settled(moved, moved_before, gain, here.spin);
     }
     return SpinIncrement(gain, count, settled);
 }

@@ -21,7 +21,7 @@ fn setup_contacts_of(i: u32, entries: vec2<u32>) -> ListSums {
         } else {
             touch = wall_separation(j - params.bodies, here.position, here.low);
             there.v = wall_velocity(j - params.bodies, here.position.x + (here.position.radius + 0.5 * touch.gap) * touch.n);
-            if (touch.gap < -here.position.radius) {
+            if (is_crossed(touch.gap, here.position.radius)) {
                 atomicMax(&counters.lost_body, params.bodies - id[i]);
             }
         }

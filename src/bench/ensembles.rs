@@ -55,7 +55,7 @@ fn compared(of: (&'static str, &'static str), found: Statistics, expected: Optio
     let standard_errors =
         expected.map(|e| (found.mean - e.mean).abs() / found.error_of_mean().hypot(e.error_of_mean()));
     let (value, spread) = (Some(found.mean), Some(found.deviation));
-    Measure { quantity: of.0, unit: of.1, error, value, spread, standard_errors }
+    Measure { quantity: of.0, unit: of.1, error, value, spread, standard_errors, ..Measure::default() }
 }
 
 /// Of one quantity over the seeds.

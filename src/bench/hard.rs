@@ -3,7 +3,7 @@
 //! engines; [`print()`] makes of the same figures the table of `docs/hard-cases.md`.
 
 mod agreement;
-mod clumps;
+pub(super) mod clumps;
 #[doc(hidden)] // for the tests
 pub mod common;
 mod contact;
@@ -11,12 +11,14 @@ mod fast;
 mod figure;
 mod gas;
 mod places;
+mod range;
 mod rest;
 mod rigid_columns;
 mod rigid_crowds;
 mod rigid_statics;
 mod scenes;
 mod sizes;
+mod slow;
 mod steps;
 #[doc(hidden)] // for the tests
 pub mod stiffness;
@@ -87,6 +89,11 @@ cases! {
     places::far_from_origin: "C9: same as at the origin", ["far_from_origin"];
     places::wide_domain: "C9, C11: same as at the origin", ["wide_domain"];
     places::slow_creep: "v t", [];
+    range::curved_walls: "k_N δ", [];
+    range::oblique_planes: "k_N δ", [];
+    range::carried_pair: "same as at rest", [];
+    range::units: "the same bits", [];
+    slow::slow_changes: "closed forms of what changes", [];
     rest::column: "N8: (N − i + 1) m g/k_N", ["column_100"];
     rest::resting_pyramid: "R5: stands; nothing grows", ["resting_pyramid"];
     gas::gas: "Σ m v", ["gas"];

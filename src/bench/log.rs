@@ -21,6 +21,8 @@ pub struct Measure {
     pub value: Option<f64>,
     pub spread: Option<f64>,
     pub standard_errors: Option<f64>,
+    /// The largest error that is right.
+    pub allowed: Option<f64>,
 }
 
 impl Measure {
@@ -61,12 +63,20 @@ impl Log<'_> {
     }
 
     /// Run one setting of a case. What goes wrong becomes a row too.
-    pub fn run(&mut self, case: &str, setting: Setting, work: impl FnOnce() -> Result<(Cost, Vec<Measure>)>) {
+    pub fn run<C: Into<Option<Cost>>>(
+        &mut self,
+        case: &str,
+        setting: Setting,
+        work: impl FnOnce() -> Result<(C, Vec<Measure>)>,
+    ) {
         if self.interrupted {
             return;
         }
         let rows = match work() {
-            Ok((cost, measures)) => measures.iter().map(|m| self.point(case, setting, Some(&cost), m, None)).collect(),
+            Ok((cost, measures)) => {
+                let cost = cost.into();
+                measures.iter().map(|m| self.point(case, setting, cost.as_ref(), m, None)).collect()
+            }
             Err(error) => {
                 vec![self.point(case, setting, None, &Measure::default(), Some(format!("failed: {error}")))]
             }
@@ -125,6 +135,7 @@ impl Log<'_> {
             value: measure.value,
             spread: measure.spread,
             standard_errors: measure.standard_errors,
+            allowed: measure.allowed,
             grains: cost.map(|c| c.grains),
             steps: cost.map(|c| c.steps),
             dt: cost.map(|c| c.dt),

@@ -92,6 +92,7 @@ impl Picture {
         let picture = match suite {
             Suite::Speed => Picture { series: engines(Look::JoinedDots), panels: speeds(&points) },
             Suite::Relaxation => residuals(&bench.residuals),
+            Suite::Precision => return None,
             _ => Picture { series: engines(Look::Dots), panels: errors(&points) },
         };
         (!picture.panels.is_empty()).then_some(picture)

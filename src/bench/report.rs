@@ -2,6 +2,7 @@
 //! plots.
 
 mod format;
+mod precision;
 mod relaxation;
 mod speed;
 
@@ -69,7 +70,11 @@ fn suites(bench: &Bench) -> impl Iterator<Item = Suite> {
 /// The report, with links to the plots beside it.
 pub fn markdown(bench: &Bench) -> String {
     let mut text = String::from("# packstone bench\n\n");
-    let effort = if bench.effort == Effort::Quick { "--quick" } else { "full" };
+    let effort = match bench.effort {
+        Effort::Quick => "--quick",
+        Effort::Full => "full",
+        Effort::Long => "--long",
+    };
     let failed = bench.points.iter().filter(|p| !p.passed()).count();
     let _ = writeln!(text, "{effort}, {:.0} s, {} points, {failed} failed.", bench.wall_seconds, bench.points.len());
     if bench.interrupted {
@@ -92,6 +97,7 @@ pub fn markdown(bench: &Bench) -> String {
         match suite {
             Suite::Speed => speed::write(&mut text, &points, &bench.stages),
             Suite::Relaxation => relaxation::write(&mut text, &points, &bench.relaxation),
+            Suite::Precision => precision::write(&mut text, &points),
             _ => by_quantity(&mut text, &points),
         }
     }
@@ -154,6 +160,10 @@ fn about(suite: Suite) -> &'static str {
             "Contact dynamics: one step of a bed of rigid, rough spheres that has come to rest (3D, friction 0.5), from no \
              impulses. Passes and wall time of its relaxation until the relative residual is as small as the head of the \
              column, counted at the looks that the host takes; - where a run ended before."
+        }
+        Suite::Precision => {
+            "What single precision loses, beside f64: hard cases with what their tests allow; and the largest change of \
+             energy and momentum since the start of long runs."
         }
     }
 }

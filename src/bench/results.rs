@@ -22,10 +22,12 @@ pub enum Suite {
     Sizes,
     /// Contact dynamics: the residual of one step against wall time, solver by solver.
     Relaxation,
+    /// What single precision loses: closed forms, and energy and momentum over long runs.
+    Precision,
 }
 
 impl Suite {
-    pub const ALL: [Suite; 7] = [
+    pub const ALL: [Suite; 8] = [
         Suite::Local,
         Suite::Trajectory,
         Suite::Invariants,
@@ -33,6 +35,7 @@ impl Suite {
         Suite::Speed,
         Suite::Sizes,
         Suite::Relaxation,
+        Suite::Precision,
     ];
 
     /// The name on the command line.
@@ -45,6 +48,7 @@ impl Suite {
             Suite::Speed => "speed",
             Suite::Sizes => "sizes",
             Suite::Relaxation => "relaxation",
+            Suite::Precision => "precision",
         }
     }
 }
@@ -67,6 +71,8 @@ pub enum Effort {
     Quick,
     /// Three quarters of an hour on two cores.
     Full,
+    /// The same with runs of 10^7 steps.
+    Long,
 }
 
 /// One error of one run: a row of the table.
@@ -92,6 +98,8 @@ pub struct Point {
     pub spread: Option<f64>,
     /// Ensembles: error over its standard error.
     pub standard_errors: Option<f64>,
+    /// Precision: the largest error that is right.
+    pub allowed: Option<f64>,
     pub grains: Option<usize>,
     /// Steps that were timed.
     pub steps: Option<u64>,

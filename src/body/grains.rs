@@ -4,8 +4,8 @@ use crate::{
     body::{ForceTorque, bodies::Velocities, rotation::surface_velocity},
     space::{
         boundary::wrap,
-        dimension::{all_equal, conjugate, moment, quaternion_product, rotate, rotation_increment},
-        precision::{Point, SplitOrientation, add_rotation, displaced, norm_defect, requantised},
+        dimension::{all_equal, conjugate, largest, moment, quaternion_product, rotate, rotation_increment},
+        precision::{Point, SplitOrientation, add_rotation, displaced, norm_defect, requantised, spin_tolerance},
     },
 };
 use crate::{
@@ -121,6 +121,18 @@ pub struct SpinIncrement {
 
 /// A step of a clump is not settled after so many rounds.
 pub const MAX_ITERATIONS: u32 = 25;
+
+/// Whether rounds that look for the change of a spin have found it: the last of them has moved it by a small part of
+/// itself only, or by no less than the round before and by what the rounding of the spin may do. Errors that were small
+/// beside the spin, and not beside its change, would take energy, in every step the same way.
+pub fn has_settled(s: &State, moved: f64, moved_before: f64, change: DVec3, spin: DVec3) -> bool {
+    let (change, spin, tolerance) = (largest(change), largest(spin), spin_tolerance(s));
+    let (small, rounding) = (tolerance * change.max(SMALL_CHANGE * spin), tolerance * change.max(spin));
+    !(moved > small) || (!(moved < moved_before) && !(moved > rounding))
+}
+
+/// Of a spin: below it no change is found with more digits.
+const SMALL_CHANGE: f64 = 1e-3;
 
 /// A step of a clump has taken this many.
 pub fn count_iterations(s: &mut State, count: u32, settled: bool) {

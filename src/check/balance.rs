@@ -2,20 +2,32 @@
 //! can see.
 //!
 //! Every grain has to gain the momentum that forces, gravity and global damping have given it, and the path that its
-//! velocity says; all together have to lose the energy that was dissipated. Forces are those that the engine itself
-//! computes, so what is asked is only whether nothing of them got lost.
+//! velocity says; a clump what the products of its angular velocities give to its spin, and the attitude that its spin
+//! says; all together have to lose the energy that was dissipated. Forces are those that the engine itself computes, so
+//! what is asked is only whether nothing of them got lost.
 
 use crate::{
-    body::{grains::clump, rotation::inverse_inertia},
+    body::{
+        grains::{Clump, clump, spins_in_scene},
+        rotation::inverse_inertia,
+    },
     error::Result,
     measure::Sample,
-    model::{Grains, Method, Precision},
+    model::{Dimension, Grains, Method, Precision},
+    nscd::{
+        contact::{damping_factor, free_spin_change},
+        gyroscopic::free_spin_change_of_clump,
+    },
+    scene::{self, Grain},
     simulation::Simulation,
-    space::precision::{low_of, position_low_of, spin_low_of},
+    space::{
+        dimension::{conjugate, gyroscopic, quaternion_product, rotate, rotation_increment},
+        precision::{low_of, position_low_of, spin_low_of},
+    },
     state::{ARRAYS, Array, State, array::*, present},
     units::Quantity,
 };
-use glam::DVec3;
+use glam::{DVec3, DVec4, Vec4Swizzles};
 
 /// Steps over which benchmarks look at balances.
 pub const BALANCED_STEPS: u64 = 100;
@@ -42,10 +54,38 @@ impl Balance {
 struct Moving {
     x: DVec3,
     v: DVec3,
+    /// Along the axes of the scene, or of a clump along its own, if it turns there.
     spin: DVec3,
+    in_scene: bool,
     inverse_mass: f64,
-    inverse_inertia: f64,
-    radius: f64,
+    inverse_moments: DVec3,
+    /// Unit quaternion; of spheres, which have no axes, 1.
+    attitude: DVec4,
+    /// Contact dynamics: what the products of angular velocities change the spin by in the next step, per time.
+    products: DVec3,
+}
+
+impl Moving {
+    /// What a moment about the axes of the scene accelerates the spin by.
+    fn accelerated(&self, moment: DVec3) -> DVec3 {
+        let own = self.inverse_moments * rotate(conjugate(self.attitude), moment);
+        if self.in_scene { rotate(self.attitude, own) } else { own }
+    }
+
+    /// Twice the vector of the quaternion that turns this attitude into a later one, about the axes of the spin.
+    fn turned(&self, later: &Moving) -> DVec3 {
+        let (from, to) = (conjugate(self.attitude), later.attitude);
+        2.0 * if self.in_scene { quaternion_product(to, from) } else { quaternion_product(from, to) }.xyz()
+    }
+}
+
+/// What contacts do to a grain, in the scene's units.
+#[derive(Clone, Copy, Debug, Default)]
+struct Load {
+    force: DVec3,
+    moment: DVec3,
+    /// The same moment if none of its parts balanced another.
+    turnover: f64,
 }
 
 /// What should have been gained, what came and went, and what was gained.
@@ -72,43 +112,55 @@ pub fn balances(simulation: &mut Simulation, steps: u64) -> Result<Vec<Balance>>
     let mut before = moving(simulation)?;
     let start = simulation.sample()?;
     let (mut sample, mut dissipated) = (start, 0.0);
-    let mut accounts = vec![[Account::default(); 3]; before.len()];
+    let model = *simulation.model();
+    let rigid = model.method == Method::ContactDynamics;
+    let mut accounts = vec![[Account::default(); 4]; before.len()];
     for _ in 0..steps {
-        let rigid = simulation.model().method == Method::ContactDynamics;
-        let forces = if rigid { Vec::new() } else { forces(simulation)? };
+        let loads = if rigid { Vec::new() } else { loads(simulation, &before)? };
         simulation.advance(1)?;
-        let forces = if rigid { self::forces(simulation)? } else { forces };
+        let loads = if rigid { self::loads(simulation, &before)? } else { loads };
         let after = moving(simulation)?;
         let (p, nearest) = (*simulation.params(), simulation.assembly().domain);
         for (k, account) in accounts.iter_mut().enumerate() {
-            let (a, b, (force, torque)) = (&before[k], &after[k], forces[k]);
+            let (a, b, load) = (&before[k], &after[k], &loads[k]);
             let path = p.dt * b.v;
             // Steps below the last place of a position are not followed.
             let place = p.quantum * 2.0_f64.powi(-25) / TOLERANCE;
             account[0].add(path, path.length() + place, nearest.nearest(b.x - a.x));
+            let turn = 2.0 * rotation_increment(0.25 * p.dt * b.spin).xyz();
+            // Nor turns below that of an attitude here.
+            let place = 4.0 * f64::EPSILON / tolerance(model.precision);
+            account[3].add(turn, turn.length() + place, a.turned(b));
             if a.inverse_mass == 0.0 {
                 continue;
             }
             // Global damping is implicit at the half step, in contact dynamics at the end of the step.
             let damped = |a: DVec3, b: DVec3| p.damping * if rigid { b } else { 0.5 * (a + b) };
-            let kick = p.dt * (a.inverse_mass * force + p.gravity - damped(a.v, b.v));
-            let turnover = p.dt * (a.inverse_mass * force.length() + p.gravity.length() + p.damping * a.v.length());
-            account[1].add(kick, turnover, b.v - a.v);
-            let turn = p.dt * (a.inverse_inertia * torque - damped(a.spin, b.spin));
-            let turnover = p.dt * (a.inverse_inertia * a.radius * force.length() + p.damping * a.spin.length());
-            account[2].add(turn, turnover, b.spin - a.spin);
+            let kick = p.dt * (a.inverse_mass * load.force + p.gravity - damped(a.v, b.v));
+            let came = a.inverse_mass * load.force.length() + p.gravity.length() + p.damping * a.v.length();
+            account[1].add(kick, p.dt * came, b.v - a.v);
+            let products = if rigid { a.products } else { products(model.dimension, a, 0.5 * (a.spin + b.spin)) };
+            let kick = p.dt * (a.accelerated(load.moment) + products - damped(a.spin, b.spin));
+            // Products are rounded too, and what is left of them may be little.
+            let rounded = if products == DVec3::ZERO { 0.0 } else { 1e-3 * a.spin.length_squared() };
+            let came = a.inverse_moments.max_element() * load.turnover
+                + products.length()
+                + rounded
+                + p.damping * a.spin.length();
+            account[2].add(kick, p.dt * came, b.spin - a.spin);
         }
         before = after;
         let now = simulation.sample()?;
         dissipated += 0.5 * p.dt * (sample.dissipation + now.dissipation);
         sample = now;
     }
-    let mut found: Vec<Balance> = ["path", "momentum", "angular momentum"]
+    let mut found: Vec<Balance> = ["path", "momentum", "angular momentum", "attitude"]
         .into_iter()
         .enumerate()
-        .map(|(row, of)| balance(of, tolerance(simulation.model().precision), accounts.iter().map(|all| &all[row])))
+        .filter(|(_, of)| *of != "attitude" || model.grains == Grains::Clumps)
+        .map(|(row, of)| balance(of, tolerance(model.precision), accounts.iter().map(|all| &all[row])))
         .collect();
-    if !works(simulation) && simulation.model().method == Method::DiscreteElements {
+    if !works(simulation) && !rigid {
         let energy = |s: &Sample| s.kinetic_energy + s.potential_energy + s.elastic_energy;
         let changes = [
             sample.kinetic_energy - start.kinetic_energy,
@@ -163,19 +215,39 @@ fn balance<'a>(of: &'static str, tolerance: f64, accounts: impl Iterator<Item = 
     Balance { of, worst, rms: (squares / f64::max(count, 1.0)).sqrt(), tolerance }
 }
 
-/// Forces and moments of contacts on grains, by number; of a clump those on its members.
-fn forces(simulation: &mut Simulation) -> Result<Vec<(DVec3, DVec3)>> {
-    let all = simulation.forces()?;
-    if simulation.model().grains == Grains::Spheres {
-        return Ok(all);
-    }
+/// What contacts do to grains, by number; to a clump about its centre, in the attitude it has before the step.
+fn loads(simulation: &mut Simulation, before: &[Moving]) -> Result<Vec<Load>> {
+    let forces = simulation.forces()?;
     let assembly = simulation.assembly();
-    let sum = |c| assembly.members(c).fold(DVec3::ZERO, |sum, member| sum + all[member].0);
-    Ok((0..assembly.clumps.len()).map(|c| (sum(c), DVec3::ZERO)).collect())
+    if simulation.model().grains == Grains::Spheres {
+        let of = |((force, moment), g): (&(DVec3, DVec3), &Grain)| Load {
+            force: *force,
+            moment: *moment,
+            turnover: g.radius * force.length(),
+        };
+        return Ok(forces.iter().zip(&assembly.grains).map(of).collect());
+    }
+    let of = |(c, clump): (usize, &scene::Clump)| {
+        let members = assembly.members(c).zip(&assembly.shapes[clump.shape as usize].members);
+        members.fold(Load::default(), |sum, (id, member)| {
+            let ((force, moment), arm) = (forces[id], clump.radius * rotate(before[c].attitude, member.arm));
+            Load {
+                force: sum.force + force,
+                moment: sum.moment + moment + arm.cross(force),
+                turnover: sum.turnover + (arm.length() + clump.radius * member.radius) * force.length(),
+            }
+        })
+    };
+    Ok(assembly.clumps.iter().enumerate().map(of).collect())
 }
 
-/// Grains as the engine has them, velocities at the half step, by number. A clump spins along its own axes, so that its
-/// spin is no sum of changes along those of the scene: it is left out.
+/// What the products of these angular velocities, along the axes of the spin, accelerate it by.
+fn products(dimension: Dimension, here: &Moving, spin: DVec3) -> DVec3 {
+    // Where the spin is kept along the axes of the scene, all moments are the same.
+    if here.in_scene { DVec3::ZERO } else { here.inverse_moments * gyroscopic(dimension, spin, here.inverse_moments) }
+}
+
+/// Grains as the engine has them, velocities at the half step, by number.
 fn moving(simulation: &mut Simulation) -> Result<Vec<Moving>> {
     let wanted: &[&'static Array] = match simulation.model().grains {
         Grains::Spheres => &[&ID, &POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &VELOCITY_LOW],
@@ -184,6 +256,7 @@ fn moving(simulation: &mut Simulation) -> Result<Vec<Moving>> {
             &CENTER_LOW,
             &ORIENTATION,
             &ORIENTATION_LOW,
+            &ORIENTATION_REST,
             &CLUMP_VELOCITY,
             &CLUMP_SPIN,
             &CLUMP_VELOCITY_LOW,
@@ -208,21 +281,39 @@ fn moving_sphere(s: &State, i: usize) -> Moving {
         x: s.position[i].x + position_low_of(s, i).x,
         v: v + low_of(s, Quantity::Velocity, v, low.v),
         spin: w + spin_low_of(s, w, low.spin),
+        in_scene: true,
         inverse_mass,
-        inverse_inertia: inverse_inertia(s, &s.position[i], inverse_mass),
-        radius: s.position[i].radius,
+        inverse_moments: DVec3::splat(inverse_inertia(s, &s.position[i], inverse_mass)),
+        attitude: DVec4::W,
+        products: DVec3::ZERO,
     }
 }
 
 fn moving_clump(s: &State, c: usize) -> Moving {
-    let here = clump(s, c);
+    let known = clump(s, c);
     let low = s.clump_velocity_low.get(c).copied().unwrap_or_default();
+    let rest = s.orientation_rest.get(c).map_or(DVec4::ZERO, |rest| rest.0);
+    let here = Clump {
+        orientation: (known.orientation + rest).normalize(),
+        spin: known.spin + spin_low_of(s, known.spin, low.spin),
+        ..known
+    };
+    let products = match s.model.method {
+        Method::DiscreteElements => DVec3::ZERO,
+        // Damping of the end of the step takes its part of them too.
+        Method::ContactDynamics => {
+            let free = free_spin_change_of_clump(s, &here).spin - free_spin_change(s, &here.velocity, here.spin);
+            free / (damping_factor(s) * s.params.dt)
+        }
+    };
     Moving {
         x: here.center.x + here.center.low,
         v: here.velocity.v + low_of(s, Quantity::Velocity, here.velocity.v, low.v),
-        spin: DVec3::ZERO,
+        spin: here.spin,
+        in_scene: spins_in_scene(&s.model, here.inverse_moments),
         inverse_mass: here.velocity.inverse_mass,
-        inverse_inertia: 0.0,
-        radius: 0.0,
+        inverse_moments: here.inverse_moments,
+        attitude: here.orientation,
+        products,
     }
 }

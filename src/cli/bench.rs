@@ -17,7 +17,8 @@ use std::{ops::ControlFlow, path::PathBuf, process::ExitCode};
     ensembles   settled beds, averaged over seeds\n  \
     speed       particle-steps/s against the number of grains, stage by stage\n  \
     sizes       wide sizes against equal ones: time and memory of a particle-step\n  \
-    relaxation  contact dynamics: residual of a step against wall time, solver by solver\n\n\
+    relaxation  contact dynamics: residual of a step against wall time, solver by solver\n  \
+    precision   what single precision loses: closed forms, and energy and momentum over long runs\n\n\
     Examples:\n  packstone bench --quick\n  packstone bench trajectory speed --out out/here\n  packstone bench hard gas\n\n\
     Ctrl-C ends after the run that is under way, with a report of what was measured; a second one at once, without."
 )]
@@ -30,6 +31,9 @@ pub struct BenchArgs {
     /// Fewer and smaller cases: two and a half minutes on two cores
     #[arg(long)]
     quick: bool,
+    /// The long runs of `precision` a hundred times as long, 10^7 steps: three hours more on a software driver
+    #[arg(long, conflicts_with = "quick")]
+    long: bool,
     /// Folder for table, plots and report
     #[arg(long, value_name = "DIR", default_value = "out/bench")]
     out: PathBuf,
@@ -76,7 +80,11 @@ pub fn bench(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     std::fs::create_dir_all(&args.out).map_err(|source| packstone::Error::Io { path: args.out.clone(), source })?;
     listen()?;
     let suites = if args.suites.is_empty() { Suite::ALL.to_vec() } else { in_order(&args.suites) };
-    let effort = if args.quick { Effort::Quick } else { Effort::Full };
+    let effort = match (args.quick, args.long) {
+        (true, _) => Effort::Quick,
+        (_, true) => Effort::Long,
+        _ => Effort::Full,
+    };
     let found = bench::run(&suites, effort, &mut |point| {
         eprintln!("{}", line(point));
         if interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -106,10 +114,12 @@ fn in_order(suites: &[Suite]) -> Vec<Suite> {
 
 fn line(point: &Point) -> String {
     let Point { case, quantity, engine, precision, dt_over_auto, unit, .. } = point;
-    let setting = format!("{case}: {engine} {precision}, dt × {}", (1e4 * dt_over_auto).round() / 1e4);
-    match (point.error, point.particle_steps_per_second) {
-        (Some(error), Some(rate)) => format!("{setting}: {quantity} {error:.2e} {unit}, {rate:.2e} particle-steps/s"),
-        (None, Some(rate)) => format!("{setting}: {quantity}, {}, {rate:.2e} particle-steps/s", point.status),
-        _ => format!("{setting}: {}", point.status),
+    let step = (1e4 * dt_over_auto).round() / 1e4;
+    let step = if step.is_nan() { String::new() } else { format!(", dt × {step}") };
+    let setting = format!("{case}: {engine} {precision}{step}");
+    let rate = point.particle_steps_per_second.map_or(String::new(), |rate| format!(", {rate:.2e} particle-steps/s"));
+    match point.error {
+        Some(error) => format!("{setting}: {quantity} {error:.2e} {unit}{rate}"),
+        None => format!("{setting}: {quantity}, {}{rate}", point.status),
     }
 }

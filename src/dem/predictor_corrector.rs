@@ -3,13 +3,10 @@
 use crate::state::State;
 use crate::{
     body::{
-        grains::{Clump, MAX_ITERATIONS, SpinIncrement, spins_in_scene},
+        grains::{Clump, MAX_ITERATIONS, SpinIncrement, has_settled, spins_in_scene},
         rotation::{spin_change, spin_change_to_step},
     },
-    space::{
-        dimension::{conjugate, gyroscopic, largest, rotate},
-        precision::spin_tolerance,
-    },
+    space::dimension::{conjugate, gyroscopic, largest, rotate},
 };
 use glam::DVec3;
 
@@ -18,18 +15,18 @@ pub fn spin_acceleration(s: &State, here: &Clump, w: DVec3, torque: DVec3) -> DV
     here.inverse_moments * (torque + gyroscopic(s.model.dimension, w, here.inverse_moments))
 }
 
-/// Rounds of predictor and corrector (2.24)-(2.31), until none changes Δω by more than a small part of ω. The torque is
-/// along the principal axes. Damping is solved for, as in (2.19), so that the iteration has to find the products of ω
+/// Rounds of predictor and corrector (2.24)-(2.31), until Δω has settled. The torque is along the principal axes. Damping is solved for, as in (2.19), so that the iteration has to find the products of ω
 /// alone.
 pub fn predictor_corrector(s: &State, here: &Clump, torque: DVec3, before: DVec3) -> SpinIncrement {
     let gain_at = |w: DVec3| spin_change(s, here.spin, spin_acceleration(s, here, w, torque));
-    let (mut gain, mut rounds, mut settled) = (before, 0, false);
+    let (mut gain, mut rounds, mut settled, mut moved) = (before, 0, false, f64::INFINITY);
     while !settled && rounds < MAX_ITERATIONS {
         let predicted = gain_at(here.spin + 0.5 * gain);
         gain = gain_at(here.spin + 0.5 * predicted);
         rounds += 1;
-        let scale = largest(here.spin).max(largest(gain));
-        settled = !(largest(gain - predicted) > spin_tolerance(s) * scale);
+        let moved_before = moved;
+        moved = largest(gain - predicted);
+        settled = has_settled(s, moved, moved_before, gain, here.spin);
     }
     SpinIncrement { spin: gain, rounds, settled }
 }

@@ -1,12 +1,9 @@
 //! Twin of `shaders/nscd/gyroscopic/`: what the spin of a free clump does in a step of contact dynamics.
 
 use crate::{
-    body::grains::{Clump, MAX_ITERATIONS, SpinIncrement, own_spin},
+    body::grains::{Clump, MAX_ITERATIONS, SpinIncrement, has_settled, own_spin},
     nscd::contact::free_spin_change,
-    space::{
-        dimension::{all_equal, arm_increment, conjugate, largest, rotate, rotation_increment},
-        precision::spin_tolerance,
-    },
+    space::dimension::{all_equal, arm_increment, conjugate, largest, rotate, rotation_increment},
 };
 use crate::{model::Gyroscopic, state::State};
 use glam::DVec3;
@@ -21,13 +18,16 @@ pub fn free_spin_change_of_clump(s: &State, here: &Clump) -> SpinIncrement {
     let w = here.spin + damped;
     let momentum = rotate(here.orientation, own_spin(s, here, w) / here.inverse_moments);
     let mut free = SpinIncrement { spin: DVec3::ZERO, rounds: 0, settled: false };
+    let mut moved = f64::INFINITY;
     while !free.settled && free.rounds < MAX_ITERATIONS {
         let turn = rotation_increment(0.25 * s.params.dt * (w + free.spin));
         // The momentum that stays, seen from the axes that turn; the spin that it gives, seen from the scene.
         let seen = arm_increment(conjugate(turn), momentum);
         let given = rotate(here.orientation, here.inverse_moments * rotate(conjugate(here.orientation), seen));
         let next = given + arm_increment(turn, w + given);
-        free.settled = !(largest(next - free.spin) > spin_tolerance(s) * largest(w));
+        let moved_before = moved;
+        moved = largest(next - free.spin);
+        free.settled = has_settled(s, moved, moved_before, next, w);
         free.spin = next;
         free.rounds += 1;
     }

@@ -12,7 +12,7 @@ use crate::{
         },
         response::{free_motion, inverse_effective_mass_of, response, store_member_load},
     },
-    space::walls::wall_velocity,
+    space::walls::{is_crossed, wall_velocity},
     state::{ACTIVE, ContactGeometry, INDEX, Packed, ResidualSums, State},
 };
 use rayon::prelude::*;
@@ -46,7 +46,7 @@ pub fn setup_contacts(s: &mut State) {
             }
             s.impulse[entry].0 = old;
             s.impulse_before[entry].0 = old;
-            if j >= s.sizes.bodies && touch.gap < -here.position.radius {
+            if j >= s.sizes.bodies && is_crossed(s, touch.gap, here.position.radius) {
                 bad = bad.max(s.params.bodies - s.id[i]);
             }
         }

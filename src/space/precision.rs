@@ -241,7 +241,7 @@ pub fn spin_low_of(s: &State, w: DVec3, low: LowBits) -> DVec3 {
     }
 }
 
-/// Rounds of predictor and corrector end when they change Δω by less than this part of ω.
+/// Rounds that look for the change of a spin end when they move it by less than this part of it, see `has_settled`.
 pub fn spin_tolerance(s: &State) -> f64 {
     match s.model.precision {
         Precision::Double => 1e-12,

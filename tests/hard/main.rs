@@ -32,6 +32,11 @@ cases! {
     far_from_origin
     wide_domain
     slow_creep
+    curved_walls
+    oblique_planes
+    carried_pair
+    units
+    slow_changes
     column
     resting_pyramid
     gas

@@ -5,6 +5,7 @@
 mod common;
 mod shared;
 
+mod balances;
 mod chains;
 mod dissipation;
 mod flight;
@@ -16,6 +17,5 @@ mod order;
 mod range;
 mod rolling;
 mod sliding;
-mod slow_changes;
 mod twist;
 mod works;

@@ -1,6 +1,6 @@
 //! Rolling resistance: an elastic-plastic spring with history, capped at μ_r R* F_n.
 
-use crate::{common::*, shared::*};
+use crate::{common::*, shared::frames};
 use glam::DVec3;
 use packstone::scene::{Assembly, Dashpot, Grain, Hertz, Pair, Rolling, Shape, TimeStep};
 use std::f64::consts::PI;
@@ -41,21 +41,21 @@ fn about(dimension: usize) -> DVec3 {
 fn incline() {
     let mu = 0.1;
     for bench in engines() {
-        for dimension in [2, 3] {
+        for (dimension, frame) in [2, 3].into_iter().flat_map(|d| frames(d).map(|frame| (d, frame))) {
             // Places along the incline, at four times `interval` apart, after it has begun to roll or has come to rest.
             let places = |excess: f64, begin: f64, interval: f64| {
                 let mut scene = resting(dimension, Rolling { friction: mu, stiffness: 0.05, damping: 0.3 });
                 let slope = f64::atan(mu * (1.0 + excess));
                 scene.gravity = G * (slope.sin() * DVec3::X - slope.cos() * up(dimension));
                 let steps = |time: f64| (time / step(&scene)).round() as u64;
-                let mut simulation = bench.start(&scene);
-                simulation.advance(steps(begin)).unwrap();
+                let mut simulation = frame.start(&bench, &scene);
+                simulation.advance(steps(begin));
                 [0, 1, 2].map(|k| {
-                    simulation.advance(if k == 0 { 0 } else { steps(interval) }).unwrap();
-                    simulation.grains().unwrap()[0].position.x
+                    simulation.advance(if k == 0 { 0 } else { steps(interval) });
+                    simulation.grains()[0].position.x
                 })
             };
-            let what = format!("{} {dimension}D", bench.name);
+            let what = format!("{} {dimension}D {frame:?}", bench.name);
             let check = |excess: f64, begin: f64, interval: f64, tolerance: f64| {
                 let [a, b, c] = places(excess, begin, interval);
                 let slope = f64::atan(mu * (1.0 + excess));

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 #[test]
 fn sliding_becomes_rolling() {
     for bench in engines() {
-        for dimension in [2, 3] {
+        for (dimension, frame) in [2, 3].into_iter().flat_map(|d| frames(d).map(|frame| (d, frame))) {
             let (mu, v0) = (0.3, 0.05);
             let swing = stick_frequency(dimension);
             let dt = TAU / swing / 64.0;
@@ -25,24 +25,29 @@ fn sliding_becomes_rolling() {
             let beta = gyration(dimension);
             let (until_rolling, rolling) = (v0 * beta / (1.0 + beta) / (mu * G), v0 / (1.0 + beta));
             let half = (0.5 * until_rolling / dt) as u64;
-            let mut simulation = bench.start(&scene);
-            simulation.advance(half).unwrap();
-            let v = simulation.grains().unwrap()[0].velocity.x;
+            let mut simulation = frame.start(&bench, &scene);
+            simulation.advance(half);
+            let v = simulation.grains()[0].velocity.x;
             // The spring starts at rest and is full within the first step, so friction acts from half a step on.
             assert!(mu * 1e-4 * R / (2.0 / 7.0) < v0 * dt);
             let expected = v0 - mu * G * (half as f64 - 0.5) * dt;
             close("sliding", v, expected, v0, bench.pick(1e-9, 1e-3));
-            simulation.advance((1.2 * until_rolling / dt) as u64 - half).unwrap();
+            simulation.advance((1.2 * until_rolling / dt) as u64 - half);
             let (mut sum, mut low, mut high, mut slip) = (0.0, INF, -INF, 0.0);
             for _ in 0..5 * 16 {
-                simulation.advance(4).unwrap();
-                let g = simulation.grains().unwrap()[0];
+                simulation.advance(4);
+                let g = simulation.grains()[0];
                 let v = g.velocity.x;
                 sum += v / 80.0;
                 slip += (v + g.spin.cross(-up(dimension) * R).x) / 80.0;
                 (low, high) = (v.min(low), v.max(high));
             }
-            println!("{} {dimension}D: v/v0 off by {:.1e}, slip {:.1e}", bench.name, (sum - rolling) / v0, slip / v0);
+            println!(
+                "{} {dimension}D {frame:?}: v/v0 off by {:.1e}, slip {:.1e}",
+                bench.name,
+                (sum - rolling) / v0,
+                slip / v0
+            );
             close("rolling speed", sum, rolling, v0, bench.pick(2e-4, 2e-3));
             close("slip", slip, 0.0, v0, bench.pick(2e-4, 2e-3));
             let amplitude = mu * G / swing;
@@ -76,35 +81,37 @@ fn incline() {
             let position = normal * R * (1.0 - 1e-4 * theta.cos()) + 8.0 * R * f64::from(material) * along;
             scene.grains.push(Grain { position, material, ..grain(0.0, 0.0, 0.0) });
         }
-        let mut simulation = CPU.start(&scene);
-        let mut mean = || {
-            let mut sums = vec![(0.0, 0.0); ratios.len()];
-            for _ in 0..swings {
-                simulation.advance(1).unwrap();
-                for (sum, g) in sums.iter_mut().zip(simulation.grains().unwrap()) {
-                    let v = g.velocity.dot(down) / f64::from(swings);
-                    sum.0 += v;
-                    sum.1 += v + g.spin.cross(-R * normal).dot(down) / f64::from(swings);
+        for frame in frames(dimension) {
+            let mut simulation = frame.start(&CPU, &scene);
+            let mut mean = || {
+                let mut sums = vec![(0.0, 0.0); ratios.len()];
+                for _ in 0..swings {
+                    simulation.advance(1);
+                    for (sum, g) in sums.iter_mut().zip(simulation.grains()) {
+                        let v = g.velocity.dot(down) / f64::from(swings);
+                        sum.0 += v;
+                        sum.1 += v + g.spin.cross(-R * normal).dot(down) / f64::from(swings);
+                    }
                 }
-            }
-            let now = simulation.time();
-            simulation.advance(2000).unwrap();
-            (now, sums)
-        };
-        mean(); // the start, with its transient
-        let (t0, before) = mean();
-        let (t1, after) = mean();
-        for (k, ratio) in ratios.iter().enumerate() {
-            let mu = theta.tan() / c / ratio;
-            let (a, slip) = ((after[k].0 - before[k].0) / (t1 - t0), (after[k].1 - before[k].1) / (t1 - t0));
-            let (expected, expected_slip) = if *ratio <= 1.0 {
-                (G * theta.sin() * (c - 1.0) / c, 0.0)
-            } else {
-                (G * (theta.sin() - mu * theta.cos()), G * (theta.sin() - c * mu * theta.cos()))
+                let now = simulation.time();
+                simulation.advance(2000);
+                (now, sums)
             };
-            println!("{dimension}D {ratio}: a {:.1e}, slip {:.1e}", a / expected - 1.0, (slip - expected_slip) / G);
-            close("acceleration", a, expected, G, 3e-4);
-            close("growth of slip", slip, expected_slip, G, 3e-4);
+            mean(); // the start, with its transient
+            let (t0, before) = mean();
+            let (t1, after) = mean();
+            for (k, ratio) in ratios.iter().enumerate() {
+                let mu = theta.tan() / c / ratio;
+                let (a, slip) = ((after[k].0 - before[k].0) / (t1 - t0), (after[k].1 - before[k].1) / (t1 - t0));
+                let (expected, expected_slip) = if *ratio <= 1.0 {
+                    (G * theta.sin() * (c - 1.0) / c, 0.0)
+                } else {
+                    (G * (theta.sin() - mu * theta.cos()), G * (theta.sin() - c * mu * theta.cos()))
+                };
+                println!("{dimension}D {ratio}: a {:.1e}, slip {:.1e}", a / expected - 1.0, (slip - expected_slip) / G);
+                close("acceleration", a, expected, G, 3e-4);
+                close("growth of slip", slip, expected_slip, G, 3e-4);
+            }
         }
     }
 }

@@ -36,6 +36,18 @@ struct SpinIncrement {
     settled: bool,
 }
 
+/// Whether rounds that look for the change of a spin have found it: the last of them has moved it by a small part of
+/// itself only, or by no less than the round before and by what the rounding of the spin may do. Errors that were small
+/// beside the spin, and not beside its change, would take energy, in every step the same way.
+fn has_settled(moved: Real, moved_before: Real, change: Spin, spin: Spin) -> bool {
+    let small = SPIN_TOLERANCE * max(largest(change), SMALL_CHANGE * largest(spin));
+    let rounding = SPIN_TOLERANCE * max(largest(change), largest(spin));
+    return !(moved > small) || (!(moved < moved_before) && !(moved > rounding));
+}
+
+/// Of a spin: below it no change is found with more digits.
+const SMALL_CHANGE: Real = 1e-3;
+
 /// A step of a clump has taken this many.
 fn count_iterations(count: u32, settled: bool) {
     if (count > atomicLoad(&rotation_iterations.most)) {

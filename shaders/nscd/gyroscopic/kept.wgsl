@@ -12,6 +12,7 @@ fn free_spin_change_of_clump(here: Clump) -> SpinIncrement {
     let w = here.spin + damped;
     let momentum = rotate_spin(here.orientation, own_spin(here, w) / here.inverse_moments);
     var free = SpinIncrement(Spin(), 0u, false);
+    var moved = Real(0x1p100);
     while (!free.settled && free.rounds < MAX_ITERATIONS) {
         let turn = rotation_increment(0.25 * params.dt * (w + free.spin));
         // The momentum that stays, seen from the axes that turn; the spin that it gives, seen from the scene.
@@ -19,7 +20,9 @@ fn free_spin_change_of_clump(here: Clump) -> SpinIncrement {
         let own = rotate_spin(conjugate(here.orientation), seen);
         let given = rotate_spin(here.orientation, here.inverse_moments * own);
         let next = given + rotated_spin_change(turn, w + given);
-        free.settled = !(largest(next - free.spin) > SPIN_TOLERANCE * largest(w));
+        let moved_before = moved;
+        moved = largest(next - free.spin);
+        free.settled = has_settled(moved, moved_before, next, w);
         free.spin = next;
         free.rounds++;
     }

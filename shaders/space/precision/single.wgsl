@@ -295,5 +295,5 @@ fn spin_low_of(w: Spin, low: vec2<u32>) -> Spin {
     return as_spin(low_of(as_vector(w), low));
 }
 
-/// Rounds of predictor and corrector end when they change Δω by less than this part of ω.
+/// Rounds that look for the change of a spin end when they move it by less than this part of it, see `has_settled`.
 const SPIN_TOLERANCE: Real = 1e-6;

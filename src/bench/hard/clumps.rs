@@ -6,24 +6,34 @@ use super::scenes::changed_scene;
 use crate::{
     body::grains,
     measure::packing_fraction,
-    scene::{Clump, Shape},
+    scene::{Assembly, Clump, Shape},
     state::{array, present},
 };
 use glam::DVec3;
 
+/// Of unlike sizes, so that a body about none of its axes tumbles.
+const MOMENTS: DVec3 = DVec3::new(1.0, 2.0, 3.0);
+
+/// Free bodies with these moments of inertia and a spin of 1 rad/s, far from each other.
+pub fn turning_bodies(count: u32) -> Assembly {
+    let mut scene = blank(3);
+    let body = Shape { gyration: 0.4 * MOMENTS, name: "body".into(), ..Shape::sphere(3) };
+    let spin = DVec3::new(0.6, 0.5, 0.62);
+    let of = |k: u32| Clump { position: 9.0 * R * f64::from(k) * DVec3::X, spin, ..clump(0) };
+    set_clumps(&mut scene, vec![body], (0..count).map(of).collect());
+    scene
+}
+
 /// A free body with J = (1, 2, 3), ω Δt = 1e-3, 10^7 steps: the quaternion stays one, energy and angular momentum stay
 /// where they are but for what the scheme lets them oscillate by.
 pub fn free_body(bench: Bench, length: Length) -> Vec<Figure> {
-    let moments = DVec3::new(1.0, 2.0, 3.0);
-    let mut scene = blank_dt(3, 1e-3);
-    let body = Shape { gyration: 0.4 * moments, name: "body".into(), ..Shape::sphere(3) };
-    set_clumps(&mut scene, vec![body], vec![Clump { spin: DVec3::new(0.6, 0.5, 0.62), ..clump(0) }]);
+    let scene = Assembly { solver: blank_dt(3, 1e-3).solver, ..turning_bodies(1) };
     let mut simulation = bench.start(&scene);
     let steps = if length == Length::Full { 10_000_000 } else { 100_000 };
     // Kinetic energy and angular momentum along the axes of the scene, over those of unit moments.
     let state = |c: &Clump| {
         let w = c.orientation.inverse() * c.spin;
-        ((moments * w).dot(w), c.orientation * (moments * w))
+        ((MOMENTS * w).dot(w), c.orientation * (MOMENTS * w))
     };
     let (energy, momentum) = state(&simulation.clumps().unwrap()[0]);
     let (mut norm, mut energies, mut lengths, mut directions) = (0.0, 0.0, 0.0, 0.0);

@@ -121,9 +121,34 @@ pub fn rigid(dimension: usize, dt: f64, friction: f64, tolerance: f64) -> Assemb
     assembly
 }
 
+/// Both methods: the scene, and the same with rigid grains.
+pub fn rigid_too(scene: Assembly) -> [Assembly; 2] {
+    let Method::ContactDynamics(mut relaxation) = rigid(3, 1.0, 0.0, 1e-6).solver.method else { unreachable!() };
+    relaxation.gyroscopic = true;
+    let mut second = scene.clone();
+    second.solver.method = Method::ContactDynamics(relaxation);
+    second.pairs.iter_mut().for_each(|pair| *pair = Pair { friction: pair.friction, ..Pair::default() });
+    [scene, second]
+}
+
+/// The scene with everything, walls too, carried along: to whoever goes with it nothing changes.
+pub fn carried(scene: &Assembly, by: DVec3) -> Assembly {
+    let mut scene = scene.clone();
+    scene.grains.iter_mut().for_each(|grain| grain.velocity += by);
+    scene.clumps.iter_mut().for_each(|clump| clump.velocity += by);
+    scene.walls.iter_mut().for_each(|wall| wall.velocity += by);
+    scene
+}
+
 /// The default material against itself.
 pub fn law(friction: f64) -> Pair {
     Pair { normal_stiffness: KN, tangential_stiffness: 2.0 / 7.0 * KN, friction, ..Pair::default() }
+}
+
+/// A law so stiff that a grain's weight makes an overlap of 1e-4 R in two and three dimensions.
+pub fn bed_law(dimension: usize, friction: f64) -> Pair {
+    let kn = mass(dimension, R) * G / (1e-4 * R);
+    Pair { normal_stiffness: kn, tangential_stiffness: 2.0 / 7.0 * kn, friction, ..Pair::default() }
 }
 
 /// Several materials of one density; the contact of a and b follows `laws[max(a, b)]`, so that material 0 can be the
@@ -174,6 +199,20 @@ pub fn set_clumps(assembly: &mut Assembly, shapes: Vec<Shape>, clumps: Vec<Clump
 /// Members of radius 1 at these points.
 pub fn members(centers: &[DVec3]) -> Vec<Member> {
     centers.iter().map(|arm| Member { arm: *arm, radius: 1.0 }).collect()
+}
+
+/// Of four spheres round a corner, no two of its moments the same.
+pub fn corner(dimension: usize) -> Shape {
+    let centers = [DVec3::ZERO, DVec3::X, 2.0 * DVec3::X, 1.5 * DVec3::Y];
+    Shape::of_union("corner", &members(&centers), dimension)
+}
+
+pub fn up(dimension: usize) -> DVec3 {
+    DVec3::AXES[dimension - 1]
+}
+
+pub fn floor(dimension: usize) -> Wall {
+    plane(DVec3::ZERO, up(dimension))
 }
 
 pub fn plane(point: DVec3, normal: DVec3) -> Wall {
