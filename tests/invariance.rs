@@ -334,15 +334,14 @@ fn crowds() -> Vec<(String, Assembly, u64)> {
     let rigid = Scene::load(&path, &set.map(str::to_owned)).and_then(|scene| scene.assemble()).unwrap();
     let shape = Shape::of_union("dimer", &members(&[DVec3::ZERO, DVec3::X]), 3);
     let mut clumps = rigid.clone();
-    let small = rigid.grains.iter().filter(|g| g.radius < 5e-3);
     let at = |(k, g): (usize, &Grain)| Clump {
         position: g.position,
         orientation: DQuat::from_rotation_y(k as f64),
         velocity: g.velocity,
-        radius: g.radius * 0.8,
+        radius: g.radius * 0.79,
         ..clump(0)
     };
-    set_clumps(&mut clumps, vec![shape], small.enumerate().map(at).collect());
+    set_clumps(&mut clumps, vec![shape], rigid.grains.iter().enumerate().map(at).collect());
     let soft = |mut scene: Assembly| {
         scene.solver.method = Method::DiscreteElements;
         scene.solver.dt = TimeStep::Fixed(8e-6);
@@ -375,6 +374,7 @@ fn runs_are_alike() {
         for (name, scene, steps) in crowds() {
             let run = || {
                 let mut simulation = bench.start(&scene);
+                assert!(simulation.model().large_grains, "{name}");
                 let piece = |_| {
                     simulation.advance(steps).unwrap();
                     contents(&mut simulation)

@@ -6,8 +6,8 @@ fn spin_acceleration(here: Clump, w: Spin, torque: Spin) -> Spin {
     return here.inverse_moments * (torque + gyroscopic(w, here.inverse_moments));
 }
 
-/// Rounds of predictor and corrector (2.24)-(2.31), until Δω has settled. The torque is along the principal axes. Damping is solved for, as in (2.19), so that the iteration has to find the products of ω
-/// alone.
+/// Rounds of predictor and corrector (2.24)-(2.31), until Δω has settled. The torque is along the principal axes. Damping
+/// is solved for, as in (2.19), so that the iteration has to find the products of ω alone.
 fn predictor_corrector(here: Clump, torque: Spin, before: Spin) -> SpinIncrement {
     var gain = before;
     var count = 0u;

@@ -15,8 +15,8 @@ pub fn spin_acceleration(s: &State, here: &Clump, w: DVec3, torque: DVec3) -> DV
     here.inverse_moments * (torque + gyroscopic(s.model.dimension, w, here.inverse_moments))
 }
 
-/// Rounds of predictor and corrector (2.24)-(2.31), until Δω has settled. The torque is along the principal axes. Damping is solved for, as in (2.19), so that the iteration has to find the products of ω
-/// alone.
+/// Rounds of predictor and corrector (2.24)-(2.31), until Δω has settled. The torque is along the principal axes. Damping
+/// is solved for, as in (2.19), so that the iteration has to find the products of ω alone.
 pub fn predictor_corrector(s: &State, here: &Clump, torque: DVec3, before: DVec3) -> SpinIncrement {
     let gain_at = |w: DVec3| spin_change(s, here.spin, spin_acceleration(s, here, w, torque));
     let (mut gain, mut rounds, mut settled, mut moved) = (before, 0, false, f64::INFINITY);

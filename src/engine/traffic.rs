@@ -44,10 +44,10 @@ mod tests {
         Model::of(&Scene::parse(&text, "two", Path::new("."), &[]).unwrap().assemble().unwrap(), precision)
     }
 
-    /// Ten grains with 60 list entries and the numbers that all share: list_start has one more, `halt` is read and
-    /// `halt_next` written, the eight counters are read and written.
+    /// Ten grains with 60 list entries and the numbers that all share: list_start has one more, `halt` is read,
+    /// `halt_next` and the eight counters are read and written.
     fn advance(per_grain: u64, per_entry: u64) -> u64 {
-        10 * per_grain + 60 * per_entry + 4 + (4 + 4) + 2 * 8 * 4
+        10 * per_grain + 60 * per_entry + 4 + (4 + 2 * 4) + 2 * 8 * 4
     }
 
     #[test]

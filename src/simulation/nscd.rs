@@ -257,10 +257,10 @@ impl Step<'_> {
     /// Passes to do before the next look.
     fn passes_at_once(&self) -> u32 {
         let batch = self.batch.min(self.nscd.relaxation.max_iterations - self.passes);
-        match MOST_SWEEPS.checked_div(self.coloring.colors) {
-            Some(most) => batch.min(MOST_BY_COLORS).min(most.max(1)),
-            None => batch,
+        if !self.runner.state.model.colored {
+            return batch;
         }
+        batch.min(MOST_BY_COLORS).min((MOST_SWEEPS / self.coloring.colors.max(1)).max(1))
     }
 
     /// Look at the residual: whether that is it. `round`: how many looks there have been.

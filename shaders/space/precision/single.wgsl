@@ -39,7 +39,8 @@ fn set_dither(step: u32) {
 }
 
 /// old + change, rounded up or down by turns, as often as the digits that this loses ask for: what grows in small steps
-/// and has no low part must not lose them the same way in every step. No change leaves `old` as it is.
+/// and has no low part must not lose them the same way in every step. No change leaves `old` as it is, but for a power of
+/// two, which may once lose a unit of the place below its last.
 fn accumulated(old: Vec, change: Vec) -> Vec {
     return old + (change + (dither * 0x1p-23) * bitcast<Vec>(bitcast<Bits>(old) & Bits(0x7f800000u)));
 }
