@@ -61,24 +61,30 @@ pub fn rolling_contact(law: Law, c: &ContactState, stiffness: f64, normal_force:
     let turn = turning_spin(law, old.torque, c);
     let change = turn - softening(law.normal, c) * (old.torque + turn);
     let held = old.torque + change;
-    let turned = accumulated(old.torque, change - k * law.history_dt * rate);
+    let rolled = change - k * law.history_dt * rate;
     let limit = pair.friction * c.radius * normal_force.max(0.0);
-    let (mut torque, mut dashpot) = (DVec3::ZERO, 0.0);
+    let (mut torque, mut excess, mut dashpot) = (DVec3::ZERO, old.torque + rolled, 0.0);
     if limit > 0.0 {
         // In parts of the limit, because the squares of small grains' torques are beyond single precision.
-        let part = turned / limit;
-        let square = part.length_squared();
-        if square > 1.0 {
-            torque = turned * (1.0 / square.sqrt());
+        let (before, gain) = (old.torque / limit, rolled / limit);
+        let part = before + gain;
+        let beyond = (before.length_squared() - 1.0) + gain.dot(2.0 * before + gain);
+        let length = (1.0 + beyond).sqrt();
+        if beyond > 1.0 {
+            torque = limit / length * part;
+            excess -= torque;
+        } else if beyond > 0.0 {
+            excess = beyond / (length * (length + 1.0)) * limit * part;
+            torque = accumulated(old.torque, rolled - excess);
         } else {
-            torque = turned;
+            excess = DVec3::ZERO;
+            torque = accumulated(old.torque, rolled);
             dashpot = capped_dashpot(2.0 * pair.damping * rolling_dashpot(k, c), part, rate / limit);
         }
     }
     let mut plastic = 0.0;
     if k > 0.0 && law.history_dt > 0.0 {
-        let lost = (0.5 * (held + torque)).dot(turned - torque)
-            + 0.5 * held.length_squared() * stiffness_change(law.normal, c);
+        let lost = (0.5 * (held + torque)).dot(excess) + 0.5 * held.length_squared() * stiffness_change(law.normal, c);
         plastic = lost / (k * law.history_dt);
     }
     let (damping, dashpot) = (-dashpot * rate, dashpot * rate.length_squared());

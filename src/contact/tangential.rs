@@ -38,35 +38,43 @@ pub fn tangential_contact(
         Choice::Mindlin => return mindlin_contact(law, pair, c, normal_force, old),
         Choice::Coulomb => {}
     }
-    let stretched = stretched_spring(law, old.force, pair, c);
-    let force = coulomb_capped(stretched, pair, normal_force);
-    let dissipation = sliding_power(law, old.force, stretched, force, pair);
-    Tangential { force, history: TangentialHistory { force }, dissipation }
-}
-
-/// The old force turned into the new contact plane (2.11) and stretched by the slip of this step (2.8), (2.9), N.
-#[inline(always)]
-fn stretched_spring(law: Law, old: DVec3, pair: &Pair, c: &ContactState) -> DVec3 {
+    // Turned into the new contact plane (2.11) and stretched by the slip of this step (2.8), (2.9).
     let slip = law.history_dt * (c.v - c.v.dot(c.n) * c.n);
-    accumulated(old, turning(law, old, c) - pair.tangential_stiffness * slip)
+    let change = turning(law, old.force, c) - pair.tangential_stiffness * slip;
+    let slid = coulomb_capped(old.force, change, pair, normal_force);
+    let dissipation = sliding_power(law, old.force, &slid, pair);
+    Tangential { force: slid.force, history: TangentialHistory { force: slid.force }, dissipation }
 }
 
-/// Capped by sliding (2.13), N.
+/// A spring after a step, N, and what sliding takes of it, capped by Coulomb's law.
+struct Slid {
+    force: DVec3,
+    excess: DVec3,
+}
+
+/// old + change, capped by sliding (2.13). A small excess is found from the change, beside which, in single precision, the
+/// rounding of the sum may be large.
 #[inline(always)]
-fn coulomb_capped(stretched: DVec3, pair: &Pair, normal_force: f64) -> DVec3 {
+fn coulomb_capped(old: DVec3, change: DVec3, pair: &Pair, normal_force: f64) -> Slid {
     let limit = pair.friction * normal_force.abs();
-    let length_squared = stretched.length_squared();
-    let scale = limit / length_squared.sqrt();
-    stretched * if length_squared > limit * limit { scale } else { 1.0 }
+    let beyond = (old.length_squared() - limit * limit) + change.dot(2.0 * old + change);
+    let (stretched, length) = (old + change, (limit * limit + beyond).sqrt());
+    if beyond > limit * limit {
+        let force = limit / length * stretched;
+        return Slid { force, excess: stretched - force };
+    }
+    let factor = if beyond > 0.0 { beyond / (length * (length + limit)) } else { 0.0 };
+    let excess = factor * stretched;
+    Slid { force: accumulated(old, change - excess), excess }
 }
 
 /// Work done by sliding per time, W: the mean force of the step times what the spring was shortened by.
 #[inline(always)]
-fn sliding_power(law: Law, old: DVec3, stretched: DVec3, slid: DVec3, pair: &Pair) -> f64 {
+fn sliding_power(law: Law, old: DVec3, slid: &Slid, pair: &Pair) -> f64 {
     if pair.tangential_stiffness == 0.0 || law.history_dt == 0.0 {
         return 0.0;
     }
-    (0.5 * (old + slid)).dot(stretched - slid) / (pair.tangential_stiffness * law.history_dt)
+    (0.5 * (old + slid.force)).dot(slid.excess) / (pair.tangential_stiffness * law.history_dt)
 }
 
 /// Mindlin's contact of elastic spheres without micro-slip, `shaders/contact/tangential/mindlin.wgsl`.
@@ -77,15 +85,14 @@ fn mindlin_contact(law: Law, pair: &Pair, c: &ContactState, normal_force: f64, o
     let change = turn - softening(law.normal, c) * (old.force + turn);
     let held = old.force + change;
     let slip = law.history_dt * (c.v - c.v.dot(c.n) * c.n);
-    let stretched = accumulated(old.force, change - stiffness * slip);
-    let force = coulomb_capped(stretched, pair, normal_force);
+    let slid = coulomb_capped(old.force, change - stiffness * slip, pair, normal_force);
     let mut dissipation = 0.0;
     if stiffness > 0.0 && law.history_dt > 0.0 {
-        let lost = (0.5 * (held + force)).dot(stretched - force)
+        let lost = (0.5 * (held + slid.force)).dot(slid.excess)
             + 0.5 * held.length_squared() * stiffness_change(law.normal, c);
         dissipation = lost / (stiffness * law.history_dt);
     }
-    Tangential { force, history: TangentialHistory { force }, dissipation }
+    Tangential { force: slid.force, history: TangentialHistory { force: slid.force }, dissipation }
 }
 
 /// 8 G* √(R* δ), N/m.

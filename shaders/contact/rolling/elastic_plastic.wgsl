@@ -60,24 +60,33 @@ fn rolling_contact(c: ContactState, stiffness: Real, normal_force: Real, old: Ro
     let turn = turning_spin(old.torque, c);
     let change = turn - softening(c) * (old.torque + turn);
     let held = old.torque + change;
-    let turned = accumulated_spin(old.torque, change - (k * params.history_dt) * rate);
+    let rolled = change - (k * params.history_dt) * rate;
     let limit = pair.friction * c.radius * max(normal_force, Real(0));
     var torque = Spin();
+    var excess = old.torque + rolled;
     var dashpot = Real(0); // N m s
     if (limit > 0) {
         // In parts of the limit, because the squares of small grains' torques are beyond single precision.
-        let part = turned / limit;
-        let square = spin_squared(part);
-        if (square > 1) {
-            torque = turned * (1 / sqrt(square));
+        let before = old.torque / limit;
+        let gain = rolled / limit;
+        let part = before + gain;
+        let beyond = (spin_squared(before) - 1) + spin_dot(gain, 2 * before + gain);
+        let length = sqrt(1 + beyond);
+        if (beyond > 1) {
+            torque = (limit / length) * part;
+            excess -= torque;
+        } else if (beyond > 0) {
+            excess = (beyond / (length * (length + 1)) * limit) * part;
+            torque = accumulated_spin(old.torque, rolled - excess, true);
         } else {
-            torque = turned;
+            excess = Spin();
+            torque = accumulated_spin(old.torque, rolled, false);
             dashpot = capped_dashpot(2 * pair.damping * rolling_dashpot(k, c), part, rate / limit);
         }
     }
     var plastic = Real(0);
     if (k > 0 && params.history_dt > 0) {
-        let lost = spin_dot(0.5 * (held + torque), turned - torque) + 0.5 * spin_squared(held) * stiffness_change(c);
+        let lost = spin_dot(0.5 * (held + torque), excess) + 0.5 * spin_squared(held) * stiffness_change(c);
         plastic = lost / (k * params.history_dt);
     }
     let power = dashpot * spin_squared(rate);

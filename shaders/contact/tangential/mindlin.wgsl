@@ -10,14 +10,13 @@ fn tangential_contact(pair: Pair, c: ContactState, normal_force: Real, old: Tang
     let change = turn - softening(c) * (old.force + turn);
     let held = old.force + change;
     let slip = params.history_dt * (c.v - dot(c.v, c.n) * c.n);
-    let stretched = accumulated(old.force, change - stiffness * slip);
-    let force = coulomb_capped(stretched, pair, normal_force);
+    let slid = coulomb_capped(old.force, change - stiffness * slip, pair, normal_force);
     var dissipation = Real(0);
     if (stiffness > 0 && params.history_dt > 0) {
-        let lost = dot(0.5 * (held + force), stretched - force) + 0.5 * dot(held, held) * stiffness_change(c);
+        let lost = dot(0.5 * (held + slid.force), slid.excess) + 0.5 * dot(held, held) * stiffness_change(c);
         dissipation = lost / (stiffness * params.history_dt);
     }
-    return Tangential(force, TangentialHistory(force), dissipation);
+    return Tangential(slid.force, TangentialHistory(slid.force), dissipation);
 }
 
 /// 8 G* √(R* δ), N/m.

@@ -41,12 +41,26 @@ fn restore_tangential(entry: u32, at: u32, same: bool) {
     set_tangential_history(entry, opposite_tangential(TangentialHistory(unpacked(history_tangential_force[at])), !same));
 }
 
-/// Capped by sliding (2.13), N.
-fn coulomb_capped(stretched: Vec, pair: Pair, normal_force: Real) -> Vec {
+/// A spring after a step, N, and what sliding takes of it, capped by Coulomb's law.
+struct Slid {
+    force: Vec,
+    excess: Vec,
+}
+
+/// old + change, capped by sliding (2.13). A small excess is found from the change, beside which the rounding of the sum
+/// may be large.
+fn coulomb_capped(old: Vec, change: Vec, pair: Pair, normal_force: Real) -> Slid {
     let limit = pair.friction * max(normal_force, -normal_force);
-    let length_squared = dot(stretched, stretched);
-    if (length_squared > limit * limit) {
-        return stretched * (limit / sqrt(length_squared));
+    let beyond = (dot(old, old) - limit * limit) + dot(change, 2 * old + change);
+    if (!(beyond > 0)) {
+        return Slid(accumulated(old, change, false), Vec());
     }
-    return stretched;
+    let stretched = old + change;
+    let length = sqrt(limit * limit + beyond);
+    if (beyond > limit * limit) {
+        let force = (limit / length) * stretched;
+        return Slid(force, stretched - force);
+    }
+    let excess = (beyond / (length * (length + limit))) * stretched;
+    return Slid(accumulated(old, change - excess, true), excess);
 }

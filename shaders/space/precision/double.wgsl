@@ -15,12 +15,12 @@ fn displaced(x: Vec, low: Vec, step: Vec) -> Point {
 fn set_dither(step: u32) {}
 
 /// old + change.
-fn accumulated(old: Vec, change: Vec) -> Vec {
+fn accumulated(old: Vec, change: Vec, capped: bool) -> Vec {
     return old + change;
 }
 
 /// The same for a spin or a moment.
-fn accumulated_spin(old: Spin, change: Spin) -> Spin {
+fn accumulated_spin(old: Spin, change: Spin, capped: bool) -> Spin {
     return old + change;
 }
 

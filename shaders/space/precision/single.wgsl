@@ -28,26 +28,42 @@ fn requantised(x: Vec, low: Vec) -> Point {
     return displaced(whole, (x - whole) + low, Vec());
 }
 
-/// What is added to a sum before it is rounded, in units of its last place.
-var<private> dither: Real;
+/// What is added to sums before they are rounded, in units of their last place.
+struct Dither {
+    even: Real,
+    random: Real,
+}
 
-/// That of a step: multiples of the golden ratio, less whole numbers, spread over (-1/2, 1/2). No other sequence fills
-/// an interval as evenly, from its first numbers on (Weyl's sequence; Niederreiter 1992, Random Number Generation and
-/// Quasi-Monte Carlo Methods, section 3.1), so that changes below the last place add up to within a few units of it.
+var<private> dither: Dither;
+
+/// That of a step, within (-1/2, 1/2): multiples of the golden ratio, less whole numbers, which fill an interval as evenly
+/// as numbers can, from the first ones on (Weyl's sequence; Niederreiter 1992, Random Number Generation and Quasi-Monte
+/// Carlo Methods, section 3.1); and a hash of them, where no two steps have to do with each other (the finalizer of
+/// MurmurHash3).
 fn set_dither(step: u32) {
-    dither = (Real(bitcast<i32>(step * 0x9e3779b9u) >> 9u) + 0.5) * 0x1p-23;
+    let even = step * 0x9e3779b9u;
+    var random = (even ^ (even >> 16u)) * 0x85ebca6bu;
+    random = (random ^ (random >> 13u)) * 0xc2b2ae35u;
+    dither = Dither(centred(even), centred(random ^ (random >> 16u)));
+}
+
+fn centred(bits: u32) -> Real {
+    return (Real(bitcast<i32>(bits) >> 9u) + 0.5) * 0x1p-23;
 }
 
 /// old + change, rounded up or down by turns, as often as the digits that this loses ask for: what grows in small steps
-/// and has no low part must not lose them the same way in every step. No change leaves `old` as it is, but for a power of
-/// two, which may once lose a unit of the place below its last.
-fn accumulated(old: Vec, change: Vec) -> Vec {
-    return old + (change + (dither * 0x1p-23) * bitcast<Vec>(bitcast<Bits>(old) & Bits(0x7f800000u)));
+/// and has no low part must not lose them the same way in every step. Steady changes add up to within a few units of the
+/// last place, if roundings are spread evenly. But of what is `capped` a change depends on how the step before was
+/// rounded, so there they are by chance (stochastic rounding), and errors grow like a random walk. No change leaves `old`
+/// as it is, but for a power of two, which may once lose a unit of the place below its last.
+fn accumulated(old: Vec, change: Vec, capped: bool) -> Vec {
+    let part = select(dither.even, dither.random, capped) * 0x1p-23;
+    return old + (change + part * bitcast<Vec>(bitcast<Bits>(old) & Bits(0x7f800000u)));
 }
 
 /// The same for a spin or a moment.
-fn accumulated_spin(old: Spin, change: Spin) -> Spin {
-    return as_spin(accumulated(as_vector(old), as_vector(change)));
+fn accumulated_spin(old: Spin, change: Spin, capped: bool) -> Spin {
+    return as_spin(accumulated(as_vector(old), as_vector(change), capped));
 }
 
 /// |d + rest| - (a + b + radii_rest), with the digits that this subtraction would lose: it is (d² - s²) / (d + s), and
