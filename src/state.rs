@@ -198,7 +198,7 @@ record!(
     }
 );
 record!(
-    /// The colour of a contact (this and the next three: `shaders/nscd/coloring/priority.wgsl`).
+    /// The colour of a contact (this and the next four: `shaders/nscd/coloring/priority.wgsl`).
     ContactColor { color: u32, rank: u32 }
 );
 record!(
@@ -212,6 +212,10 @@ record!(
 record!(
     /// How far the colouring is.
     ColoringState { uncolored: u32, colors: u32, contacts: u32 }
+);
+record!(
+    /// Contacts of a grain that have no colour.
+    LargeContacts { small: u32, heavy: u32 }
 );
 record!(
     /// How hard the iterations for the rotation of clumps had to work (`shaders/body/grains/clumps.wgsl`).
@@ -728,7 +732,7 @@ state! {
     COLOR_CURSOR color_cursor: ColorCursor, One, -, "see nscd/coloring/priority.wgsl", colored;
     COLOR_CURSOR_NEXT color_cursor_next: ColorCursor, One, -, "see nscd/coloring/priority.wgsl", colored;
     PASS_RESIDUAL pass_residual: f64, Bodies, VelocitySquared, "", colored;
-    LARGE_CONTACTS large_contacts: u32, Bodies, Number, "see nscd/relax_large.wgsl", colored_with_large;
+    LARGE_CONTACTS large_contacts: LargeContacts, Bodies, -, "see nscd/coloring/priority.wgsl", colored_with_large;
     LOAD_SPEED load_speed: f64, Bodies, Velocity, "if loads all push one way", rigid;
     RESIDUAL_SUMS residual_sums: ResidualSums, Groups, -, "", rigid;
     SOLVER_STATE solver_state: SolverState, One, -, "see nscd/contact.wgsl", rigid;

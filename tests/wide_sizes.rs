@@ -242,6 +242,52 @@ fn a_boulder_rests_on_many_grains() {
     }
 }
 
+/// A boulder that stands on a wall or on a fixed grain, and hundreds of small grains on it and around it: the contact that
+/// carries it gets on as if these were not there.
+#[test]
+fn a_boulder_stands_among_many_grains() {
+    const SIZE: f64 = 12.0;
+    let (dt, gravity) = (1e-3, 9.81);
+    let mut scene = rigid(3, dt, 0.5, 1e-5);
+    scene.gravity = DVec3::NEG_Z * gravity;
+    let mut grains = vec![Grain { radius: SIZE * R, ..common::grain(0.0, 0.0, 0.0) }];
+    // Rings from the top down to where a grain touches the floor too.
+    let lowest = std::f64::consts::PI - ((SIZE - 1.0) / (SIZE + 1.0)).acos();
+    let rings = (lowest * (SIZE + 1.0) / 2.1) as u32;
+    for ring in 1..=rings {
+        let (sin, cos) = (lowest * f64::from(ring) / f64::from(rings)).sin_cos();
+        let count = (std::f64::consts::TAU * sin * (SIZE + 1.0) / 2.1) as u32;
+        for k in 0..count {
+            let (y, x) = (std::f64::consts::TAU * f64::from(k) / f64::from(count)).sin_cos();
+            let outward = (SIZE + 1.0) * R * DVec3::new(sin * x, sin * y, cos);
+            grains.push(Grain { position: outward, ..common::grain(0.0, 0.0, 0.0) });
+        }
+    }
+    let around = grains.len() - 1;
+    assert!(around > 300, "only {around} grains around the boulder");
+    scene.grains = grains;
+    let mut on_wall = scene.clone();
+    on_wall.walls = vec![common::plane(DVec3::NEG_Z * SIZE * R, DVec3::Z)];
+    let mut on_grain = scene;
+    let below = DVec3::NEG_Z * (SIZE + 1.0) * R;
+    on_grain.grains.push(Grain { position: below, fixed: true, ..common::grain(0.0, 0.0, 0.0) });
+    for (bench, (floor, scene)) in engines().iter().flat_map(|b| [(b, ("wall", &on_wall)), (b, ("grain", &on_grain))]) {
+        let passes = [Solver::JacobiAccelerated, Solver::ColouredAccelerated].map(|solver| {
+            let mut simulation = bench.start(&relaxed_by(scene, solver));
+            assert!(simulation.model().large_grains);
+            simulation.advance(3).unwrap();
+            let statistics = *simulation.solver_statistics().unwrap();
+            let missing = simulation.grains().unwrap()[0].velocity.length() / (3.0 * gravity * dt);
+            let what = format!("{} {solver:?} on a {floor}", bench.name);
+            println!("{what}: {} passes, {missing:e} of the weight", statistics.iterations);
+            assert_eq!(statistics.unconverged, 0, "{what}");
+            assert!(missing < 1e-3, "{what}: {missing:e} of the weight is not carried");
+            statistics.iterations
+        });
+        assert!(passes[1] <= 2 * passes[0], "{} on a {floor}: {passes:?} passes", bench.name);
+    }
+}
+
 /// What the search for neighbours costs, per grain.
 #[derive(Debug)]
 struct Cost {

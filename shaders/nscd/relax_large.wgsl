@@ -1,14 +1,21 @@
 // twin: src/nscd/relax_large.rs
 // Contact dynamics 3, coloured, in place of `after_sweep` where grains are large: their contacts have no colours, of which
 // there would have to be as many as contacts. So after all colours these contacts take a step all at once, each as if its
-// grains were split into as many equal parts as they have such contacts (mass splitting, Tonge et al. 2012): together they
-// do not overshoot then. As a part of a large grain is heavier than a small one, that is about the step of one by itself.
-var<storage, read> large_contacts: array<u32>;       // N, see `standing_for`: contacts of its grain that have no colour
-var<storage, read_write> pass_residual: array<Real>; // N, (m/s)²
+// grains were split into as many parts as they have such contacts (mass splitting, Tonge et al. 2012): together they do
+// not overshoot then, whatever the parts are. With a small grain the step is about that of the contact by itself, as the
+// part of the large one is the heavier of the two. With what is heavy it is as short as the part is light: so the few
+// contacts that carry a large grain share half of it, and the many with small grains the other half.
+var<storage, read_write> large_contacts: array<LargeContacts>; // N, see `standing_for`
+var<storage, read_write> pass_residual: array<Real>;           // N, (m/s)²
 
-/// What the other contacts of its grain, which body i is a part of, add to the scales of one.
-fn split_scales(i: u32) -> UpdateScales {
-    let others = Real(large_contacts[standing_for(i)] - 1u);
+/// What it adds to the scales of a contact with j that body i has a part of its grain there only.
+fn split_scales(i: u32, j: u32) -> UpdateScales {
+    let grain = standing_for(i);
+    let small = atomicLoad(&large_contacts[grain].small);
+    let heavy = atomicLoad(&large_contacts[grain].heavy);
+    let alike = select(small, heavy, is_heavy(j));
+    let parts = select(alike, 2u * alike, small != 0u && heavy != 0u);
+    let others = Real(parts - 1u);
     let scales = largest_response(i);
     return UpdateScales(others * scales.normal, others * scales.tangential);
 }
@@ -44,11 +51,12 @@ fn relax_large_of(i: u32, entries: vec2<u32>) -> ListSums {
     for (; entry < entries.y; entry = next_without_color(i, entry + 1u, entries.y)) {
         let j = neighbour[entry] & INDEX;
         var there = ContactBody();
-        var scales = split_scales(i);
+        // In an order on which both sides agree, so that both get the same bits.
+        var scales = split_scales(min(i, j), max(i, j));
         if (j < params.bodies) {
             there = swept(j);
-            let scales_to = split_scales(j);
-            scales = UpdateScales(scales.normal + scales_to.normal, scales.tangential + scales_to.tangential);
+            let second = split_scales(max(i, j), min(i, j));
+            scales = UpdateScales(scales.normal + second.normal, scales.tangential + second.tangential);
         }
         var side = contact_between(i, entry, j, here.velocity, here.spin, there.velocity, there.spin);
         side.velocity += side.sign * unpacked(free_contact_velocity[entry]);

@@ -7,6 +7,7 @@ use crate::{
     neighbours::lists::is_large,
     nscd::{
         after_sweep::restart_criterion,
+        coloring::priority::is_heavy,
         contact::{active_entries, add_impulse, oriented_contact, store_residual_sums},
         jacobi_pass::passes,
         response::{
@@ -15,7 +16,7 @@ use crate::{
         },
     },
     solve::natural_map::{UpdateScales, disc_update, natural_map},
-    state::{INDEX, Packed, ResidualSums, Spin, State, Velocity},
+    state::{INDEX, LargeContacts, Packed, ResidualSums, Spin, State, Velocity},
 };
 use glam::DVec3;
 
@@ -60,8 +61,8 @@ fn relax_large_of(s: &State, i: usize, before: &mut [Packed], begin: usize) -> (
         let old = side.sign * s.impulse[entry].0;
         let start = old + s.solver_state[0].beta * (old - side.sign * before.0);
         let error = natural_map(&side, start, natural_map_scale(s, entry, side.tangential));
-        let other = if j < s.sizes.bodies { split_scales(s, j) } else { UpdateScales::default() };
-        let own = split_scales(s, i);
+        let own = split_scales(s, i, j);
+        let other = if j < s.sizes.bodies { split_scales(s, j, i) } else { UpdateScales::default() };
         side.normal += own.normal + other.normal;
         side.tangential += own.tangential + other.tangential;
         let next = disc_update(&side, start, 1.0);
@@ -72,9 +73,11 @@ fn relax_large_of(s: &State, i: usize, before: &mut [Packed], begin: usize) -> (
     (change, sums)
 }
 
-/// What the other contacts of its grain, which body i is a part of, add to the scales of one.
-fn split_scales(s: &State, i: usize) -> UpdateScales {
-    let others = f64::from(s.large_contacts[standing_for(s, i)] - 1);
+/// What it adds to the scales of a contact with j that body i has a part of its grain there only.
+fn split_scales(s: &State, i: usize, j: usize) -> UpdateScales {
+    let LargeContacts { small, heavy } = s.large_contacts[standing_for(s, i)];
+    let alike = if is_heavy(s, j) { heavy } else { small };
+    let others = f64::from(if small != 0 && heavy != 0 { 2 * alike - 1 } else { alike - 1 });
     let UpdateScales { normal, tangential } = largest_response(s, i);
     UpdateScales { normal: others * normal, tangential: others * tangential }
 }

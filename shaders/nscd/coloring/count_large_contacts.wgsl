@@ -1,18 +1,21 @@
 // twin: src/nscd/coloring/count_large_contacts.rs
 // Colors, of scenes with large grains: how many contacts that have no colour a grain takes part in.
-var<storage, read_write> large_contacts: array<atomic<u32>>; // N, see `standing_for`
+var<storage, read_write> large_contacts: array<LargeContacts>; // N, see `standing_for`
 
-fn large_contacts_of(i: u32, entries: vec2<u32>) -> ListSums {
-    var total = ListSums();
+/// Those of body i with what is small and with what is heavy.
+fn large_contacts_of(i: u32, entries: vec2<u32>) -> vec2<u32> {
+    var contacts = vec2<u32>();
     for (var entry = entries.x; entry < entries.y; entry++) {
         let tagged = neighbour[entry];
         if (tagged == NONE) {
             break;
         }
-        let has_none = is_large(i) || is_large(tagged & INDEX);
-        total.contacts += select(0u, 1u, has_none && (tagged & ACTIVE) != 0u);
+        let j = tagged & INDEX;
+        if ((tagged & ACTIVE) != 0u && (is_large(i) || is_large(j))) {
+            contacts += select(vec2<u32>(1u, 0u), vec2<u32>(0u, 1u), is_heavy(j));
+        }
     }
-    return total;
+    return contacts;
 }
 
 @compute @workgroup_size(GROUP)
@@ -23,16 +26,13 @@ fn count_large_contacts(
 ) {
     let walk = walk_of(workgroup, workgroups, lane);
     let rounds = rounds_of(walk);
-    var total = ListSums();
-    var round = 0u;
-    loop {
-        total = added_up(walk, total, large_contacts_of(walk.body, entries_of(walk, round)));
-        continuing {
-            round++;
-            break if round >= rounds;
-        }
+    var contacts = vec2<u32>();
+    for (var round = 0u; round < rounds; round++) {
+        contacts += large_contacts_of(walk.body, entries_of(walk, round));
     }
-    if (walk.answers && total.contacts != 0u) {
-        atomicAdd(&large_contacts[standing_for(walk.body)], total.contacts);
+    if (any(contacts != vec2<u32>())) {
+        let grain = standing_for(walk.body);
+        atomicAdd(&large_contacts[grain].small, contacts.x);
+        atomicAdd(&large_contacts[grain].heavy, contacts.y);
     }
 }

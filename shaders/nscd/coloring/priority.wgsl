@@ -36,10 +36,24 @@ struct ColoringState {
     contacts: atomic<u32>,   // that have a colour
 }
 
+/// Contacts of a grain that have no colour, by what the grain meets there.
+struct LargeContacts {
+    small: atomic<u32>,
+    heavy: atomic<u32>, // see `is_heavy`
+}
+
 /// How far a pass is.
 struct ColorCursor {
     colors: u32,  // that are done
     contacts: u32, // of these colours
+}
+
+/// Whether j is heavy beside small grains: a large one, a fixed one or a wall.
+fn is_heavy(j: u32) -> bool {
+    if (j >= params.bodies) {
+        return true;
+    }
+    return is_large(j) || velocity[j].inverse_mass == 0;
 }
 
 /// A rank of contacts on which two grains agree, and that neighbours in space do not share: so that many contacts are

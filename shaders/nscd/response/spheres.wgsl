@@ -27,21 +27,25 @@ fn largest_response(i: u32) -> UpdateScales {
     return UpdateScales(inverse_mass, inverse_mass + radius * radius * inverse_inertia(position[i], inverse_mass));
 }
 
-/// What an impulse does to bodies i and j at an entry; j may be a wall.
+/// What an impulse does to bodies i and j at an entry; j may be a wall. Both get the same bits, because the body with the
+/// smaller index comes first.
 fn inverse_effective_mass_of(entry: u32, i: u32, j: u32, touch: Separation) -> InverseEffectiveMass {
     var inverse_mass = InverseEffectiveMass();
     let own = impulse_inverse_mass(i);
     inverse_mass.arm = position[i].radius + 0.5 * touch.gap;
     inverse_mass.normal = own;
+    let arm = inverse_mass.arm;
+    let turning = arm * arm * inverse_inertia(position[i], own);
+    var turning_to = Real(0);
     if (j < params.bodies) {
         let other = impulse_inverse_mass(j);
         inverse_mass.arm_to = position[j].radius + 0.5 * touch.gap;
         inverse_mass.normal += other;
         let arm_to = inverse_mass.arm_to;
-        inverse_mass.tangential = arm_to * arm_to * inverse_inertia(position[j], other);
+        turning_to = arm_to * arm_to * inverse_inertia(position[j], other);
     }
-    let arm = inverse_mass.arm;
-    let rotational = inverse_mass.tangential + arm * arm * inverse_inertia(position[i], own);
+    let first = i < j;
+    let rotational = select(turning_to, turning, first) + select(turning, turning_to, first);
     inverse_mass.tangential = inverse_mass.normal + rotational;
     return inverse_mass;
 }
