@@ -33,6 +33,7 @@ use crate::{
         kicks::{kicks_of_bodies, kicks_of_clumps},
         overlap::{largest_force, largest_torque},
     },
+    model::Method,
     stage::*,
     state::{Element, PARTIAL_SUMS, PartialSums, State, Works, array},
 };
@@ -50,8 +51,8 @@ const FLOORS: &[Floor] = &[
 /// Grains at rest balance.
 const SUM_FLOORS: &[MemberFloors] = &[(&array::PARTIAL_SUMS, sums_at_rest)];
 
-/// The energy, J, that single forces give the heaviest grain in a step, what damping takes of it, W, and the contact
-/// forces that balance, N.
+/// The energy, J, that single forces give the heaviest grain in a step, what damping takes of it, W, the contact forces
+/// that balance, N, and overlaps that are none.
 fn sums_at_rest(s: &State) -> Vec<f64> {
     at_rest(s).lanes(s.model.dims())
 }
@@ -62,7 +63,10 @@ fn at_rest(s: &State) -> PartialSums {
     let kinetic = 0.5 * gravity.max(kicks_of_bodies(s, contact_of)[0]).powi(2) / lightest;
     let net_force = s.partial_sums.iter().map(|part| part.contact_force).fold(0.0, f64::max);
     let dissipation = 2.0 * kinetic * s.params.damping.max(1.0 / s.params.dt);
-    PartialSums { kinetic, net_force, dissipation, sliding: dissipation, ..PartialSums::default() }
+    // Of rigid grains those within the band that is taken for contact.
+    let smallest = s.position.iter().map(|here| here.radius).fold(f64::INFINITY, f64::min);
+    let overlap = if s.model.method == Method::ContactDynamics { s.params.gap_band / smallest } else { 0.0 };
+    PartialSums { kinetic, net_force, dissipation, sliding: dissipation, overlap, ..PartialSums::default() }
 }
 
 /// The same of works: what a step does at least to a grain that balances.

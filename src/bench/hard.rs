@@ -50,6 +50,7 @@ impl Case {
             "size_ratio",
             "mass_ratio",
             "fast_grain",
+            "slow_changes",
             "rigid_friction",
             "rigid_settling_2d",
             "rigid_settling_3d",
