@@ -69,7 +69,7 @@ pub fn oblique_planes(bench: Bench, _: Length) -> Vec<Figure> {
             }
         }
     }
-    vec![Figure::zero("forces of oblique planes up to 16,000 R long, relative error", 1e-5, worst)]
+    vec![Figure::zero("forces of oblique planes up to 16,000 R long, relative error", bench.pick(1e-7, 1e-5), worst)]
 }
 
 /// Two grains squeezed between planes, all carried along: overlaps stay what they are, 200 radii from where they began.
