@@ -23,4 +23,5 @@ if [ "${PACKSTONE_ALLOW_NO_GPU:-}" != 1 ] && ! cargo run --release --quiet -- ad
     $sudo apt-get update -q
     $sudo apt-get install -y --no-install-recommends libvulkan1 mesa-vulkan-drivers
 fi
-cargo test --release "$@"
+# Tests are small and run side by side: threads of the software driver would cost more than they give.
+LP_NUM_THREADS="${LP_NUM_THREADS:-0}" cargo test --release "$@"

@@ -22,7 +22,7 @@ fn advance(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
         atomicAdd(&counters.steps_done, 1u);
         atomicMax(&halt_next, halt + 1u);
     }
-    set_dither(params.step + halt);
+    set_seed(params.step + halt);
     let here = body(i);
     if (leap(i, here, body_forces(i, here))) {
         atomicMax(&halt_next, HALTED);

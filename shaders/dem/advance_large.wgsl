@@ -45,7 +45,7 @@ fn advance_large(
         own_row = select(vec2<u32>(0u), vec2<u32>(list_start[i], list_start[i + 1u]), moves);
     }
     let row = workgroupUniformLoad(&own_row);
-    set_dither(params.step + halt);
+    set_seed(params.step + halt);
     let here = body(i);
     var forces = BodyForces();
     for (var first = row.x; first < row.y; first += LANES) {

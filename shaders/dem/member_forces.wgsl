@@ -13,7 +13,7 @@ fn member_forces(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_wor
         atomicAdd(&counters.steps_done, 1u);
         atomicMax(&halt_next, halt + 1u);
     }
-    set_dither(params.step + halt);
+    set_seed(params.step + halt);
     let pushed = body_forces(i, body(i));
     member_force[i] = pushed.sum.force;
     member_torque[i] = pushed.sum.torque;

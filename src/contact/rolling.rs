@@ -73,13 +73,14 @@ pub fn rolling_contact(law: Law, c: &ContactState, stiffness: f64, normal_force:
         if beyond > 1.0 {
             torque = limit / length * part;
             excess -= torque;
-        } else if beyond > 0.0 {
-            excess = beyond / (length * (length + 1.0)) * limit * part;
-            torque = accumulated(old.torque, rolled - excess);
         } else {
             excess = DVec3::ZERO;
-            torque = accumulated(old.torque, rolled);
-            dashpot = capped_dashpot(2.0 * pair.damping * rolling_dashpot(k, c), part, rate / limit);
+            if beyond > 0.0 {
+                excess = beyond / (length * (length + 1.0)) * limit * part;
+            } else {
+                dashpot = capped_dashpot(2.0 * pair.damping * rolling_dashpot(k, c), part, rate / limit);
+            }
+            torque = accumulated(old.torque, rolled - excess);
         }
     }
     let mut plastic = 0.0;

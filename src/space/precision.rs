@@ -53,7 +53,7 @@ pub fn requantised(s: &State, Point { x, low }: Point) -> Point {
     }
 }
 
-/// old + change. In single precision a device rounds it up or down by turns.
+/// old + change. In single precision a device rounds it stochastically.
 #[inline(always)]
 pub fn accumulated(old: DVec3, change: DVec3) -> DVec3 {
     old + change

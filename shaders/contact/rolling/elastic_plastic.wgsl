@@ -75,13 +75,14 @@ fn rolling_contact(c: ContactState, stiffness: Real, normal_force: Real, old: Ro
         if (beyond > 1) {
             torque = (limit / length) * part;
             excess -= torque;
-        } else if (beyond > 0) {
-            excess = (beyond / (length * (length + 1)) * limit) * part;
-            torque = accumulated_spin(old.torque, rolled - excess, true);
         } else {
             excess = Spin();
-            torque = accumulated_spin(old.torque, rolled, false);
-            dashpot = capped_dashpot(2 * pair.damping * rolling_dashpot(k, c), part, rate / limit);
+            if (beyond > 0) {
+                excess = (beyond / (length * (length + 1)) * limit) * part;
+            } else {
+                dashpot = capped_dashpot(2 * pair.damping * rolling_dashpot(k, c), part, rate / limit);
+            }
+            torque = accumulated_spin(old.torque, rolled - excess);
         }
     }
     var plastic = Real(0);

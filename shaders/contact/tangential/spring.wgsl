@@ -52,15 +52,15 @@ struct Slid {
 fn coulomb_capped(old: Vec, change: Vec, pair: Pair, normal_force: Real) -> Slid {
     let limit = pair.friction * max(normal_force, -normal_force);
     let beyond = (dot(old, old) - limit * limit) + dot(change, 2 * old + change);
-    if (!(beyond > 0)) {
-        return Slid(accumulated(old, change, false), Vec());
-    }
     let stretched = old + change;
-    let length = sqrt(limit * limit + beyond);
-    if (beyond > limit * limit) {
-        let force = (limit / length) * stretched;
-        return Slid(force, stretched - force);
+    var excess = Vec();
+    if (beyond > 0) {
+        let length = sqrt(limit * limit + beyond);
+        if (beyond > limit * limit) {
+            let force = (limit / length) * stretched;
+            return Slid(force, stretched - force);
+        }
+        excess = (beyond / (length * (length + limit))) * stretched;
     }
-    let excess = (beyond / (length * (length + limit))) * stretched;
-    return Slid(accumulated(old, change - excess, true), excess);
+    return Slid(accumulated(old, change - excess), excess);
 }

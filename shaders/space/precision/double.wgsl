@@ -12,15 +12,15 @@ fn displaced(x: Vec, low: Vec, step: Vec) -> Point {
 }
 
 /// Nothing is lost that counts.
-fn set_dither(step: u32) {}
+fn set_seed(step: u32) {}
 
 /// old + change.
-fn accumulated(old: Vec, change: Vec, capped: bool) -> Vec {
+fn accumulated(old: Vec, change: Vec) -> Vec {
     return old + change;
 }
 
 /// The same for a spin or a moment.
-fn accumulated_spin(old: Spin, change: Spin, capped: bool) -> Spin {
+fn accumulated_spin(old: Spin, change: Spin) -> Spin {
     return old + change;
 }
 

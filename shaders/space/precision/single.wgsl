@@ -28,42 +28,38 @@ fn requantised(x: Vec, low: Vec) -> Point {
     return displaced(whole, (x - whole) + low, Vec());
 }
 
-/// What is added to sums before they are rounded, in units of their last place.
-struct Dither {
-    even: Real,
-    random: Real,
+/// Of the step, for stochastic rounding.
+var<private> seed: u32;
+
+/// A hash of the step's number, so that no two steps have to do with each other (the finalizer of MurmurHash3).
+fn set_seed(step: u32) {
+    var bits = (step ^ (step >> 16u)) * 0x85ebca6bu;
+    bits = (bits ^ (bits >> 13u)) * 0xc2b2ae35u;
+    seed = bits ^ (bits >> 16u);
 }
 
-var<private> dither: Dither;
-
-/// That of a step, within (-1/2, 1/2): multiples of the golden ratio, less whole numbers, which fill an interval as evenly
-/// as numbers can, from the first ones on (Weyl's sequence; Niederreiter 1992, Random Number Generation and Quasi-Monte
-/// Carlo Methods, section 3.1); and a hash of them, where no two steps have to do with each other (the finalizer of
-/// MurmurHash3).
-fn set_dither(step: u32) {
-    let even = step * 0x9e3779b9u;
-    var random = (even ^ (even >> 16u)) * 0x85ebca6bu;
-    random = (random ^ (random >> 13u)) * 0xc2b2ae35u;
-    dither = Dither(centred(even), centred(random ^ (random >> 16u)));
+/// old + change, rounded up or down by chance, as often as the digits that this loses ask for (stochastic rounding; Croci
+/// et al. 2022, R. Soc. Open Sci. 9, 211631): what grows in small steps and has no low part must not lose them the same way
+/// in every step. Evenly spread numbers would not do in place of random ones, because a change depends on how the steps
+/// before were rounded. In units of the last place of the largest component; no driver can merge terms across the floor.
+fn accumulated(old: Vec, change: Vec) -> Vec {
+    let place = last_place(max(largest_component(old + change), 0x1p-20 * largest_component(old)));
+    let at = old * place.inverse;
+    let whole = round(at);
+    let rest = fma(change, Vec(place.inverse), at - whole);
+    return place.unit * (whole + floor(rest + chance(old)));
 }
 
-fn centred(bits: u32) -> Real {
-    return (Real(bitcast<i32>(bits) >> 9u) + 0.5) * 0x1p-23;
-}
-
-/// old + change, rounded up or down by turns, as often as the digits that this loses ask for: what grows in small steps
-/// and has no low part must not lose them the same way in every step. Steady changes add up to within a few units of the
-/// last place, if roundings are spread evenly. But of what is `capped` a change depends on how the step before was
-/// rounded, so there they are by chance (stochastic rounding), and errors grow like a random walk. No change leaves `old`
-/// as it is, but for a power of two, which may once lose a unit of the place below its last.
-fn accumulated(old: Vec, change: Vec, capped: bool) -> Vec {
-    let part = select(dither.even, dither.random, capped) * 0x1p-23;
-    return old + (change + part * bitcast<Vec>(bitcast<Bits>(old) & Bits(0x7f800000u)));
+/// Numbers within [0, 1): a hash of the step and of a spring, the same for both grains of a contact. What is fresh with every
+/// step is the seed; the spring turns it, so that springs are not all rounded the same way.
+fn chance(spring: Vec) -> Vec {
+    let random = (bitcast<Bits>(spring) ^ Bits(seed)) * Bits(0x9e3779b1u);
+    return 0x1p-24 * Vec(random >> Bits(8u));
 }
 
 /// The same for a spin or a moment.
-fn accumulated_spin(old: Spin, change: Spin, capped: bool) -> Spin {
-    return as_spin(accumulated(as_vector(old), as_vector(change), capped));
+fn accumulated_spin(old: Spin, change: Spin) -> Spin {
+    return as_spin(accumulated(as_vector(old), as_vector(change)));
 }
 
 /// |d + rest| - (a + b + radii_rest), with the digits that this subtraction would lose: it is (d² - s²) / (d + s), and

@@ -3,7 +3,7 @@
 
 use super::common::*;
 use super::figure::{Figure, Length, worse};
-use crate::scene::{Clump, Grain, Method, Shape, Surface};
+use crate::scene::{Assembly, Clump, Grain, Hertz, Method, Pair, Rolling, Shape, Surface, Wall};
 use glam::{DQuat, DVec3};
 
 /// What a step changes by, over what is changed.
@@ -26,7 +26,7 @@ impl Worst {
 
 /// Each of them with springs and with contact dynamics.
 pub fn slow_changes(bench: Bench, _: Length) -> Vec<Figure> {
-    [flight(bench), sliding(bench), tumbling(bench), springs(bench), walls(bench)].into_iter().flatten().collect()
+    [flight, sliding, tumbling, springs, dissipation, walls].map(|case| case(bench)).into_iter().flatten().collect()
 }
 
 /// Gravity and global damping on what flies, both ways.
@@ -148,39 +148,116 @@ fn tumbling(bench: Bench) -> Vec<Figure> {
     vec![tumbled.figure(bench, "spin, tumbling, against f64")]
 }
 
-/// Springs that hold a load: feet stand on a floor that gravity pushes them along, under a plate that slides slowly. The
-/// springs of the plate and of the floor share what it moves, though a step is too little for the last digit of theirs.
+/// A fifth of the time in which a grain of `bed_law` swings by a radian, s.
+const HELD_DT: f64 = 2e-5;
+/// What a loaded spring is stretched by in a step, over what it holds: half a unit of its last place at most.
+const STRETCH: f64 = 3e-8;
+const FEET: [DVec3; 3] = [DVec3::ZERO, DVec3::new(2.0, 0.0, 0.0), DVec3::new(1.0, 1.7320508075688772, 0.0)];
+
+/// What stands between a floor and a plate, squeezed by 1e-4 R and pulled along both by a fifth of its weight; both follow
+/// a law of their own.
+struct Held {
+    dimension: usize,
+    feet: Vec<DVec3>,
+    laws: [Pair; 2],
+    /// The part of the way of the plate that it goes.
+    part_of_way: f64,
+}
+
+impl Held {
+    fn scene(&self, damping: f64) -> Assembly {
+        let Held { dimension, feet, laws, .. } = self;
+        let up = up(*dimension);
+        let mut scene = blank_dt(*dimension, HELD_DT);
+        set_laws(&mut scene, laws);
+        scene.gravity = 0.2 * G * DVec3::X;
+        scene.solver.damping = damping;
+        scene.walls = vec![floor(*dimension), Wall { material: 1, ..plane(2.0 * R * (1.0 - 1e-4) * up, -up) }];
+        let position = R * (1.0 - 1e-4) * up;
+        if feet.len() == 1 {
+            scene.grains = vec![Grain { position, ..grain(0.0, 0.0, 0.0) }];
+        } else {
+            // As heavy as its feet.
+            let radius = R * (feet.len() as f64).powf(1.0 / *dimension as f64);
+            let shape = Shape::of_union("feet", &members(feet), *dimension);
+            set_clumps(&mut scene, vec![shape], vec![Clump { radius, position, ..clump(0) }]);
+        }
+        scene
+    }
+}
+
+/// Springs that hold a load while the plate goes slowly: those of plate and floor, and of rolling resistance, share what
+/// it moves, though a step is too little for the last digit of theirs.
 fn springs(bench: Bench) -> Vec<Figure> {
-    let (part, mut moved) = (1e-8, 0.0);
-    let rows =
-        [vec![DVec3::ZERO, 2.0 * DVec3::X], vec![DVec3::ZERO, 2.0 * DVec3::X, DVec3::new(1.0, 3f64.sqrt(), 0.0)]];
-    for (dimension, feet) in [2, 3].into_iter().zip(rows) {
+    // Soft ones, so that positions have digits for what they are stretched by.
+    let soft = |dimension| {
         let law = bed_law(dimension, 10.0);
-        let dt = 0.05 * (mass(dimension, R) / law.normal_stiffness).sqrt();
-        let held = 0.2 * mass(dimension, R) * G / law.tangential_stiffness;
-        let mut scene = blank_dt(dimension, dt);
-        scene.pairs = vec![law];
-        scene.gravity = G * (0.2 * DVec3::X - up(dimension));
-        scene.solver.damping = 0.5 / (20.0 * dt);
-        let plate = plane(2.0 * R * (1.0 - 1e-4) * up(dimension), -up(dimension));
-        scene.walls = vec![floor(dimension), plate];
-        scene.walls[1].velocity = 2.0 * part * held / dt * DVec3::X;
-        // As heavy as its feet.
-        let radius = R * (feet.len() as f64).powf(1.0 / dimension as f64);
-        let standing = Clump { radius, position: R * (1.0 - 1e-4) * up(dimension), ..clump(0) };
-        set_clumps(&mut scene, vec![Shape::of_union("feet", &members(&feet), dimension)], vec![standing]);
+        Pair { tangential_stiffness: 1e-3 * law.normal_stiffness, ..law }
+    };
+    let clump = |dimension, feet: &[DVec3]| Held {
+        dimension,
+        feet: feet.to_vec(),
+        laws: [soft(dimension); 2],
+        part_of_way: 0.5,
+    };
+    let sphere = |dimension, laws, part_of_way| Held { dimension, feet: vec![DVec3::ZERO], laws, part_of_way };
+    // The same force and tangential stiffness at a contact of 1e-2 R.
+    let (weight, contact_radius) = (mass(3, R) * G, 1e-2 * R);
+    let hertz = Hertz {
+        youngs_modulus: 0.75 * weight * R / contact_radius.powi(3),
+        shear_modulus: soft(3).tangential_stiffness / (8.0 * contact_radius),
+    };
+    let elastic = Pair { hertz: Some(hertz), friction: 10.0, ..Pair::default() };
+    // Springs k and k/2 make a sphere roll, which the rolling springs, K in all, resist. Forces balance,
+    // 3/2 k x - 1/2 k R θ = 1/2 k X, and torques, (3/2 k R² + K) θ = 1/2 k R (x + X).
+    let rolling = |dimension| {
+        let (law, stiffness) = (soft(dimension), 0.7e-3);
+        let floor = Pair { rolling: Some(Rolling { friction: 10.0, stiffness, damping: 0.0 }), ..law };
+        let k = law.tangential_stiffness;
+        let rolled = 0.5 * k / (1.5 * k + 2.0 * stiffness * law.normal_stiffness);
+        let plate = Pair { tangential_stiffness: 0.5 * k, ..floor };
+        sphere(dimension, [floor, plate], (0.5 + 0.5 * rolled) / (1.5 - 0.5 * rolled))
+    };
+    let cases = [clump(2, &FEET[..2]), clump(3, &FEET), sphere(3, [elastic; 2], 0.5), rolling(2), rolling(3)];
+    let off = cases.iter().map(|held| slowly_dragged(bench, held)).fold(0.0, worse);
+    let what = "way of what loaded springs hold: change in 32,000 steps, relative error";
+    vec![Figure::zero(what, bench.pick(1e-4, 0.1), off)]
+}
+
+/// How far its way is off, over itself.
+fn slowly_dragged(bench: Bench, held: &Held) -> f64 {
+    const STEPS: u64 = 32_000;
+    let mut scene = held.scene(0.01 / HELD_DT);
+    let way = STRETCH * 0.1 * mass(held.dimension, R) * G / (1e-3 * bed_law(held.dimension, 0.0).normal_stiffness);
+    scene.walls[1].velocity = way / HELD_DT * DVec3::X;
+    let mut simulation = bench.start(&scene);
+    simulation.advance(4_000).unwrap();
+    let before = simulation.grains().unwrap()[0].position;
+    simulation.advance(STEPS).unwrap();
+    let gone = (simulation.grains().unwrap()[0].position - before).x;
+    (gone / (STEPS as f64 * held.part_of_way * way) - 1.0).abs()
+}
+
+/// What a floor dissipates that slides slowly below feet which a plate holds.
+fn dissipation(bench: Bench) -> Vec<Figure> {
+    const STEPS: u64 = 32_000;
+    let mut off = 0.0;
+    for (dimension, feet) in [(2, &FEET[..2]), (3, &FEET[..])] {
+        let laws = [0.05, 10.0].map(|friction| bed_law(dimension, friction));
+        let limit = 0.05 * mass(dimension, R) * G;
+        let way = STRETCH * limit / laws[0].tangential_stiffness;
+        // So much damping that springs are stretched to their limit once and for all.
+        let mut scene = Held { dimension, feet: feet.to_vec(), laws, part_of_way: 0.0 }.scene(1.0 / HELD_DT);
+        scene.walls[0].velocity = -way / HELD_DT * DVec3::X;
+        scene.output.works = true;
         let mut simulation = bench.start(&scene);
         simulation.advance(4_000).unwrap();
-        let before = simulation.clumps().unwrap()[0].position;
-        simulation.advance(8_000).unwrap();
-        let gone = (simulation.clumps().unwrap()[0].position - before).x;
-        moved = worse(moved, (gone / (8_000.0 * part * held) - 1.0).abs());
+        let before = simulation.sample().unwrap().dissipated.unwrap();
+        simulation.advance(STEPS).unwrap();
+        let dissipated = simulation.sample().unwrap().dissipated.unwrap() - before;
+        off = worse(off, (dissipated / (STEPS as f64 * feet.len() as f64 * limit * way) - 1.0).abs());
     }
-    vec![Figure::zero(
-        "way of what a loaded spring holds: change in 8,000 steps, relative error",
-        bench.pick(1e-4, 1e-2),
-        moved,
-    )]
+    vec![Figure::zero("dissipation of slow sliding, relative error", bench.pick(1e-4, 0.1), off)]
 }
 
 /// Walls that move little beside where they are.
