@@ -226,8 +226,8 @@ impl Checker {
             Tolerance::Overlap if overlap > 0.0 && precision == Precision::Double => {
                 return 16.0 * precision.epsilon() * (1.0 / overlap).max(1.0);
             }
-            Tolerance::Cancellation(sums) if sums == array => 1e4,
-            _ => 64.0,
+            Tolerance::Cancellation(sums) if sums == array => Tolerance::CANCELLED_ROUNDINGS,
+            _ => Tolerance::ROUNDINGS,
         };
         roundings * precision.epsilon()
     }

@@ -81,6 +81,13 @@ pub enum Tolerance {
     Cancellation(&'static Array),
 }
 
+impl Tolerance {
+    /// A few, over the largest term.
+    pub const ROUNDINGS: f64 = 64.0;
+    /// Those of sums of small differences.
+    pub const CANCELLED_ROUNDINGS: f64 = 1e4;
+}
+
 impl Check {
     /// A few roundings everywhere.
     pub const ROUNDING: Check = Check {

@@ -217,7 +217,10 @@ fn balance<'a>(of: &'static str, tolerance: f64, accounts: impl Iterator<Item = 
 
 /// What contacts do to grains, by number; to a clump about its centre, in the attitude it has before the step.
 fn loads(simulation: &mut Simulation, before: &[Moving]) -> Result<Vec<Load>> {
-    let forces = simulation.forces()?;
+    let forces = match simulation.model().method {
+        Method::DiscreteElements => simulation.forces()?,
+        Method::ContactDynamics => simulation.forces_of_last_step()?,
+    };
     let assembly = simulation.assembly();
     if simulation.model().grains == Grains::Spheres {
         let of = |((force, moment), g): (&(DVec3, DVec3), &Grain)| Load {

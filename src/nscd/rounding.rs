@@ -30,24 +30,27 @@ pub const SUMS: Check = Check {
     ..Check::ROUNDING
 };
 
-/// The square of the rounding of velocities, (m/s)², and the energy of that, J. Friction at the Coulomb limit is beyond
-/// it by a rounding of the normal impulses.
+/// Squares of what is left where velocities cancel, (m/s)², and energies of that, J: d(x²) = 2 x dx, and dx is a rounding of
+/// velocities. Friction at the Coulomb limit is beyond it by a rounding of the normal impulses.
 fn sums_of_solved_contacts(s: &State) -> Vec<f64> {
-    let kick = kick(s).powi(2);
-    let squares = |of: &dyn Fn(&Velocity) -> f64| {
-        s.extrapolated_velocity.iter().map(of).fold(0.0, f64::max) * s.model.precision.epsilon()
-    };
-    let kick = kick.max(contact_speed(s).powi(2));
+    let kick = kick(s).max(contact_speed(s)).powi(2);
     let square = |m: &Velocity| m.v.length_squared().max(kick);
-    let energy = squares(&|m| if m.inverse_mass == 0.0 { 0.0 } else { square(m) / m.inverse_mass });
+    let largest = |of: &dyn Fn(&Velocity) -> f64| s.extrapolated_velocity.iter().map(of).fold(0.0, f64::max);
+    let energy = |m: &Velocity| if m.inverse_mass == 0.0 { 0.0 } else { square(m) / m.inverse_mass };
+    let (all_squares, all_energies) = (largest(&square), largest(&energy));
+    let left = |all: f64, of: &dyn Fn(&ResidualSums) -> f64| {
+        let left = s.residual_sums.iter().map(|sums| of(sums).abs()).fold(0.0, f64::max);
+        let part = Tolerance::ROUNDINGS / Tolerance::CANCELLED_ROUNDINGS;
+        (all * s.model.precision.epsilon()).max(2.0 * part * (left * all).sqrt())
+    };
     // Over the least that acts on a contact.
     let speeds = s.contact_geometry.iter().map(|geometry| geometry.speed).filter(|speed| *speed > 0.0);
     let relative = contact_speed(s).max(self::kick(s)) / speeds.fold(f64::INFINITY, f64::min);
     let sums = ResidualSums {
-        residual_squared: squares(&square),
-        restart_criterion: energy,
-        curvature: energy,
-        step_squared: energy,
+        residual_squared: left(all_squares, &|sums| sums.residual_squared),
+        restart_criterion: left(all_energies, &|sums| sums.restart_criterion),
+        curvature: left(all_energies, &|sums| sums.curvature),
+        step_squared: left(all_energies, &|sums| sums.step_squared),
         largest_residual: relative,
         resolved_residual: relative,
         coulomb_excess: s.residual_sums.iter().map(|sums| sums.max_normal_impulse).fold(0.0, f64::max),

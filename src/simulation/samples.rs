@@ -6,6 +6,7 @@ use crate::{
     error::Result,
     measure::{Sample, mass_of_clump, masses},
     model::{Grains, Rotation},
+    plan::swap_again,
     scene::{Clump, Grain, Surface, Wall},
     space::precision::{low_of, position_low_of, spin_low_of},
     state::{Array, RotationIterations, array::*, present},
@@ -128,6 +129,21 @@ impl Simulation {
     /// included, weight and global damping not.
     pub fn forces(&mut self) -> Result<Vec<(DVec3, DVec3)>> {
         self.refresh()?;
+        self.listed_forces()
+    }
+
+    /// The same of the last step of contact dynamics, from where it set out: there its impulses acted. Nothing may have
+    /// been asked of the simulation since.
+    pub(crate) fn forces_of_last_step(&mut self) -> Result<Vec<(DVec3, DVec3)>> {
+        let back = swap_again(&self.plans.swaps);
+        self.runner.execute_plan(&back)?;
+        let forces = self.listed_forces()?;
+        self.runner.execute_plan(&back)?;
+        Ok(forces)
+    }
+
+    /// Of the lists that there are.
+    fn listed_forces(&mut self) -> Result<Vec<(DVec3, DVec3)>> {
         let bodies = self.runner.state.sizes.bodies;
         let rotating = self.runner.state.model.rotation == Rotation::Sphere;
         let arrays: &[&'static Array] = if rotating { &[&FORCE, &TORQUE] } else { &[&FORCE] };
