@@ -68,6 +68,9 @@ fn build(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engin
     };
     let on_gpu = || -> Result<(Setup, Box<dyn Engine>, String)> {
         let device = Device::open(double, options.arrays)?;
+        if device.software && options.engine == EngineChoice::Auto {
+            return on_cpu(&format!("{} is a software driver", device.summary.name));
+        }
         let setup = Setup::new(assembly, options)?;
         let gpu = Gpu::new(device, &setup.plans, &setup.state)?;
         let real = if double { "f64" } else { "f32" };

@@ -31,7 +31,7 @@ pub struct RunArgs {
     /// Folder for the results [default: out/ and the name of the scene file]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// What to compute on; auto takes the best GPU, or the CPU if there is none
+    /// What to compute on; auto takes the best GPU, or the CPU if there is none but a software driver
     #[arg(long, default_value = "auto", value_parser = engines(["auto", "gpu", "cpu"]))]
     engine: EngineChoice,
     /// The same as --set stop.steps=N

@@ -49,7 +49,12 @@ pub struct Device {
     pub arrays: Arrays,
     /// The first error nobody was waiting for.
     failure: Arc<Mutex<Option<String>>>,
+    /// Where small reads arrive, so that a run makes no buffer from chunk to chunk.
+    staging: Arc<Mutex<Option<wgpu::Buffer>>>,
 }
+
+/// Reads up to this many bytes share a buffer.
+const KEPT_STAGING: u64 = 1 << 16;
 
 fn instance() -> wgpu::Instance {
     wgpu::Instance::new(wgpu::InstanceDescriptor {
@@ -153,7 +158,7 @@ impl Device {
                 slot.get_or_insert_with(|| e.to_string());
             }
         }));
-        Ok(Device { device, queue, summary, software, arrays, failure })
+        Ok(Device { device, queue, summary, software, arrays, failure, staging: Arc::default() })
     }
 
     /// Create a buffer of zeros.
@@ -282,9 +287,16 @@ impl Device {
         bytes: u64,
         copy: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::Buffer),
     ) -> Result<Vec<u8>> {
-        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-        let staging = self.allocate("staging", size, usage)?; // no kernel sees it, so it may be longer than an array
-
+        let small = size <= KEPT_STAGING;
+        let kept = self.staging.lock().ok().filter(|_| small).and_then(|mut kept| kept.take());
+        let staging = match kept {
+            Some(kept) => kept,
+            None => {
+                let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+                // No kernel sees it, so it may be longer than an array.
+                self.allocate("staging", if small { KEPT_STAGING } else { size }, usage)?
+            }
+        };
         let mut encoder = self.device.create_command_encoder(&Default::default());
         copy(&mut encoder, &staging);
         self.queue.submit([encoder.finish()]);
@@ -296,7 +308,13 @@ impl Device {
         self.wait()?;
         receiver.recv().map_err(|e| lost(e.to_string()))?.map_err(|e| lost(e.to_string()))?;
         let view = staging.slice(..).get_mapped_range().map_err(|e| lost(e.to_string()))?;
-        Ok(view[..bytes as usize].to_vec())
+        let content = view[..bytes as usize].to_vec();
+        drop(view);
+        if let (true, Ok(mut kept)) = (small, self.staging.lock()) {
+            staging.unmap();
+            *kept = Some(staging);
+        }
+        Ok(content)
     }
 }
 

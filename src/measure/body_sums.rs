@@ -18,9 +18,20 @@ use crate::{
     },
     state::{ACTIVE, INDEX, NONE, PartialSums, State, Works},
 };
+use rayon::prelude::*;
+
+/// What all bodies have, one after the other as they lie in memory, next to their neighbours.
+pub fn sums_of_bodies(s: &State) -> Vec<PartialSums> {
+    let of_body = |i| {
+        let mut sum = PartialSums::default();
+        add_body(s, i, &mut sum);
+        sum
+    };
+    (0..s.sizes.bodies).into_par_iter().with_min_len(64).map(of_body).collect()
+}
 
 /// What free body i and its contacts have at step n.
-pub fn add_body(s: &State, i: usize, sum: &mut PartialSums) {
+fn add_body(s: &State, i: usize, sum: &mut PartialSums) {
     let here = body(s, i);
     if here.velocity.inverse_mass == 0.0 {
         return;
@@ -66,6 +77,23 @@ pub fn add_body(s: &State, i: usize, sum: &mut PartialSums) {
         }
     }
     add_energies(sum, &energies(s, &here, &gathered, &drag));
+}
+
+impl PartialSums {
+    pub fn add(&mut self, more: &PartialSums) {
+        self.kinetic += more.kinetic;
+        self.potential += more.potential;
+        self.elastic += more.elastic;
+        self.dissipation += more.dissipation;
+        self.sliding += more.sliding;
+        self.net_force += more.net_force;
+        self.contact_force += more.contact_force;
+        self.overlap = self.overlap.max(more.overlap);
+        self.sides += more.sides;
+        self.single_sides += more.single_sides;
+        self.wall_power += more.wall_power;
+        self.fixed_power += more.fixed_power;
+    }
 }
 
 /// What a grain has by itself.

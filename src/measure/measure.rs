@@ -2,17 +2,18 @@
 //! sorting changes.
 
 use crate::{
-    measure::body_sums::add_body,
+    measure::body_sums::sums_of_bodies,
     state::{PARTIAL_SUMS, PartialSums, State},
 };
 use rayon::prelude::*;
 
 pub fn measure(s: &mut State) {
+    let of_bodies = sums_of_bodies(s);
     let mut partial_sums = std::mem::take(&mut s.partial_sums);
     partial_sums.par_iter_mut().enumerate().for_each(|(p, partial_sums)| {
         *partial_sums = PartialSums::default();
         let numbers = (p..s.sizes.bodies).step_by(PARTIAL_SUMS);
-        numbers.for_each(|number| add_body(s, s.index_of_id[number] as usize, partial_sums));
+        numbers.for_each(|number| partial_sums.add(&of_bodies[s.index_of_id[number] as usize]));
     });
     s.partial_sums = partial_sums;
 }

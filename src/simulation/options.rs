@@ -5,7 +5,7 @@ use crate::{gpu::Arrays, model::Precision};
 /// Which engine to run on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EngineChoice {
-    /// The best adapter, else the CPU.
+    /// The best adapter, else the CPU, which is faster, and in f64, where the only adapter is a software driver.
     #[default]
     Auto,
     Gpu,
