@@ -406,6 +406,22 @@ impl Sizes {
         short
     }
 
+    /// Those of a scene of the same kind with so many bodies, in which every listed pair is in contact.
+    pub fn for_bodies(&self, bodies: usize) -> Sizes {
+        let scaled = |count: usize| (count as u128 * bodies as u128).div_ceil(self.bodies.max(1) as u128) as usize;
+        let entries = scaled(self.entries);
+        Sizes {
+            bodies,
+            large: scaled(self.large),
+            clumps: scaled(self.clumps),
+            cells: scaled(self.cells),
+            entries,
+            history: entries / 2,
+            contacts: scaled(self.contacts),
+            ..*self
+        }
+    }
+
     /// Workgroups that walk the lists of all bodies: one for each large grain, which come first, and for [`GROUP`] others.
     pub fn list_groups(&self) -> usize {
         self.large + (self.bodies - self.large).div_ceil(GROUP)

@@ -17,6 +17,9 @@ use std::process::ExitCode;
 pub struct DescribeArgs {
     #[command(flatten)]
     scene: SceneArgs,
+    /// Arrays of as many grains of the same kind, of which every listed pair is in contact
+    #[arg(long, value_name = "GRAINS", value_parser = clap::value_parser!(u32).range(1..))]
+    count: Option<u32>,
 }
 
 pub fn describe(args: &DescribeArgs) -> anyhow::Result<ExitCode> {
@@ -27,7 +30,7 @@ pub fn describe(args: &DescribeArgs) -> anyhow::Result<ExitCode> {
     say(format!("\nModel\n{}", indent(&model(&setup))));
     say(format!("\nPlans\n{}", indent(&setup.plans.to_string())));
     say(format!("\nWGSL\n{}", indent(&files(&setup))));
-    say(format!("\nArrays\n{}", indent(&arrays(&setup)?)));
+    say(format!("\nArrays\n{}", indent(&arrays(&setup, args.count)?)));
     Ok(ExitCode::SUCCESS)
 }
 
@@ -102,20 +105,28 @@ fn files(setup: &Setup) -> String {
     format!("shared   {}\nkernels  {}", setup.state.model.files().join(", "), kernels.join(", "))
 }
 
-fn arrays(setup: &Setup) -> packstone::Result<String> {
+fn arrays(setup: &Setup, count: Option<u32>) -> packstone::Result<String> {
     let state = &setup.state;
+    let sizes = count.map_or(state.sizes, |count| state.sizes.for_bodies(count as usize));
     let layouts = layouts(&state.model, &setup.plans)?;
-    let per_particle = |bytes: u64| format!("{:.1}", bytes as f64 / state.sizes.bodies as f64);
-    let arrays: Vec<_> = bytes(&state.model, &layouts, &state.sizes).collect();
+    let per_particle = |bytes: u64| format!("{:.1}", bytes as f64 / sizes.bodies as f64);
+    let arrays: Vec<_> = bytes(&state.model, &layouts, &sizes).collect();
     let total: u64 = arrays.iter().map(|(_, bytes)| bytes).sum();
     let row = |(array, bytes): &(&packstone::state::Array, u64)| {
-        let elements = state.sizes.of(array.length).to_string();
+        let elements = sizes.of(array.length).to_string();
         vec![array.name.to_owned(), elements, bytes.to_string(), per_particle(*bytes), state.unit_text(array)]
     };
     let mut rows: Vec<_> = arrays.iter().map(row).collect();
     rows.push(vec!["total".to_owned(), "-".to_owned(), total.to_string(), per_particle(total), String::new()]);
     let table = table(&["array", "elements", "bytes", "bytes/particle", "unit"], &rows);
-    Ok(format!("{table}\nThe arrays of neighbours grow if a packing needs more."))
+    let (longest, most) = arrays.iter().max_by_key(|(_, bytes)| *bytes).expect("every model has arrays");
+    let largest =
+        format!("The largest array, {}, needs {:.3} GB of {:.3} GB.", longest.name, gigabytes(*most), gigabytes(total));
+    Ok(format!("{table}\n{largest} The arrays of neighbours grow if a packing needs more."))
+}
+
+fn gigabytes(bytes: u64) -> f64 {
+    bytes as f64 / 1e9
 }
 
 fn indent(text: &str) -> String {
