@@ -5,17 +5,17 @@
 use crate::{
     body::{ForceTorque, rotation::spin_of},
     contact::{
-        geometry::branch_between,
+        geometry::separated,
         history::History,
         law::{Contact, GrainPair, grain_contact},
-        materials::material_of,
         rolling::RollingHistory,
         state::Law,
         tangential::TangentialHistory,
     },
 };
 use crate::{
-    model::{Cohesion, Damping, Materials, Normal, Rolling, Tangential, Twist},
+    model::{Boundary, Cohesion, Damping, Normal, Rolling, Tangential, Twist},
+    space::boundary::nearest_image_of,
     state::{Pair, Position, State, Velocity},
 };
 use glam::DVec3;
@@ -37,21 +37,31 @@ pub struct Grain {
     position: Position,
     velocity: Velocity,
     spin: DVec3,
-    id: u32,
-    /// Zero if there is one material only.
-    material: u32,
 }
 
 impl Grain {
+    /// Becomes grain i; field by field, so that no copy is made on the way.
     #[inline(always)]
-    pub fn of(s: &State, i: usize) -> Grain {
-        let material = if s.model.materials == Materials::Many { material_of(s, i) as u32 } else { 0 };
-        Grain { position: s.position[i], velocity: s.velocity[i], spin: spin_of(s, i), id: s.id[i], material }
+    pub fn set(&mut self, s: &State, i: usize) {
+        self.position = s.position[i];
+        self.velocity = s.velocity[i];
+        self.spin = spin_of(s, i);
     }
 }
 
-/// The lanes of pairs of grains: the indices of the first and of the second of each among some grains.
-pub type Pairs = [[u32; LANES]; 2];
+/// Grains that pairs can name: a power of two, so that no index is outside.
+pub const MOST_GRAINS: usize = 4096;
+
+/// Something of each grain.
+pub type OfGrains<T> = [T; MOST_GRAINS];
+
+/// Pairs of grains: the indices of the first, which has the smaller number, and of the second.
+pub type Pairs = [[u16; LANES]; 2];
+
+#[inline(always)]
+fn index(grain: u16) -> usize {
+    grain as usize % MOST_GRAINS
+}
 
 #[inline(always)]
 pub fn at(rows: &Rows, lane: usize) -> DVec3 {
@@ -81,39 +91,39 @@ struct GrainPairs {
 }
 
 /// What contacts remember, of the first of each pair; zero where a contact is open.
-#[derive(Clone, Copy, Debug)]
-pub struct Springs {
-    pub is_active: [bool; LANES],
-    pub force: Rows,
-    pub torque: Rows,
-}
-
-impl Springs {
-    pub const NONE: Springs = Springs { is_active: [false; LANES], force: ZERO, torque: ZERO };
-
-    #[inline(always)]
-    pub fn history(&self, lane: usize) -> History {
-        History {
-            tangential: TangentialHistory { force: at(&self.force, lane) },
-            rolling: RollingHistory { torque: at(&self.torque, lane) },
-        }
-    }
-
-    #[inline(always)]
-    pub fn set_history(&mut self, lane: usize, history: &History) {
-        set(&mut self.force, lane, history.tangential.force);
-        set(&mut self.torque, lane, history.rolling.torque);
-    }
+pub struct Springs<'a> {
+    pub is_active: &'a mut [bool; LANES],
+    pub force: &'a mut Rows,
+    /// If the model has rolling resistance.
+    pub torque: Option<&'a mut Rows>,
 }
 
 /// Pairs of grains side by side, and what comes of them.
 pub struct Batch {
     pairs: GrainPairs,
-    /// Before and after.
-    pub springs: Springs,
+    contacts: Contacts,
+}
+
+/// What contacts do: the force on the first grains, and the moments on both.
+struct Contacts {
     force: Rows,
     torque: Rows,
     torque_to: Rows,
+}
+
+/// Nothing, if the contact is open.
+#[inline(always)]
+fn kept(contact: &Contact, v: DVec3) -> DVec3 {
+    if contact.is_active { v } else { DVec3::ZERO }
+}
+
+impl Contacts {
+    #[inline(always)]
+    fn store(&mut self, lane: usize, contact: &Contact) {
+        set(&mut self.force, lane, kept(contact, contact.force));
+        set(&mut self.torque, lane, kept(contact, contact.torque));
+        set(&mut self.torque_to, lane, kept(contact, contact.torque_to));
+    }
 }
 
 impl Batch {
@@ -137,17 +147,25 @@ impl Batch {
                 dashpot: [dashpot; LANES],
                 materials: [0; LANES],
             },
-            springs: Springs::NONE,
-            force: ZERO,
-            torque: ZERO,
-            torque_to: ZERO,
+            contacts: Contacts { force: ZERO, torque: ZERO, torque_to: ZERO },
         }
     }
 
-    /// The contacts of pairs of these grains.
+    /// The contacts of pairs of these grains; of many materials, these are their places in the table of pairs.
     #[inline(always)]
-    pub fn compute(&mut self, s: &State, grains: &[Grain], pairs: &Pairs) {
-        self.pairs.fill(s, grains, pairs);
+    pub fn compute(
+        &mut self,
+        s: &State,
+        grains: &OfGrains<Grain>,
+        pairs: &Pairs,
+        materials: Option<&[u32; LANES]>,
+        springs: &mut Springs,
+    ) {
+        self.pairs.gather(grains, pairs);
+        self.pairs.take_images(s);
+        if let Some(materials) = materials {
+            self.pairs.fill_parameters(s, materials);
+        }
         let law = Law::of(s);
         let linear = law.normal == Normal::Hooke
             && matches!(law.tangential, Tangential::None | Tangential::Coulomb)
@@ -155,7 +173,7 @@ impl Batch {
             && law.twist == Twist::Ignored
             && law.cohesion == Cohesion::None;
         if !linear {
-            return self.compute_one_by_one(law);
+            return self.compute_one_by_one(law, springs);
         }
         let law = Law {
             normal: Normal::Hooke,
@@ -166,103 +184,124 @@ impl Batch {
         };
         // The compiler is told the choices one by one, so that the loop over the lanes has none.
         match law.tangential {
-            Tangential::None => self.compute_damping(Law { tangential: Tangential::None, ..law }),
-            _ => self.compute_damping(Law { tangential: Tangential::Coulomb, ..law }),
+            Tangential::None => self.compute_damping(Law { tangential: Tangential::None, ..law }, springs),
+            _ => self.compute_damping(Law { tangential: Tangential::Coulomb, ..law }, springs),
         }
     }
 
     #[inline(always)]
-    fn compute_damping(&mut self, law: Law) {
+    fn compute_damping(&mut self, law: Law, Springs { is_active, force, .. }: &mut Springs) {
         match law.damping {
-            Damping::None => self.compute_lanes(Law { damping: Damping::None, ..law }),
-            Damping::Restitution => self.compute_lanes(Law { damping: Damping::Restitution, ..law }),
-            Damping::MassScaled => self.compute_lanes(Law { damping: Damping::MassScaled, ..law }),
+            Damping::None => self.compute_lanes(Law { damping: Damping::None, ..law }, is_active, force),
+            Damping::Restitution => self.compute_lanes(Law { damping: Damping::Restitution, ..law }, is_active, force),
+            Damping::MassScaled => self.compute_lanes(Law { damping: Damping::MassScaled, ..law }, is_active, force),
         }
     }
 
     #[inline(always)]
-    fn compute_lanes(&mut self, law: Law) {
+    fn compute_lanes(&mut self, law: Law, is_active: &mut [bool; LANES], force: &mut Rows) {
         for lane in 0..LANES {
-            let contact = grain_contact(law, &self.pairs.at(lane, self.springs.history(lane)), false);
-            self.store(lane, &contact);
+            let tangential = TangentialHistory { force: at(force, lane) };
+            let old = History { tangential, ..History::default() };
+            let contact = grain_contact(law, &GrainPair { old, ..self.pairs.at(lane) }, false);
+            is_active[lane] = contact.is_active;
+            set(force, lane, kept(&contact, contact.history.tangential.force));
+            self.contacts.store(lane, &contact);
         }
     }
 
     /// By laws that no vectors are made of: those that are not near enough to act are skipped.
-    fn compute_one_by_one(&mut self, law: Law) {
+    fn compute_one_by_one(&mut self, law: Law, Springs { is_active, force, torque }: &mut Springs) {
         for lane in 0..LANES {
-            let pair = self.pairs.at(lane, self.springs.history(lane));
+            let tangential = TangentialHistory { force: at(force, lane) };
+            let rolling = RollingHistory { torque: torque.as_deref().map_or(DVec3::ZERO, |torque| at(torque, lane)) };
+            let pair = GrainPair { old: History { tangential, rolling }, ..self.pairs.at(lane) };
             let reach = pair.radius + pair.radius_to + law.state.params.reach;
             let near = pair.branch.length_squared() < reach * reach;
-            let contact =
-                if near { grain_contact(law, &pair, self.springs.is_active[lane]) } else { Contact::default() };
-            self.store(lane, &contact);
+            let contact = if near { grain_contact(law, &pair, is_active[lane]) } else { Contact::default() };
+            is_active[lane] = contact.is_active;
+            set(force, lane, kept(&contact, contact.history.tangential.force));
+            if let Some(torque) = torque {
+                set(torque, lane, kept(&contact, contact.history.rolling.torque));
+            }
+            self.contacts.store(lane, &contact);
         }
-    }
-
-    #[inline(always)]
-    fn store(&mut self, lane: usize, contact: &Contact) {
-        let kept = |v: DVec3| if contact.is_active { v } else { DVec3::ZERO };
-        self.springs.is_active[lane] = contact.is_active;
-        set(&mut self.springs.force, lane, kept(contact.history.tangential.force));
-        set(&mut self.springs.torque, lane, kept(contact.history.rolling.torque));
-        set(&mut self.force, lane, kept(contact.force));
-        set(&mut self.torque, lane, kept(contact.torque));
-        set(&mut self.torque_to, lane, kept(contact.torque_to));
     }
 
     /// What the first grains of the lanes get, and what the second get.
     #[inline(always)]
-    pub fn add(&self, pairs: &Pairs, lanes: usize, sums: &mut [ForceTorque]) {
+    pub fn add(&self, pairs: &Pairs, lanes: usize, sums: &mut OfGrains<ForceTorque>) {
+        let c = &self.contacts;
         for lane in 0..lanes {
-            let force = at(&self.force, lane);
-            let first = &mut sums[pairs[0][lane] as usize];
+            let force = at(&c.force, lane);
+            let first = &mut sums[index(pairs[0][lane])];
             first.force += force;
-            first.torque += at(&self.torque, lane);
-            let second = &mut sums[pairs[1][lane] as usize];
+            first.torque += at(&c.torque, lane);
+            let second = &mut sums[index(pairs[1][lane])];
             second.force -= force;
-            second.torque += at(&self.torque_to, lane);
+            second.torque += at(&c.torque_to, lane);
         }
     }
 }
 
 impl GrainPairs {
-    /// Short loops without choices in them.
-    #[inline(always)]
-    fn fill(&mut self, s: &State, grains: &[Grain], pairs: &Pairs) {
-        for lane in 0..LANES {
-            let (a, b) = (&grains[pairs[0][lane] as usize], &grains[pairs[1][lane] as usize]);
-            let branch = branch_between(s, [a.position.x, b.position.x], DVec3::ZERO, [a.id, b.id]);
-            set(&mut self.branch, lane, branch);
-            (self.radius[lane], self.radius_to[lane]) = (a.position.radius, b.position.radius);
-            set(&mut self.v, lane, a.velocity.v - b.velocity.v);
-            self.inverse_mass[lane] = a.velocity.inverse_mass;
-            self.inverse_mass_to[lane] = b.velocity.inverse_mass;
-            set(&mut self.spin, lane, a.spin);
-            set(&mut self.spin_to, lane, b.spin);
+    /// What the law asks of these grains, two lanes at a time. Not for the vectors that machines have: what these have to
+    /// gather numbers from many places takes longer than to load them one by one.
+    #[inline(never)]
+    fn gather(&mut self, grains: &OfGrains<Grain>, [first, second]: &Pairs) {
+        for begin in (0..LANES).step_by(2) {
+            let of = |indices: &[u16; LANES]| [0, 1].map(|k| &grains[index(indices[begin + k])]);
+            let (a, b) = (of(first), of(second));
+            put_all(&mut self.branch, begin, [0, 1].map(|k| b[k].position.x - a[k].position.x));
+            put_all(&mut self.v, begin, [0, 1].map(|k| a[k].velocity.v - b[k].velocity.v));
+            put_all(&mut self.spin, begin, a.map(|grain| grain.spin));
+            put_all(&mut self.spin_to, begin, b.map(|grain| grain.spin));
+            put(&mut self.radius, begin, a.map(|grain| grain.position.radius));
+            put(&mut self.radius_to, begin, b.map(|grain| grain.position.radius));
+            put(&mut self.inverse_mass, begin, a.map(|grain| grain.velocity.inverse_mass));
+            put(&mut self.inverse_mass_to, begin, b.map(|grain| grain.velocity.inverse_mass));
         }
-        if s.model.materials == Materials::Many {
+    }
+
+    /// From grain to grain.
+    #[inline(always)]
+    fn take_images(&mut self, s: &State) {
+        if s.model.boundary == Boundary::Periodic {
             for lane in 0..LANES {
-                let (a, b) = (&grains[pairs[0][lane] as usize], &grains[pairs[1][lane] as usize]);
-                let materials = a.material * s.params.materials + b.material;
-                let Pair { stiffness, tangential_stiffness, friction, dashpot } = s.pair[materials as usize];
-                self.stiffness[lane] = stiffness;
-                self.tangential_stiffness[lane] = tangential_stiffness;
-                self.friction[lane] = friction;
-                self.dashpot[lane] = dashpot;
-                self.materials[lane] = materials;
+                let branch = at(&self.branch, lane);
+                set(&mut self.branch, lane, nearest_image_of(s, branch));
+            }
+        }
+        let coincide = |lane: usize| at(&self.branch, lane).length_squared() == 0.0;
+        if (0..LANES).fold(false, |any, lane| any | coincide(lane)) {
+            for lane in 0..LANES {
+                let branch = at(&self.branch, lane);
+                set(&mut self.branch, lane, separated(true, branch));
             }
         }
     }
 
+    /// The parameters of pairs of materials, of which a table has these.
     #[inline(always)]
-    fn at(&self, lane: usize, old: History) -> GrainPair {
+    fn fill_parameters(&mut self, s: &State, materials: &[u32; LANES]) {
+        self.materials = *materials;
+        for (lane, materials) in materials.iter().enumerate() {
+            let Pair { stiffness, tangential_stiffness, friction, dashpot } = s.pair[*materials as usize];
+            self.stiffness[lane] = stiffness;
+            self.tangential_stiffness[lane] = tangential_stiffness;
+            self.friction[lane] = friction;
+            self.dashpot[lane] = dashpot;
+        }
+    }
+
+    #[inline(always)]
+    fn at(&self, lane: usize) -> GrainPair {
         GrainPair {
             branch: at(&self.branch, lane),
             v: at(&self.v, lane),
             spin: at(&self.spin, lane),
             spin_to: at(&self.spin_to, lane),
-            old,
+            old: History::default(),
             radius: self.radius[lane],
             radius_to: self.radius_to[lane],
             radii_rest: 0.0,
@@ -277,4 +316,17 @@ impl GrainPairs {
             },
         }
     }
+}
+
+/// Two lanes, in one store.
+#[inline(always)]
+fn put(row: &mut Row, begin: usize, values: [f64; 2]) {
+    row[begin..begin + 2].copy_from_slice(&values);
+}
+
+#[inline(always)]
+fn put_all([x, y, z]: &mut Rows, begin: usize, values: [DVec3; 2]) {
+    put(x, begin, values.map(|v| v.x));
+    put(y, begin, values.map(|v| v.y));
+    put(z, begin, values.map(|v| v.z));
 }

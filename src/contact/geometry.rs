@@ -18,13 +18,14 @@ pub fn sphere_separation(branch: DVec3, a: f64, b: f64, radii_rest: f64) -> Sepa
     Separation { gap: gap_between(distance, a, b, radii_rest), n: branch * (1.0 / distance) }
 }
 
-/// From the centre of a grain to that of another, which have these numbers. Coincident centres are a hair apart along an
-/// arbitrary axis, opposite for the two grains; the hair's square is still a number, and its root exact.
+/// From the centre of a grain to that of another; `ordered` if the other has the larger number. Coincident centres are a
+/// hair apart along an arbitrary axis, opposite for the two grains; the hair's square is still a number, and its root
+/// exact.
 #[inline(always)]
-fn separated(id: u32, id_to: u32, branch: DVec3) -> DVec3 {
+pub fn separated(ordered: bool, branch: DVec3) -> DVec3 {
     const HAIR: f64 = 3.054936363499605e-151; // 2^-500
     if branch.length_squared() == 0.0 {
-        return if id < id_to { HAIR * first_axis() } else { -HAIR * first_axis() };
+        return if ordered { HAIR * first_axis() } else { -HAIR * first_axis() };
     }
     branch
 }
@@ -50,18 +51,11 @@ pub fn near(s: &State, here: &Position, j: usize) -> bool {
     s.position.get(j).is_none_or(|there| closer_than(s, here, there, s.params.reach))
 }
 
-/// From the centre of a grain to that of another, m; `low` is the difference of their low parts.
-#[inline(always)]
-pub fn branch_between(s: &State, [a, b]: [DVec3; 2], low: DVec3, [id, id_to]: [u32; 2]) -> DVec3 {
-    let branch = nearest_image(s, a, b, low);
-    separated(id, id_to, branch.x + branch.low)
-}
-
-/// The same of grains i and j.
+/// From the centre of grain i to that of grain j, m.
 #[inline(always)]
 pub fn branch_vector(s: &State, i: usize, j: usize) -> DVec3 {
-    let low = position_low_of(s, j).x - position_low_of(s, i).x;
-    branch_between(s, [s.position[i].x, s.position[j].x], low, [s.id[i], s.id[j]])
+    let branch = nearest_image(s, s.position[i].x, s.position[j].x, position_low_of(s, j).x - position_low_of(s, i).x);
+    separated(s.id[i] < s.id[j], branch.x + branch.low)
 }
 
 /// |branch + step| - |branch|, m, with the digits that this subtraction would lose.

@@ -25,9 +25,7 @@ pub fn pair_index(s: &State, i: usize, j: usize) -> usize {
     }
 }
 
-/// The material of grain i, or of wall w as number `bodies + w`; of scenes with many.
-#[inline(always)]
-pub fn material_of(s: &State, i: usize) -> usize {
+fn material_of(s: &State, i: usize) -> usize {
     s.material[s.id.get(i).map_or(i, |id| *id as usize)] as usize
 }
 

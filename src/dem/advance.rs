@@ -10,11 +10,12 @@ use crate::{
     },
     contact::{
         geometry::near,
-        history::{Lists, with_lists},
+        history::{History, Lists, with_lists},
         law::{Contact, grain_contact, grain_pair, wall_contact},
         state::Law,
     },
     dem::leapfrog::velocity_change,
+    model::Precision,
     space::{boundary::wrap, precision::displaced, walls::is_crossed},
     state::{HALTED, INDEX, NONE, Position, PositionLow, Spin, State, Velocity, VelocityLow},
 };
@@ -77,12 +78,7 @@ pub fn contact_forces(s: &State, first: usize, i: usize, here: &Body, lists: &mu
             break;
         }
         let j = (tagged & INDEX) as usize;
-        let (active, old) = (lists.is_active(entry), lists.history(entry));
-        let contact = match j.checked_sub(s.sizes.bodies) {
-            None if near(s, &here.position, j) => grain_contact(Law::of(s), &grain_pair(s, i, here, j, old), active),
-            None => Contact::default(),
-            Some(w) => wall_contact(s, i, here, w, active, old),
-        };
+        let contact = contact_with(s, i, here, j, lists.is_active(entry), lists.history(entry));
         if contact.is_active {
             lists.set_history(entry, &contact.history);
             sum.add(&contact);
@@ -91,6 +87,16 @@ pub fn contact_forces(s: &State, first: usize, i: usize, here: &Body, lists: &mu
         lists.set_active(entry, contact.is_active);
     }
     (sum, crossed)
+}
+
+/// The contact of grain i with neighbour j, which may be a wall.
+#[inline(always)]
+pub fn contact_with(s: &State, i: usize, here: &Body, j: usize, was_active: bool, old: History) -> Contact {
+    match j.checked_sub(s.sizes.bodies) {
+        None if near(s, &here.position, j) => grain_contact(Law::of(s), &grain_pair(s, i, here, j, old), was_active),
+        None => Contact::default(),
+        Some(w) => wall_contact(s, i, here, w, was_active, old),
+    }
 }
 
 /// Whether a grain's centre is beyond the wall of this contact.
@@ -152,7 +158,28 @@ impl NextOfBlock<'_> {
 
     /// Body i, the k-th of the run, moves under what acts on it.
     #[inline(always)]
-    pub fn advance(
+    pub fn advance(&mut self, s: &State, at: (usize, usize), here: &Body, sum: &ForceTorque, crossed: bool) -> Limits {
+        match s.model.precision {
+            Precision::Double => self.move_body(s, at, here, sum, crossed),
+            Precision::Single => self.move_in_single(s, at, here, sum, crossed),
+        }
+    }
+
+    /// Apart, so that in double precision nothing goes through memory for the sake of low parts.
+    #[inline(never)]
+    fn move_in_single(
+        &mut self,
+        s: &State,
+        at: (usize, usize),
+        here: &Body,
+        sum: &ForceTorque,
+        crossed: bool,
+    ) -> Limits {
+        self.move_body(s, at, here, sum, crossed)
+    }
+
+    #[inline(always)]
+    fn move_body(
         &mut self,
         s: &State,
         (i, k): (usize, usize),
