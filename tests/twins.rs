@@ -291,6 +291,9 @@ fn steps_are_those_of_the_twins(scene: &Assembly) {
     let options = Options { engine: EngineChoice::Cpu, entries: Some(100_000), ..Options::default() };
     let Setup { mut state, plans, .. } = Setup::new(scene, &options).unwrap();
     let model = state.model;
+    for array in present(&model, ARRAYS).into_iter().filter(|array| array.length == Length::History) {
+        state.column_mut(array).resize(100_000);
+    }
     let mut engine = Cpu::new(state.clone());
     let ops =
         [plans.lists.ops(), plans.start.ops(), plans.motion.ops(), plans.motion.ops(), plans.motion.ops()].concat();
