@@ -2,11 +2,12 @@
 
 pub mod advance;
 mod advance_large;
+pub mod blocks;
 mod half_kick;
 mod half_kick_clumps;
 mod integrate_clumps;
 pub mod leapfrog;
-mod member_forces;
+pub mod member_forces;
 pub mod place_members;
 pub mod plan;
 pub mod predictor_corrector;

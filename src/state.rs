@@ -132,7 +132,7 @@ record!(
 );
 record!(
     /// A level of the grid (`shaders/neighbours/grid.wgsl`).
-    Level { inverse_cell: DVec3 [InverseLength], radius: f64 [Length], cells: UVec3, first_cell: u32 }
+    Level { inverse_cell: DVec3 [InverseLength], radius: f64 [Length], cells: UVec3, first_cell: u32, strip: u32 }
 );
 record!(
     /// What the device tells the host once per chunk.

@@ -7,26 +7,19 @@ use common::{clump, members, set_clumps};
 use glam::{DQuat, DVec3, EulerRot};
 use packstone::{
     Result,
-    body::{
-        bodies::{body, changed_velocities},
-        rotation::{sphere_spin_change, spin_change},
-    },
     check::{Report, check},
-    contact::{contacts::contacts_of, law::contact_of},
-    dem::leapfrog::velocity_change,
-    engine::{cpu::apply, gpu::layouts},
+    engine::{Cpu, Engine, cpu::apply, gpu::layouts},
     gpu::Arrays,
     model::{
-        Boundary, Damping as DampingSlot, Dimension, Grains, Gyroscopic, Levels, Materials, Method as MethodSlot,
-        Model, Normal as NormalSlot, Precision, Rolling as RollingSlot, Rotation, Tangential, Twist as TwistSlot,
-        Walls,
+        Boundary, Damping as DampingSlot, Dimension, Grains, Gyroscopic, History, Levels, Materials,
+        Method as MethodSlot, Model, Normal as NormalSlot, Precision, Rolling as RollingSlot, Rotation, Tangential,
+        Twist as TwistSlot, Walls,
     },
-    plan::Plan,
     plans::Plans,
     scene::*,
     simulation::{EngineChoice, Options, Setup},
     solve,
-    state::State,
+    state::{ACTIVE, ARRAYS, HALTED, Length, NONE, State, array::NEIGHBOUR, present},
 };
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use std::collections::HashSet;
@@ -292,30 +285,75 @@ fn double_precision_kernels_agree_with_their_twins() {
     twins_agree(Precision::Double, Arrays::Buffers);
 }
 
-/// The CPU engine's step computes many contacts at a time, the other stages one by one: the same bits.
-#[test]
-fn many_contacts_at_a_time_are_as_one_by_one() {
-    let advancing = |m: &Model| m.method == MethodSlot::DiscreteElements && m.grains == Grains::Spheres;
-    for (k, model) in covering(Precision::Double).into_iter().filter(advancing).enumerate() {
-        let options = Options { engine: EngineChoice::Cpu, entries: Some(100_000), ..Options::default() };
-        let Setup { mut state, plans, .. } = Setup::new(&random_scene(&model, k as u64), &options).unwrap();
-        let run = |plan: &Plan, state: &mut State| plan.ops().iter().for_each(|op| apply(op, state));
-        run(&plans.lists, &mut state);
-        run(&plans.motion, &mut state);
-        run(&plans.motion, &mut state);
-        let before = state.clone();
-        run(&plans.motion, &mut state);
-        assert_eq!(state.counters[0].steps_done, 3, "{model:?}");
-        for i in 0..before.sizes.bodies {
-            let here = body(&before, i);
-            let sum = contacts_of(&before, i, &here, contact_of);
-            let change = velocity_change(&before, &here.velocity, sum.force);
-            let spin_change = sphere_spin_change(&before, &here, sum.torque, spin_change);
-            let changed = changed_velocities(&before, i, &here, change, spin_change);
-            assert_eq!(state.velocity[i], changed.velocity, "{model:?}, grain {i}");
-            assert!(state.spin.get(i).is_none_or(|s| *s == changed.spin), "{model:?}, spin of grain {i}");
+/// Steps of the CPU engine, which computes each contact once and many at a time, beside those of the twins: all arrays
+/// have the same numbers, to the last bit.
+fn steps_are_those_of_the_twins(scene: &Assembly) {
+    let options = Options { engine: EngineChoice::Cpu, entries: Some(100_000), ..Options::default() };
+    let Setup { mut state, plans, .. } = Setup::new(scene, &options).unwrap();
+    let model = state.model;
+    for array in present(&model, ARRAYS).into_iter().filter(|array| array.length == Length::History) {
+        state.column_mut(array).resize(100_000);
+    }
+    let mut engine = Cpu::new(state.clone());
+    let ops =
+        [plans.lists.ops(), plans.start.ops(), plans.motion.ops(), plans.motion.ops(), plans.motion.ops()].concat();
+    // The history of a step is asked for by the sums after it.
+    for ops in [ops, plans.sums.ops(), plans.motion.ops(), plans.lists.ops(), plans.motion.ops()] {
+        let params = state.params;
+        engine.execute(&params, &ops).unwrap();
+        ops.iter().for_each(|op| apply(op, &mut state));
+        let arrays = present(&model, ARRAYS);
+        let mut found = state.clone();
+        engine.read(&arrays, &mut found).unwrap();
+        assert!(state.halt[0] < HALTED, "{model:?}: halted");
+        let active = |entry: usize| state.neighbour[entry] & ACTIVE != 0;
+        for array in arrays {
+            let lanes = |state: &State| {
+                let mut lanes = Vec::new();
+                state.column(array).lanes(model.dims(), &mut |x| lanes.push(x));
+                lanes
+            };
+            let (a, b) = (lanes(&state), lanes(&found));
+            let width = a.len() / state.column(array).len().max(1);
+            // Contacts that are open may remember anything.
+            let open = |k: usize| array.length == Length::Entries && *array != NEIGHBOUR && !active(k / width);
+            let differ = (0..a.len()).find(|&k| a[k] != b[k] && !open(k));
+            assert_eq!(differ, None, "{model:?}: {}: {:?}", array.name, differ.map(|k| (a[k], b[k])));
         }
     }
+    let active = state.neighbour.iter().filter(|tagged| **tagged != NONE && **tagged & ACTIVE != 0).count();
+    assert!(active > 100 || model.history == History::None, "{model:?}: only {active} contacts");
+}
+
+#[test]
+fn steps_of_the_cpu_engine_are_those_of_the_twins() {
+    let soft = |m: &Model| m.method == MethodSlot::DiscreteElements;
+    for (k, model) in covering(Precision::Double).into_iter().filter(soft).enumerate() {
+        steps_are_those_of_the_twins(&random_scene(&model, k as u64));
+    }
+}
+
+/// A grain with more neighbours than a block of the CPU engine takes in.
+#[test]
+fn steps_of_a_boulder_are_those_of_the_twins() {
+    let of = |m: &Model| {
+        m.tangential == Tangential::Coulomb && m.large_grains && m.grains == Grains::Spheres && m.walls == Walls::None
+    };
+    let model = Model::all(Precision::Double).into_iter().find(|m| of(m) && m.dimension == Dimension::Space).unwrap();
+    let mut scene = random_scene(&model, 0);
+    let (boulder, count) =
+        (Grain { radius: 0.05, position: DVec3::splat(0.015), fixed: false, ..scene.grains[0] }, 6000);
+    let around = |k: usize| {
+        // Evenly on a sphere.
+        let (z, angle) = (1.0 - (2.0 * k as f64 + 1.0) / f64::from(count), 2.399_963 * k as f64);
+        let ring = (1.0 - z * z).sqrt();
+        let n = DVec3::new(ring * angle.cos(), ring * angle.sin(), z);
+        let (radius, position) = (5e-4, boulder.position + (boulder.radius + 4.99e-4) * n);
+        Grain { radius, position, velocity: -0.01 * n, fixed: false, ..boulder }
+    };
+    scene.grains = std::iter::once(boulder).chain((0..count as usize).map(around)).collect();
+    scene.domain = Domain { lower: DVec3::NEG_INFINITY, upper: DVec3::INFINITY, periodic: [false; 3] };
+    steps_are_those_of_the_twins(&scene);
 }
 
 #[test]

@@ -2,8 +2,8 @@
 // The hierarchical grid of the broad phase: grains of like size share a level, whose cells are as wide as its largest
 // grains reach. A level wraps around on every axis: exact for a periodic one; along an open one, far-away grains may
 // share a cell, which costs a distance test and needs no bounding box. Grains are stored in the order of the levels,
-// finest first, and then of the cells, so those of a row of cells follow each other. The axes of the grid are those of
-// space in another order.
+// finest first, and then of the cells, so those of a row of cells follow each other. Rows are in strips of some width,
+// so that grains that follow each other fill compact blocks. The axes of the grid are those of space in another order.
 
 /// A level of the grid.
 struct Level {
@@ -11,6 +11,7 @@ struct Level {
     radius: Real,      // m, of its largest grain
     cells: vec3<u32>,  // per axis of the grid
     first_cell: u32,   // the cells of all levels follow each other
+    strip: u32,        // rows
 }
 
 var<storage, read> level: array<Level>;      // finest first
@@ -34,15 +35,21 @@ fn wrapped(c: vec3<i32>, cells: vec3<u32>) -> vec3<u32> {
 fn cell_index(here: Position) -> u32 {
     let grid = level[level_of(here.radius)];
     let c = wrapped(cell_of(here.x, grid.inverse_cell), grid.cells);
-    return grid.first_cell + c.x + grid.cells.x * (c.y + grid.cells.y * c.z);
+    return row_start(grid, c.yz) + c.x;
+}
+
+/// The first cell of a row: strip by strip, and in each the second axis fastest.
+fn row_start(grid: Level, row: vec2<u32>) -> u32 {
+    let begin = row.x / grid.strip * grid.strip;
+    let width = min(grid.strip, grid.cells.y - begin);
+    return grid.first_cell + grid.cells.x * (begin * grid.cells.z + row.y * width + (row.x - begin));
 }
 
 /// Cells of a level that surround a grain: on each axis so many from the first on, which wrap around.
 struct Surroundings {
     first: vec3<u32>,
     count: vec3<u32>,
-    cells: vec3<u32>,
-    first_cell: u32,
+    grid: Level,
 }
 
 /// The cells of level k whose grains may be on the list of a grain.
@@ -52,7 +59,7 @@ fn surroundings(here: Position, k: u32) -> Surroundings {
     let lower = cell_of(here.x - reach, grid.inverse_cell);
     let upper = cell_of(here.x + reach, grid.inverse_cell);
     let count = min(vec3<u32>(upper - lower) + vec3<u32>(1u), grid.cells);
-    return Surroundings(wrapped(lower, grid.cells), count, grid.cells, grid.first_cell);
+    return Surroundings(wrapped(lower, grid.cells), count, grid);
 }
 
 /// How many spans of cells they are.
@@ -64,13 +71,13 @@ fn spans(around: Surroundings) -> u32 {
 /// what lies around the corner.
 fn span(around: Surroundings, k: u32) -> vec2<u32> {
     let step = vec2<u32>((k / 2u) % around.count.y, k / 2u / around.count.y);
-    let row = (around.first.yz + step) % around.cells.yz;
-    let begin = around.first_cell + around.cells.x * (row.x + around.cells.y * row.y);
+    let cells = around.grid.cells;
+    let begin = row_start(around.grid, (around.first.yz + step) % cells.yz);
     let end = around.first.x + around.count.x;
     if (k % 2u == 0u) {
-        return begin + vec2<u32>(around.first.x, min(end, around.cells.x));
+        return begin + vec2<u32>(around.first.x, min(end, cells.x));
     }
-    return begin + vec2<u32>(0u, max(end, around.cells.x) - around.cells.x);
+    return begin + vec2<u32>(0u, max(end, cells.x) - cells.x);
 }
 
 /// How much further than lists are filled their entries are counted, m, so that rounding can never make more of them

@@ -4,7 +4,7 @@ use crate::state::State;
 use rayon::{prelude::*, vec};
 
 /// Grains that one task works on.
-pub const BLOCK: usize = 256;
+pub const BLOCK: usize = 512;
 
 /// The runs of grains of an array over grains; empty runs where the model has no such array.
 pub fn by_body<'a, T: Send>(array: &'a mut [T], s: &State) -> vec::IntoIter<&'a mut [T]> {

@@ -48,7 +48,7 @@ pub fn surface_velocity(spin: DVec3, arm: DVec3) -> DVec3 {
 #[inline(always)]
 pub fn spin_change(s: &State, w: DVec3, acceleration: DVec3) -> DVec3 {
     let half = 0.5 * s.params.dt * s.params.damping;
-    (s.params.dt * acceleration - 2.0 * half * w) / (1.0 + half)
+    (s.params.dt * acceleration - 2.0 * half * w) * (1.0 / (1.0 + half))
 }
 
 /// From 0 to -1/2.

@@ -1,228 +1,296 @@
-//! The law of grain contacts, `shaders/contact/contacts.wgsl`, for many at a time: the same function, in a loop over
-//! arrays that the compiler turns into vectors. On a device every lane of a vector is an invocation, and WGSL needs
-//! nothing like this.
+//! The law of grain contacts, `shaders/contact/contacts.wgsl`, for many pairs of grains at a time: the same function, in
+//! a loop over arrays that the compiler turns into vectors. On a device every lane of a vector is an invocation, and WGSL
+//! needs nothing like this.
 
 use crate::{
-    body::{ForceTorque, bodies::body, rotation::spin_of},
+    body::{ForceTorque, rotation::spin_of},
     contact::{
-        geometry::branch_vector,
-        history::{History, Lists},
-        law::{GrainPair, grain_contact, grain_pair},
-        materials::pair_of,
+        geometry::separated,
+        history::History,
+        law::{Contact, GrainPair, grain_contact},
+        rolling::RollingHistory,
         state::Law,
         tangential::TangentialHistory,
     },
-    space::precision::position_low_of,
 };
 use crate::{
-    model::{Cohesion, Damping, Materials, Normal, Precision, Rolling, Rotation, Tangential, Twist},
-    state::{Pair, State},
+    model::{Boundary, Cohesion, Damping, Normal, Rolling, Tangential, Twist},
+    space::boundary::nearest_image_of,
+    state::{Pair, Position, State, Velocity},
 };
 use glam::DVec3;
 
-/// Contacts computed at a time.
-pub const LANES: usize = 32;
+/// Pairs computed at a time.
+pub const LANES: usize = 16;
 
 type Row = [f64; LANES];
-type Rows = [Row; 3];
+/// Vectors, component by component.
+pub type Rows = [Row; 3];
 
-/// A list entry: grain i, its neighbour j, and where in the list that is.
+/// Nothing in any lane.
+pub const ZERO: Rows = [[0.0; LANES]; 3];
+
+/// What contacts ask of a grain, in one place; in double precision.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct ListEntry {
-    pub i: u32,
-    pub j: u32,
-    pub index: u32,
+#[repr(C, align(32))]
+pub struct Grain {
+    position: Position,
+    velocity: Velocity,
+    spin: DVec3,
 }
 
-/// Pairs of grains, number by number. Rows of what the model does not have stay as they are.
+impl Grain {
+    /// Becomes grain i; field by field, so that no copy is made on the way.
+    #[inline(always)]
+    pub fn set(&mut self, s: &State, i: usize) {
+        self.position = s.position[i];
+        self.velocity = s.velocity[i];
+        self.spin = spin_of(s, i);
+    }
+}
+
+/// Grains that pairs can name: a power of two, so that no index is outside.
+pub const MOST_GRAINS: usize = 4096;
+
+/// Something of each grain.
+pub type OfGrains<T> = [T; MOST_GRAINS];
+
+/// Pairs of grains: the indices of the first, which has the smaller number, and of the second.
+pub type Pairs = [[u16; LANES]; 2];
+
+#[inline(always)]
+fn index(grain: u16) -> usize {
+    grain as usize % MOST_GRAINS
+}
+
+#[inline(always)]
+pub fn at(rows: &Rows, lane: usize) -> DVec3 {
+    DVec3::new(rows[0][lane], rows[1][lane], rows[2][lane])
+}
+
+#[inline(always)]
+pub fn set(rows: &mut Rows, lane: usize, v: DVec3) {
+    (rows[0][lane], rows[1][lane], rows[2][lane]) = (v.x, v.y, v.z);
+}
+
+/// Pairs of grains, number by number, as the first of each sees the second.
 struct GrainPairs {
     branch: Rows,
     v: Rows,
     spin: Rows,
     spin_to: Rows,
-    old_force: Rows,
     radius: Row,
     radius_to: Row,
-    radii_rest: Row,
-    /// Of both together: the laws served ask for no more.
     inverse_mass: Row,
+    inverse_mass_to: Row,
     stiffness: Row,
     tangential_stiffness: Row,
     friction: Row,
     dashpot: Row,
+    materials: [u32; LANES],
 }
 
-/// What comes of them.
-struct Contacts {
-    gap: Row,
-    tangential_force: Rows,
-    force: Rows,
-    torque: Rows,
+/// What contacts remember, of the first of each pair; zero where a contact is open.
+pub struct Springs<'a> {
+    pub is_active: &'a mut [bool; LANES],
+    pub force: &'a mut Rows,
+    /// If the model has rolling resistance.
+    pub torque: Option<&'a mut Rows>,
 }
 
-/// Contacts of grains, side by side.
+/// Pairs of grains side by side, and what comes of them.
 pub struct Batch {
     pairs: GrainPairs,
     contacts: Contacts,
 }
 
-/// What a step wants to know of a contact.
-pub struct Outcome {
-    /// If not, nothing below means anything.
-    pub is_active: bool,
-    pub history: History,
-    pub sum: ForceTorque,
+/// What contacts do: the force on the first grains, and the moments on both.
+struct Contacts {
+    force: Rows,
+    torque: Rows,
+    torque_to: Rows,
 }
 
-impl Outcome {
-    /// Of one contact, by whatever law. Inlined, so that it is compiled for the vectors that machines have.
+/// Nothing, if the contact is open.
+#[inline(always)]
+fn kept(contact: &Contact, v: DVec3) -> DVec3 {
+    if contact.is_active { v } else { DVec3::ZERO }
+}
+
+impl Contacts {
     #[inline(always)]
-    pub fn of(s: &State, entry: &ListEntry, lists: &Lists) -> Outcome {
-        let (i, j, at) = (entry.i as usize, entry.j as usize, entry.index as usize);
-        let pair = grain_pair(s, i, &body(s, i), j, lists.history(at));
-        let contact = grain_contact(Law::of(s), &pair, lists.is_active(at));
-        Outcome {
-            is_active: contact.is_active,
-            history: contact.history,
-            sum: ForceTorque { force: contact.force, torque: contact.torque },
-        }
+    fn store(&mut self, lane: usize, contact: &Contact) {
+        set(&mut self.force, lane, kept(contact, contact.force));
+        set(&mut self.torque, lane, kept(contact, contact.torque));
+        set(&mut self.torque_to, lane, kept(contact, contact.torque_to));
     }
-}
-
-#[inline(always)]
-fn at(rows: &Rows, lane: usize) -> DVec3 {
-    DVec3::new(rows[0][lane], rows[1][lane], rows[2][lane])
-}
-
-#[inline(always)]
-fn set(rows: &mut Rows, lane: usize, v: DVec3) {
-    (rows[0][lane], rows[1][lane], rows[2][lane]) = (v.x, v.y, v.z);
 }
 
 impl Batch {
-    /// Whether its loops are made for the laws of a scene; contacts of others are computed one by one, [`Outcome::of`].
-    pub fn serves(s: &State) -> bool {
-        let m = &s.model;
-        m.normal == Normal::Hooke
-            && matches!(m.tangential, Tangential::None | Tangential::Coulomb)
-            && m.rolling == Rolling::None
-            && m.twist == Twist::Ignored
-            && m.cohesion == Cohesion::None
-    }
-
     /// For the contacts of a scene.
     pub fn new(s: &State) -> Batch {
-        let (row, rows) = ([0.0; LANES], [[0.0; LANES]; 3]);
+        let row = [0.0; LANES];
         let Pair { stiffness, tangential_stiffness, friction, dashpot } = s.params.pair;
         Batch {
             pairs: GrainPairs {
-                branch: rows,
-                v: rows,
-                spin: rows,
-                spin_to: rows,
-                old_force: rows,
+                branch: ZERO,
+                v: ZERO,
+                spin: ZERO,
+                spin_to: ZERO,
                 radius: row,
                 radius_to: row,
-                radii_rest: row,
                 inverse_mass: row,
+                inverse_mass_to: row,
                 stiffness: [stiffness; LANES],
                 tangential_stiffness: [tangential_stiffness; LANES],
                 friction: [friction; LANES],
                 dashpot: [dashpot; LANES],
+                materials: [0; LANES],
             },
-            contacts: Contacts { gap: row, tangential_force: rows, force: rows, torque: rows },
+            contacts: Contacts { force: ZERO, torque: ZERO, torque_to: ZERO },
         }
     }
 
-    /// Contacts of grains, at most as many as there are lanes, with what they remember.
+    /// The contacts of pairs of these grains; of many materials, these are their places in the table of pairs.
     #[inline(always)]
-    pub fn compute(&mut self, s: &State, entries: &[ListEntry], lists: &Lists) {
-        self.pairs.fill(s, entries, lists);
+    pub fn compute(
+        &mut self,
+        s: &State,
+        grains: &OfGrains<Grain>,
+        pairs: &Pairs,
+        materials: Option<&[u32; LANES]>,
+        springs: &mut Springs,
+    ) {
+        self.pairs.gather(grains, pairs);
+        self.pairs.take_images(s);
+        if let Some(materials) = materials {
+            self.pairs.fill_parameters(s, materials);
+        }
+        let law = Law::of(s);
+        let linear = law.normal == Normal::Hooke
+            && matches!(law.tangential, Tangential::None | Tangential::Coulomb)
+            && law.rolling == Rolling::None
+            && law.twist == Twist::Ignored
+            && law.cohesion == Cohesion::None;
+        if !linear {
+            return self.compute_one_by_one(law, springs);
+        }
         let law = Law {
             normal: Normal::Hooke,
             rolling: Rolling::None,
             twist: Twist::Ignored,
             cohesion: Cohesion::None,
-            ..Law::of(s)
+            ..law
         };
         // The compiler is told the choices one by one, so that the loop over the lanes has none.
         match law.tangential {
-            Tangential::None => self.compute_damping(Law { tangential: Tangential::None, ..law }),
-            _ => self.compute_damping(Law { tangential: Tangential::Coulomb, ..law }),
+            Tangential::None => self.compute_damping(Law { tangential: Tangential::None, ..law }, springs),
+            _ => self.compute_damping(Law { tangential: Tangential::Coulomb, ..law }, springs),
         }
     }
 
     #[inline(always)]
-    fn compute_damping(&mut self, law: Law) {
+    fn compute_damping(&mut self, law: Law, Springs { is_active, force, .. }: &mut Springs) {
         match law.damping {
-            Damping::None => self.compute_lanes(Law { damping: Damping::None, ..law }),
-            Damping::Restitution => self.compute_lanes(Law { damping: Damping::Restitution, ..law }),
-            Damping::MassScaled => self.compute_lanes(Law { damping: Damping::MassScaled, ..law }),
+            Damping::None => self.compute_lanes(Law { damping: Damping::None, ..law }, is_active, force),
+            Damping::Restitution => self.compute_lanes(Law { damping: Damping::Restitution, ..law }, is_active, force),
+            Damping::MassScaled => self.compute_lanes(Law { damping: Damping::MassScaled, ..law }, is_active, force),
         }
     }
 
     #[inline(always)]
-    fn compute_lanes(&mut self, law: Law) {
-        let Batch { pairs, contacts } = self;
+    fn compute_lanes(&mut self, law: Law, is_active: &mut [bool; LANES], force: &mut Rows) {
         for lane in 0..LANES {
-            let contact = grain_contact(law, &pairs.at(lane), false);
-            let mut sum = ForceTorque::default();
-            sum.add(&contact);
-            contacts.gap[lane] = contact.gap;
-            set(&mut contacts.tangential_force, lane, contact.history.tangential.force);
-            set(&mut contacts.force, lane, sum.force);
-            set(&mut contacts.torque, lane, sum.torque);
+            let tangential = TangentialHistory { force: at(force, lane) };
+            let old = History { tangential, ..History::default() };
+            let contact = grain_contact(law, &GrainPair { old, ..self.pairs.at(lane) }, false);
+            is_active[lane] = contact.is_active;
+            set(force, lane, kept(&contact, contact.history.tangential.force));
+            self.contacts.store(lane, &contact);
         }
     }
 
-    /// What came of a contact; those of the laws it is made for act while surfaces overlap.
+    /// By laws that no vectors are made of: those that are not near enough to act are skipped.
+    fn compute_one_by_one(&mut self, law: Law, Springs { is_active, force, torque }: &mut Springs) {
+        for lane in 0..LANES {
+            let tangential = TangentialHistory { force: at(force, lane) };
+            let rolling = RollingHistory { torque: torque.as_deref().map_or(DVec3::ZERO, |torque| at(torque, lane)) };
+            let pair = GrainPair { old: History { tangential, rolling }, ..self.pairs.at(lane) };
+            let reach = pair.radius + pair.radius_to + law.state.params.reach;
+            let near = pair.branch.length_squared() < reach * reach;
+            let contact = if near { grain_contact(law, &pair, is_active[lane]) } else { Contact::default() };
+            is_active[lane] = contact.is_active;
+            set(force, lane, kept(&contact, contact.history.tangential.force));
+            if let Some(torque) = torque {
+                set(torque, lane, kept(&contact, contact.history.rolling.torque));
+            }
+            self.contacts.store(lane, &contact);
+        }
+    }
+
+    /// What the first grains of the lanes get, and what the second get.
     #[inline(always)]
-    pub fn outcome(&self, lane: usize) -> Outcome {
+    pub fn add(&self, pairs: &Pairs, lanes: usize, sums: &mut OfGrains<ForceTorque>) {
         let c = &self.contacts;
-        let sum = ForceTorque { force: at(&c.force, lane), torque: at(&c.torque, lane) };
-        let tangential = TangentialHistory { force: at(&c.tangential_force, lane) };
-        Outcome { is_active: c.gap[lane] < 0.0, history: History { tangential, ..History::default() }, sum }
+        for lane in 0..lanes {
+            let force = at(&c.force, lane);
+            let first = &mut sums[index(pairs[0][lane])];
+            first.force += force;
+            first.torque += at(&c.torque, lane);
+            let second = &mut sums[index(pairs[1][lane])];
+            second.force -= force;
+            second.torque += at(&c.torque_to, lane);
+        }
     }
 }
 
 impl GrainPairs {
-    /// The same as [`grain_pair`], an array at a time: short loops without choices in them.
+    /// What the law asks of these grains, two lanes at a time. Not for the vectors that machines have: what these have to
+    /// gather numbers from many places takes longer than to load them one by one.
+    #[inline(never)]
+    fn gather(&mut self, grains: &OfGrains<Grain>, [first, second]: &Pairs) {
+        for begin in (0..LANES).step_by(2) {
+            let of = |indices: &[u16; LANES]| [0, 1].map(|k| &grains[index(indices[begin + k])]);
+            let (a, b) = (of(first), of(second));
+            put_all(&mut self.branch, begin, [0, 1].map(|k| b[k].position.x - a[k].position.x));
+            put_all(&mut self.v, begin, [0, 1].map(|k| a[k].velocity.v - b[k].velocity.v));
+            put_all(&mut self.spin, begin, a.map(|grain| grain.spin));
+            put_all(&mut self.spin_to, begin, b.map(|grain| grain.spin));
+            put(&mut self.radius, begin, a.map(|grain| grain.position.radius));
+            put(&mut self.radius_to, begin, b.map(|grain| grain.position.radius));
+            put(&mut self.inverse_mass, begin, a.map(|grain| grain.velocity.inverse_mass));
+            put(&mut self.inverse_mass_to, begin, b.map(|grain| grain.velocity.inverse_mass));
+        }
+    }
+
+    /// From grain to grain.
     #[inline(always)]
-    fn fill(&mut self, s: &State, entries: &[ListEntry], lists: &Lists) {
-        assert!(entries.len() <= LANES);
-        let entries =
-            || entries.iter().enumerate().map(|(lane, entry)| (lane, entry.i as usize, entry.j as usize, entry));
-        for (lane, i, j, _) in entries() {
-            set(&mut self.branch, lane, branch_vector(s, i, j));
-            (self.radius[lane], self.radius_to[lane]) = (s.position[i].radius, s.position[j].radius);
-            let (here, there) = (&s.velocity[i], &s.velocity[j]);
-            set(&mut self.v, lane, here.v - there.v);
-            self.inverse_mass[lane] = here.inverse_mass + there.inverse_mass;
-        }
-        if s.model.rotation == Rotation::Sphere {
-            for (lane, i, j, _) in entries() {
-                set(&mut self.spin, lane, spin_of(s, i));
-                set(&mut self.spin_to, lane, spin_of(s, j));
+    fn take_images(&mut self, s: &State) {
+        if s.model.boundary == Boundary::Periodic {
+            for lane in 0..LANES {
+                let branch = at(&self.branch, lane);
+                set(&mut self.branch, lane, nearest_image_of(s, branch));
             }
         }
-        if s.model.tangential == Tangential::Coulomb {
-            for (lane, _, _, entry) in entries() {
-                set(&mut self.old_force, lane, lists.tangential_force(entry.index as usize));
+        let coincide = |lane: usize| at(&self.branch, lane).length_squared() == 0.0;
+        if (0..LANES).fold(false, |any, lane| any | coincide(lane)) {
+            for lane in 0..LANES {
+                let branch = at(&self.branch, lane);
+                set(&mut self.branch, lane, separated(true, branch));
             }
         }
-        if s.model.precision == Precision::Single {
-            for (lane, i, j, _) in entries() {
-                self.radii_rest[lane] = position_low_of(s, i).radius + position_low_of(s, j).radius;
-            }
-        }
-        if s.model.materials == Materials::Many {
-            for (lane, i, j, _) in entries() {
-                let pair = pair_of(s, i, j);
-                self.stiffness[lane] = pair.stiffness;
-                self.tangential_stiffness[lane] = pair.tangential_stiffness;
-                self.friction[lane] = pair.friction;
-                self.dashpot[lane] = pair.dashpot;
-            }
+    }
+
+    /// The parameters of pairs of materials, of which a table has these.
+    #[inline(always)]
+    fn fill_parameters(&mut self, s: &State, materials: &[u32; LANES]) {
+        self.materials = *materials;
+        for (lane, materials) in materials.iter().enumerate() {
+            let Pair { stiffness, tangential_stiffness, friction, dashpot } = s.pair[*materials as usize];
+            self.stiffness[lane] = stiffness;
+            self.tangential_stiffness[lane] = tangential_stiffness;
+            self.friction[lane] = friction;
+            self.dashpot[lane] = dashpot;
         }
     }
 
@@ -233,13 +301,13 @@ impl GrainPairs {
             v: at(&self.v, lane),
             spin: at(&self.spin, lane),
             spin_to: at(&self.spin_to, lane),
-            old: History { tangential: TangentialHistory { force: at(&self.old_force, lane) }, ..History::default() },
+            old: History::default(),
             radius: self.radius[lane],
             radius_to: self.radius_to[lane],
-            radii_rest: self.radii_rest[lane],
+            radii_rest: 0.0,
             inverse_mass: self.inverse_mass[lane],
-            inverse_mass_to: 0.0,
-            materials: 0,
+            inverse_mass_to: self.inverse_mass_to[lane],
+            materials: self.materials[lane] as usize,
             pair: Pair {
                 stiffness: self.stiffness[lane],
                 tangential_stiffness: self.tangential_stiffness[lane],
@@ -248,4 +316,17 @@ impl GrainPairs {
             },
         }
     }
+}
+
+/// Two lanes, in one store.
+#[inline(always)]
+fn put(row: &mut Row, begin: usize, values: [f64; 2]) {
+    row[begin..begin + 2].copy_from_slice(&values);
+}
+
+#[inline(always)]
+fn put_all([x, y, z]: &mut Rows, begin: usize, values: [DVec3; 2]) {
+    put(x, begin, values.map(|v| v.x));
+    put(y, begin, values.map(|v| v.y));
+    put(z, begin, values.map(|v| v.z));
 }

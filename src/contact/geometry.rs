@@ -18,13 +18,14 @@ pub fn sphere_separation(branch: DVec3, a: f64, b: f64, radii_rest: f64) -> Sepa
     Separation { gap: gap_between(distance, a, b, radii_rest), n: branch * (1.0 / distance) }
 }
 
-/// From the centre of grain i to that of grain j. Coincident centres are a hair apart along an arbitrary axis, opposite
-/// for the two grains; the hair's square is still a number, and its root exact.
+/// From the centre of a grain to that of another; `ordered` if the other has the larger number. Coincident centres are a
+/// hair apart along an arbitrary axis, opposite for the two grains; the hair's square is still a number, and its root
+/// exact.
 #[inline(always)]
-pub fn separated(s: &State, i: usize, j: usize, branch: DVec3) -> DVec3 {
+pub fn separated(ordered: bool, branch: DVec3) -> DVec3 {
     const HAIR: f64 = 3.054936363499605e-151; // 2^-500
     if branch.length_squared() == 0.0 {
-        return if s.id[i] < s.id[j] { HAIR * first_axis() } else { -HAIR * first_axis() };
+        return if ordered { HAIR * first_axis() } else { -HAIR * first_axis() };
     }
     branch
 }
@@ -54,7 +55,7 @@ pub fn near(s: &State, here: &Position, j: usize) -> bool {
 #[inline(always)]
 pub fn branch_vector(s: &State, i: usize, j: usize) -> DVec3 {
     let branch = nearest_image(s, s.position[i].x, s.position[j].x, position_low_of(s, j).x - position_low_of(s, i).x);
-    separated(s, i, j, branch.x + branch.low)
+    separated(s.id[i] < s.id[j], branch.x + branch.low)
 }
 
 /// |branch + step| - |branch|, m, with the digits that this subtraction would lose.

@@ -49,12 +49,6 @@ impl Lists<'_> {
         history
     }
 
-    /// N; of scenes that have it.
-    #[inline(always)]
-    pub fn tangential_force(&self, entry: usize) -> DVec3 {
-        if self.is_active(entry) { self.tangential_force[entry].0 } else { DVec3::ZERO }
-    }
-
     #[inline(always)]
     pub fn is_active(&self, entry: usize) -> bool {
         self.neighbour[entry] & ACTIVE != 0
@@ -68,6 +62,13 @@ impl Lists<'_> {
         if let Some(torque) = self.rolling_torque.get_mut(entry) {
             torque.0 = history.rolling.torque;
         }
+    }
+
+    /// All that the contact at an entry remembers.
+    #[inline(always)]
+    pub fn remember(&mut self, entry: usize, active: bool, history: &History) {
+        self.set_history(entry, history);
+        self.set_active(entry, active);
     }
 
     /// Whether the contact at this entry is active, so that what it remembers counts.

@@ -63,6 +63,8 @@ pub struct Contact {
     pub arm: DVec3,
     /// N m, about its centre: of the force, and the couple of rolling resistance.
     pub torque: DVec3,
+    /// N m, on the other grain about its own centre; a wall has none.
+    pub torque_to: DVec3,
     /// N, the part of the force that is the normal dashpot's.
     pub damping: DVec3,
     /// N m, the part of the couple that is the rolling dashpot's.
@@ -175,12 +177,23 @@ pub fn grain_pair(s: &State, i: usize, here: &Body, j: usize, old: History) -> G
     }
 }
 
+/// From the centres of two grains to the point of contact, m.
+struct Arms {
+    arm: DVec3,
+    arm_to: DVec3,
+}
+
+/// Erratum E7: one shared point, mid-overlap.
+#[inline(always)]
+fn arms(m: &GrainPair, Separation { gap, n }: Separation) -> Arms {
+    Arms { arm: (m.radius + 0.5 * gap) * n, arm_to: -(m.radius_to + 0.5 * gap) * n }
+}
+
 /// What the laws are told of two grains.
 #[inline(always)]
 fn grain_state(law: Law, m: &GrainPair, separation: Separation) -> ContactState {
     let Separation { gap, n } = separation;
-    let arm = (m.radius + 0.5 * gap) * n; // erratum E7: one shared point, mid-overlap
-    let arm_to = -(m.radius_to + 0.5 * gap) * n;
+    let Arms { arm, arm_to } = arms(m, separation);
     let inertia =
         |radius: f64, inverse_mass: f64| inverse_rolling_inertia(law.rotation, law.dimension, radius, inverse_mass);
     ContactState {
@@ -206,8 +219,10 @@ pub fn grain_contact(law: Law, m: &GrainPair, was_active: bool) -> Contact {
     let separation = sphere_separation(m.branch, m.radius, m.radius_to, m.radii_rest);
     let active = is_active(law, m.materials, separation.gap, was_active);
     let c = grain_state(law, m, separation);
-    let arm = (m.radius + 0.5 * separation.gap) * separation.n;
-    seen(law, arm, active, separation.gap, contact_force(law, &m.pair, &c, m.old))
+    let Arms { arm, arm_to } = arms(m, separation);
+    let f = contact_force(law, &m.pair, &c, m.old);
+    let torque_to = with_couple(law, moment(arm_to, -f.force), -f.couple);
+    Contact { torque_to, ..seen(law, arm, active, separation.gap, f) }
 }
 
 /// What the laws are told of grain i and wall w.
@@ -254,6 +269,7 @@ fn seen(law: Law, arm: DVec3, active: bool, gap: f64, f: ContactForce) -> Contac
         force: f.force,
         arm,
         torque: with_couple(law, moment(arm, f.force), f.couple),
+        torque_to: DVec3::ZERO,
         damping: f.damping,
         couple_damping: f.couple_damping,
         dashpot: f.dashpot,

@@ -9,206 +9,189 @@ use crate::{
         rotation::{sphere_spin_change, spin_change},
     },
     contact::{
-        batch::{Batch, LANES, ListEntry, Outcome},
-        geometry::closer_than,
-        history::{Lists, with_lists},
-        law::wall_contact,
+        geometry::near,
+        history::{History, Lists, with_lists},
+        law::{Contact, grain_contact, grain_pair, wall_contact},
+        state::Law,
     },
     dem::leapfrog::velocity_change,
+    model::Precision,
     space::{boundary::wrap, precision::displaced, walls::is_crossed},
-    state::{HALTED, INDEX, NONE, State},
+    state::{HALTED, INDEX, NONE, Position, PositionLow, Spin, State, Velocity, VelocityLow},
 };
-use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::{mem::take, ops::Range};
 
-/// What a task writes: a run of grains, and their lists.
-struct Block<'a> {
-    next: NextPositions<'a>,
-    velocities: NextVelocities<'a>,
-    lists: Lists<'a>,
-}
-
 pub fn advance(s: &mut State) {
-    if s.halt[0] >= HALTED {
+    if begin_step(s) {
+        advance_bodies(s, 0..s.sizes.bodies - s.sizes.large);
+    } else {
         s.halt_next[0] = HALTED;
-        return;
     }
-    s.counters[0].steps_done += 1;
-    s.halt_next[0] = s.halt[0] + 1;
-    advance_bodies(s, 0..s.sizes.bodies - s.sizes.large);
 }
 
-/// Advance these grains.
-pub fn advance_bodies(s: &mut State, bodies: Range<usize>) {
-    let (mut position, mut low) = (take(&mut s.position_next), take(&mut s.position_low_next));
-    let (mut velocity, mut spin) = (take(&mut s.velocity_next), take(&mut s.spin_next));
-    let mut velocity_low = take(&mut s.velocity_low_next);
-    let mut displacement = take(&mut s.displacement);
-    let blocks = by_body(&mut position, s)
-        .zip(by_body(&mut low, s))
-        .zip(by_body(&mut velocity, s))
-        .zip(by_body(&mut spin, s))
-        .zip(by_body(&mut velocity_low, s))
-        .zip(by_body(&mut displacement, s));
-    let work =
-        |s: &State, k: usize, (((((position, low), velocity), spin), velocity_low), displacement), lists: Lists| {
-            let velocities = NextVelocities { velocity, spin, low: velocity_low };
-            let block = Block { next: NextPositions { position, low, displacement }, velocities, lists };
-            let first = k * BLOCK;
-            let run = bodies.start.max(first)..bodies.end.min(first + block.velocities.velocity.len());
-            if run.is_empty() { Limits::default() } else { Arch::new().dispatch(Work { s, first, run, block }) }
-        };
-    let limits = with_lists(s, blocks, work, Limits::and, Limits::default);
-    (s.position_next, s.position_low_next, s.velocity_next, s.spin_next) = (position, low, velocity, spin);
-    (s.velocity_low_next, s.displacement) = (velocity_low, displacement);
+/// Count a step, unless it is halted: whether it is not.
+pub fn begin_step(s: &mut State) -> bool {
+    let halted = s.halt[0] >= HALTED;
+    if !halted {
+        s.counters[0].steps_done += 1;
+        s.halt_next[0] = s.halt[0] + 1;
+    }
+    !halted
+}
+
+/// What the places of bodies say of the step.
+pub fn end_step(s: &mut State, limits: Limits) {
     s.counters[0].lost_body = s.counters[0].lost_body.max(limits.lost_body);
     if limits.halt {
         s.halt_next[0] = HALTED;
     }
 }
 
-/// A task. It is compiled for the vectors that machines have, with all that is inlined into it.
-struct Work<'a> {
-    s: &'a State,
-    first: usize,
-    run: Range<usize>,
-    block: Block<'a>,
+/// Advance these grains.
+pub fn advance_bodies(s: &mut State, bodies: Range<usize>) {
+    let mut next = Next::take(s);
+    let work = |s: &State, k: usize, mut next: NextOfBlock, mut lists: Lists| {
+        let first = k * BLOCK;
+        let run = bodies.start.max(first)..bodies.end.min(first + next.len());
+        let of_body = |i: usize| {
+            let here = body(s, i);
+            let (sum, crossed) = contact_forces(s, first, i, &here, &mut lists);
+            next.advance(s, (i, i - first), &here, &sum, crossed)
+        };
+        run.map(of_body).fold(Limits::default(), Limits::and)
+    };
+    let blocks = next.blocks(s);
+    let limits = with_lists(s, blocks, work, Limits::and, Limits::default);
+    next.put(s);
+    end_step(s, limits);
 }
 
-impl WithSimd for Work<'_> {
-    type Output = Limits;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(mut self, _: S) -> Limits {
-        advance_block(self.s, self.first, self.run, &mut self.block)
-    }
-}
-
-/// A run of grains of a block, the first of which is `first`.
-#[inline(always)]
-fn advance_block(s: &State, first: usize, run: Range<usize>, block: &mut Block) -> Limits {
-    let mut limits = Limits::default();
-    let Sums { of_grains, first_wall } = forces_of_grains(s, first, run.clone(), &mut block.lists);
-    for i in run {
-        let k = i - first;
-        let mut sum = of_grains[k];
-        let here = body(s, i);
-        let walls = first_wall[k]..row_in_block(s, first, i).end;
-        let crossed = forces_of_walls(s, i, &here, walls, &mut block.lists, &mut sum);
-        let change = velocity_change(s, &here.velocity, sum.force);
-        let changed = changed_velocities(s, i, &here, change, sphere_spin_change(s, &here, sum.torque, spin_change));
-        let v = changed.velocity.v;
-        block.velocities.store(k, changed);
-        let point = wrap(s, displaced(s, here.position.x, here.low.x, s.params.dt * v));
-        limits = limits.and(block.next.commit_position(s, (i, k), point, s.params.dt * v.length(), crossed));
-    }
-    limits
-}
-
-/// What grains do to the grains of a block, and the entries where their walls begin.
-pub struct Sums {
-    pub of_grains: [ForceTorque; BLOCK],
-    pub first_wall: [usize; BLOCK],
-}
-
-impl Sums {
-    /// What came of the contact at an entry of a block whose first grain is `first`.
-    #[inline(always)]
-    fn add(&mut self, first: usize, entry: &ListEntry, contact: Outcome, lists: &mut Lists) {
-        let (k, at) = (entry.i as usize - first, entry.index as usize);
-        if contact.is_active {
-            lists.set_history(at, &contact.history);
-            self.of_grains[k].force += contact.sum.force;
-            self.of_grains[k].torque += contact.sum.torque;
-        }
-        lists.set_active(at, contact.is_active);
-    }
-}
-
-/// The contacts of a run of grains with grains, and what they remember; its block begins with the grain `first`. Many
-/// are computed at a time, and added in the order of the lists.
-#[inline(always)]
-pub fn forces_of_grains(s: &State, first: usize, run: Range<usize>, lists: &mut Lists) -> Sums {
-    let mut sums = Sums { of_grains: [ForceTorque::default(); BLOCK], first_wall: [0; BLOCK] };
-    let entries = near_entries(s, first, run, lists, &mut sums.first_wall);
-    if !Batch::serves(s) {
-        entries.iter().for_each(|entry| sums.add(first, entry, Outcome::of(s, entry, lists), lists));
-        return sums;
-    }
-    let mut batch = Batch::new(s);
-    for entries in entries.chunks(LANES) {
-        batch.compute(s, entries, lists);
-        for (lane, entry) in entries.iter().enumerate() {
-            sums.add(first, entry, batch.outcome(lane), lists);
-        }
-    }
-    sums
-}
-
-/// The entries of grain i, counted from the first of its block.
-#[inline(always)]
-pub fn row_in_block(s: &State, first: usize, i: usize) -> Range<usize> {
+/// What the contacts of grain i of a block do to it, and whether its centre is beyond a wall; the first grain of the block
+/// is `first`.
+pub fn contact_forces(s: &State, first: usize, i: usize, here: &Body, lists: &mut Lists) -> (ForceTorque, bool) {
+    let (mut sum, mut crossed) = (ForceTorque::default(), false);
     let begin = s.list_start[first];
-    (s.list_start[i] - begin) as usize..(s.list_start[i + 1] - begin) as usize
-}
-
-/// The entries of grains that may act on each other.
-#[inline(always)]
-fn near_entries(
-    s: &State,
-    first: usize,
-    run: Range<usize>,
-    lists: &mut Lists,
-    first_wall: &mut [usize],
-) -> Vec<ListEntry> {
-    let mut entries = vec![ListEntry::default(); lists.neighbour.len()];
-    let mut found = 0;
-    for (i, first_wall) in run.clone().zip(&mut first_wall[run.start - first..]) {
-        let (here, row) = (&s.position[i], row_in_block(s, first, i));
-        *first_wall = row.end;
-        for entry in row {
-            let tagged = &mut lists.neighbour[entry];
-            let j = *tagged & INDEX;
-            let Some(there) = s.position.get(j as usize) else {
-                *first_wall = entry;
-                break;
-            };
-            let near = closer_than(s, here, there, s.params.reach);
-            // Whether grains are near is hard to guess, and a wrong guess costs more than a store.
-            *tagged = if near { *tagged } else { j };
-            entries[found] = ListEntry { i: i as u32, j, index: entry as u32 };
-            found += usize::from(near);
-        }
-    }
-    entries.truncate(found);
-    entries
-}
-
-/// What walls add to the sum of grain i, and whether its centre is beyond one. They are the last in its list.
-#[inline(always)]
-pub fn forces_of_walls(
-    s: &State,
-    i: usize,
-    here: &Body,
-    entries: Range<usize>,
-    lists: &mut Lists,
-    sum: &mut ForceTorque,
-) -> bool {
-    let mut crossed = false;
-    for entry in entries {
+    for entry in (s.list_start[i] - begin) as usize..(s.list_start[i + 1] - begin) as usize {
         let tagged = lists.neighbour[entry];
         if tagged == NONE {
             break;
         }
-        let w = (tagged & INDEX) as usize - s.sizes.bodies;
-        let contact = wall_contact(s, i, here, w, lists.is_active(entry), lists.history(entry));
+        let j = (tagged & INDEX) as usize;
+        let contact = contact_with(s, i, here, j, lists.is_active(entry), lists.history(entry));
         if contact.is_active {
             lists.set_history(entry, &contact.history);
             sum.add(&contact);
-            crossed |= is_crossed(s, contact.gap, here.position.radius);
+            crossed |= j >= s.sizes.bodies && is_beyond(s, &contact, here);
         }
         lists.set_active(entry, contact.is_active);
     }
-    crossed
+    (sum, crossed)
+}
+
+/// The contact of grain i with neighbour j, which may be a wall.
+#[inline(always)]
+pub fn contact_with(s: &State, i: usize, here: &Body, j: usize, was_active: bool, old: History) -> Contact {
+    match j.checked_sub(s.sizes.bodies) {
+        None if near(s, &here.position, j) => grain_contact(Law::of(s), &grain_pair(s, i, here, j, old), was_active),
+        None => Contact::default(),
+        Some(w) => wall_contact(s, i, here, w, was_active, old),
+    }
+}
+
+/// Whether a grain's centre is beyond the wall of this contact.
+pub fn is_beyond(s: &State, contact: &Contact, here: &Body) -> bool {
+    is_crossed(s, contact.gap, here.position.radius)
+}
+
+/// What comes next, taken out of the state.
+pub struct Next {
+    position: Vec<Position>,
+    low: Vec<PositionLow>,
+    displacement: Vec<f64>,
+    velocity: Vec<Velocity>,
+    spin: Vec<Spin>,
+    velocity_low: Vec<VelocityLow>,
+}
+
+/// What a task writes, of a run of grains.
+pub struct NextOfBlock<'a> {
+    positions: NextPositions<'a>,
+    velocities: NextVelocities<'a>,
+}
+
+impl Next {
+    pub fn take(s: &mut State) -> Next {
+        Next {
+            position: take(&mut s.position_next),
+            low: take(&mut s.position_low_next),
+            displacement: take(&mut s.displacement),
+            velocity: take(&mut s.velocity_next),
+            spin: take(&mut s.spin_next),
+            velocity_low: take(&mut s.velocity_low_next),
+        }
+    }
+
+    pub fn put(self, s: &mut State) {
+        (s.position_next, s.position_low_next, s.displacement) = (self.position, self.low, self.displacement);
+        (s.velocity_next, s.spin_next, s.velocity_low_next) = (self.velocity, self.spin, self.velocity_low);
+    }
+
+    pub fn blocks<'a>(&'a mut self, s: &State) -> impl IndexedParallelIterator<Item = NextOfBlock<'a>> + use<'a> {
+        by_body(&mut self.position, s)
+            .zip(by_body(&mut self.low, s))
+            .zip(by_body(&mut self.displacement, s))
+            .zip(by_body(&mut self.velocity, s))
+            .zip(by_body(&mut self.spin, s))
+            .zip(by_body(&mut self.velocity_low, s))
+            .map(|(((((position, low), displacement), velocity), spin), velocity_low)| NextOfBlock {
+                positions: NextPositions { position, low, displacement },
+                velocities: NextVelocities { velocity, spin, low: velocity_low },
+            })
+    }
+}
+
+impl NextOfBlock<'_> {
+    fn len(&self) -> usize {
+        self.positions.position.len()
+    }
+
+    /// Body i, the k-th of the run, moves under what acts on it.
+    #[inline(always)]
+    pub fn advance(&mut self, s: &State, at: (usize, usize), here: &Body, sum: &ForceTorque, crossed: bool) -> Limits {
+        match s.model.precision {
+            Precision::Double => self.move_body(s, at, here, sum, crossed),
+            Precision::Single => self.move_in_single(s, at, here, sum, crossed),
+        }
+    }
+
+    /// Apart, so that in double precision nothing goes through memory for the sake of low parts.
+    #[inline(never)]
+    fn move_in_single(
+        &mut self,
+        s: &State,
+        at: (usize, usize),
+        here: &Body,
+        sum: &ForceTorque,
+        crossed: bool,
+    ) -> Limits {
+        self.move_body(s, at, here, sum, crossed)
+    }
+
+    #[inline(always)]
+    fn move_body(
+        &mut self,
+        s: &State,
+        (i, k): (usize, usize),
+        here: &Body,
+        sum: &ForceTorque,
+        crossed: bool,
+    ) -> Limits {
+        let change = velocity_change(s, &here.velocity, sum.force);
+        let changed = changed_velocities(s, i, here, change, sphere_spin_change(s, here, sum.torque, spin_change));
+        let v = changed.velocity.v;
+        self.velocities.store(k, changed);
+        let point = wrap(s, displaced(s, here.position.x, here.low.x, s.params.dt * v));
+        self.positions.commit_position(s, (i, k), point, s.params.dt * v.length(), crossed)
+    }
 }

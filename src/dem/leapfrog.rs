@@ -12,7 +12,7 @@ pub fn velocity_change(s: &State, velocity: &Velocity, force: DVec3) -> DVec3 {
     }
     let half = 0.5 * s.params.dt * s.params.damping;
     let acceleration = velocity.inverse_mass * force + s.params.gravity;
-    (s.params.dt * acceleration - 2.0 * half * velocity.v) / (1.0 + half)
+    (s.params.dt * acceleration - 2.0 * half * velocity.v) * (1.0 / (1.0 + half))
 }
 
 /// From 0 to -1/2, m/s: without it the leapfrog loses an order of accuracy.

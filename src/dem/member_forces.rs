@@ -1,64 +1,71 @@
 //! Twin of `shaders/dem/member_forces.wgsl`: contact forces at step n on every member of a clump.
 
 use crate::{
-    body::blocks::{BLOCK, by_body},
+    body::{
+        ForceTorque,
+        blocks::{BLOCK, by_body},
+        bodies::{Limits, body},
+    },
     contact::history::{Lists, with_lists},
-    dem::advance::{Sums, forces_of_grains, forces_of_walls, row_in_block},
-};
-use crate::{
-    body::bodies::body,
-    state::{HALTED, Spin, State},
+    dem::advance::{begin_step, contact_forces, end_step},
+    state::{Spin, State},
 };
 use glam::DVec3;
-use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::mem::take;
 
 pub fn member_forces(s: &mut State) {
-    if s.halt[0] >= HALTED {
+    if !begin_step(s) {
         return;
     }
-    s.counters[0].steps_done += 1;
-    s.halt_next[0] = s.halt[0] + 1;
-    let (mut member_force, mut member_torque) = (take(&mut s.member_force), take(&mut s.member_torque));
-    let loads = by_body(&mut member_force, s).zip(by_body(&mut member_torque, s));
-    let work = |s: &State, k: usize, (member_force, member_torque), lists: Lists| {
-        Arch::new().dispatch(Work { s, first: k * BLOCK, member_force, member_torque, lists })
+    let mut loads = Loads::take(s);
+    let work = |s: &State, k: usize, mut loads: LoadsOfBlock, mut lists: Lists| {
+        let (first, len) = (k * BLOCK, loads.force.len());
+        let of_member = |i: usize| {
+            let (sum, crossed) = contact_forces(s, first, i, &body(s, i), &mut lists);
+            loads.store(s, (i, i - first), &sum, crossed)
+        };
+        (first..first + len).map(of_member).fold(Limits::default(), Limits::and)
     };
-    let bad = with_lists(s, loads, work, u32::max, || 0);
-    (s.member_force, s.member_torque) = (member_force, member_torque);
-    s.counters[0].lost_body = s.counters[0].lost_body.max(bad);
-    if bad != 0 {
-        s.halt_next[0] = HALTED;
+    let blocks = loads.blocks(s);
+    let limits = with_lists(s, blocks, work, Limits::and, Limits::default);
+    loads.put(s);
+    end_step(s, limits);
+}
+
+/// What acts on members, taken out of the state.
+pub struct Loads {
+    force: Vec<DVec3>,
+    torque: Vec<Spin>,
+}
+
+/// What a task writes, of a run of members.
+pub struct LoadsOfBlock<'a> {
+    force: &'a mut [DVec3],
+    torque: &'a mut [Spin],
+}
+
+impl Loads {
+    pub fn take(s: &mut State) -> Loads {
+        Loads { force: take(&mut s.member_force), torque: take(&mut s.member_torque) }
+    }
+
+    pub fn put(self, s: &mut State) {
+        (s.member_force, s.member_torque) = (self.force, self.torque);
+    }
+
+    pub fn blocks<'a>(&'a mut self, s: &State) -> impl IndexedParallelIterator<Item = LoadsOfBlock<'a>> + use<'a> {
+        by_body(&mut self.force, s)
+            .zip(by_body(&mut self.torque, s))
+            .map(|(force, torque)| LoadsOfBlock { force, torque })
     }
 }
 
-/// A task: what it reads and writes. It is compiled for the vectors that machines have.
-struct Work<'a> {
-    s: &'a State,
-    first: usize,
-    member_force: &'a mut [DVec3],
-    member_torque: &'a mut [Spin],
-    lists: Lists<'a>,
-}
-
-impl WithSimd for Work<'_> {
-    type Output = u32;
-
+impl LoadsOfBlock<'_> {
+    /// Of body i, the k-th of the run.
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, _: S) -> u32 {
-        let (s, first) = (self.s, self.first);
-        let Sums { of_grains, first_wall } =
-            forces_of_grains(s, first, first..first + self.member_force.len(), &mut self.lists);
-        let mut bad = 0;
-        for (k, (member_force, member_torque)) in self.member_force.iter_mut().zip(self.member_torque).enumerate() {
-            let (i, mut sum) = (first + k, of_grains[k]);
-            let walls = first_wall[k]..row_in_block(s, first, i).end;
-            if forces_of_walls(s, i, &body(s, i), walls, &mut self.lists, &mut sum) {
-                bad = bad.max(s.params.bodies - s.id[i]);
-            }
-            (*member_force, member_torque.0) = (sum.force, sum.torque);
-        }
-        bad
+    pub fn store(&mut self, s: &State, (i, k): (usize, usize), sum: &ForceTorque, crossed: bool) -> Limits {
+        (self.force[k], self.torque[k].0) = (sum.force, sum.torque);
+        Limits { lost_body: if crossed { s.params.bodies - s.id[i] } else { 0 }, halt: crossed }
     }
 }

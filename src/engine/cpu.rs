@@ -1,7 +1,8 @@
-//! The f64 engine: the twins, on all cores.
+//! The f64 engine: the twins, on all cores; where the time goes, [`Blocks`] stand in for them.
 
 use super::{Engine, Times};
 use crate::{
+    dem::blocks::Blocks,
     error::Result,
     plan::Op,
     state::{Array, Counters, Params, State},
@@ -11,18 +12,21 @@ use std::time::Instant;
 /// Runs the twins in f64 on a state of its own.
 pub struct Cpu {
     state: State,
+    blocks: Blocks,
     times: Option<Times>,
 }
 
 impl Cpu {
     /// An engine that starts from a copy of the state.
     pub fn new(state: State) -> Cpu {
-        Cpu { state, times: None }
+        Cpu { state, blocks: Blocks::default(), times: None }
     }
 
     fn run(&mut self, op: &Op) {
         let start = self.times.as_ref().map(|_| Instant::now());
-        apply(op, &mut self.state);
+        if !self.blocks.run(op, &mut self.state) {
+            apply(op, &mut self.state);
+        }
         if let (Op::Run(stage), Some(times), Some(start)) = (op, &mut self.times, start) {
             times.add(stage, start.elapsed().as_secs_f64());
         }
@@ -55,7 +59,10 @@ impl Engine for Cpu {
     fn execute(&mut self, params: &Params, ops: &[Op]) -> Result<()> {
         self.state.params = *params;
         // On a thread of the pool, so that not every loop has to wake one.
-        rayon::scope(|_| ops.iter().for_each(|op| self.run(op)));
+        rayon::scope(|_| {
+            ops.iter().for_each(|op| self.run(op));
+            self.blocks.put_back(&mut self.state);
+        });
         Ok(())
     }
 
@@ -64,12 +71,14 @@ impl Engine for Cpu {
     }
 
     fn resize(&mut self, array: &'static Array, len: usize) -> Result<()> {
+        self.blocks.forget(array);
         self.state.column_mut(array).resize(len);
         Ok(())
     }
 
     fn write(&mut self, arrays: &[&'static Array], state: &State) -> Result<()> {
         for array in arrays {
+            self.blocks.forget(array);
             let content = state.column(array).duplicate();
             self.state.column_mut(array).replace(content);
         }

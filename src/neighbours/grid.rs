@@ -38,7 +38,15 @@ fn wrapped(c: IVec3, cells: UVec3) -> UVec3 {
 fn cell_index(s: &State, here: &Position) -> usize {
     let level = &s.level[level_of(s, here.radius)];
     let c = wrapped(cell_of(s, here.x, level), level.cells);
-    (level.first_cell + c.x + level.cells.x * (c.y + level.cells.y * c.z)) as usize
+    (row_start(level, c.y, c.z) + c.x) as usize
+}
+
+/// The first cell of a row: strip by strip, and in each the second axis fastest.
+#[inline(always)]
+fn row_start(level: &Level, y: u32, z: u32) -> u32 {
+    let begin = y / level.strip * level.strip;
+    let width = level.strip.min(level.cells.y - begin);
+    level.first_cell + level.cells.x * (begin * level.cells.z + z * width + (y - begin))
 }
 
 /// The cell of every grain.
@@ -57,7 +65,7 @@ pub fn for_spans(s: &State, here: &Position, level: &Level, mut visit: impl FnMu
     let end = first.x + count.x;
     for z in first.z..first.z + count.z {
         for y in first.y..first.y + count.y {
-            let begin = level.first_cell + cells.x * (y % cells.y + cells.y * (z % cells.z));
+            let begin = row_start(level, y % cells.y, z % cells.z);
             visit(begin + first.x..begin + end.min(cells.x));
             visit(begin..begin + end.max(cells.x) - cells.x);
         }

@@ -1,6 +1,7 @@
 //! The levels of the hierarchical grid of a scene: how wide their cells are, and how many there are.
 
 use crate::{
+    body::blocks::BLOCK,
     model::{Model, Precision},
     neighbours::grid::HAIR,
     scene::{Assembly, Domain, SizeLevel},
@@ -36,13 +37,21 @@ pub fn levels(p: &mut Params, assembly: &Assembly, model: &Model, range: f64) ->
     let mut axes = [0, 1, 2];
     axes.sort_by_key(|axis| if most[*axis] == 1 { u32::MAX } else { most[*axis] });
     p.axes = UVec3::from_array(axes.map(|axis| axis as u32));
-    for level in &mut levels {
+    for (level, size) in levels.iter_mut().zip(&sizes) {
         level.cells = UVec3::from_array(axes.map(|axis| level.cells[axis]));
         level.first_cell = p.cells;
+        level.strip = strip(level, size.grains);
         p.cells += level.cells.element_product();
     }
     p.levels = levels.len() as u32;
     levels
+}
+
+/// Rows of a strip: as wide as the rows are many that a block of grains fills of it, so that blocks are compact.
+fn strip(level: &Level, grains: usize) -> u32 {
+    let rows = f64::from(level.cells.y * level.cells.z);
+    let rows_of_block = BLOCK as f64 * rows / grains as f64;
+    (rows_of_block.sqrt().round() as u32).clamp(1, level.cells.y)
 }
 
 /// Cells at least this wide, m.

@@ -16,8 +16,8 @@ use crate::{
 const LIFE: f64 = 50.0;
 /// The part of the margin that a chunk is planned to use; it ends early where that was too bold.
 const BOLDNESS: f64 = 0.8;
-/// The smallest margin, in mean radii.
-const SMALLEST_MARGIN: f64 = 0.02;
+/// The smallest margin, in mean radii: less of it would make lists hardly shorter.
+const SMALLEST_MARGIN: f64 = 0.1;
 
 /// Devices round short buffers up, and kernels ask how long they are.
 pub const LEAST_LENGTH: usize = 16;

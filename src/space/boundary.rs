@@ -15,6 +15,12 @@ pub fn nearest_image(s: &State, a: DVec3, b: DVec3, low: DVec3) -> Point {
     k.map_or(Point { x: d, low }, |k| Point { x: d - s.params.period * k, low: low - s.params.period_low * k })
 }
 
+/// The same of a difference in double precision, without a branch.
+#[inline(always)]
+pub fn nearest_image_of(s: &State, d: DVec3) -> DVec3 {
+    d - s.params.period * (d * s.params.inverse_period + DVec3::splat(0.5)).floor()
+}
+
 /// The image of a point that lies in the domain, split anew.
 #[inline(always)]
 pub fn wrap(s: &State, p: Point) -> Point {
