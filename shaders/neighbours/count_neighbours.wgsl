@@ -18,11 +18,11 @@ fn count_neighbours(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_
     let fixed = velocity[i].inverse_mass == 0;
     let own = level_of(here.radius);
     let reach = params.margin + counting_slack(own);
-    let around = surroundings(here, own);
+    var around = surroundings(here, own);
     let all = spans(around);
     var entries = entries_across(i);
     for (var m = 0u; m < all; m++) {
-        let cells = span(around, m);
+        let cells = span(&around, m);
         let last = cell_start[cells.y];
         for (var j = cell_start[cells.x]; j < last; j++) {
             if (closer_than(here, position[j], reach) && !same_grain(i, j)) {

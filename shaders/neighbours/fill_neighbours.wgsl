@@ -18,12 +18,12 @@ fn fill_neighbours(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_w
     }
     let end = list_start[i + 1u] - entries_across(i);
     let here = position[i];
-    let around = surroundings(here, level_of(here.radius));
+    var around = surroundings(here, level_of(here.radius));
     let all = spans(around);
     var entry = list_start[i];
     var missed = 0u;
     for (var m = 0u; m < all; m++) {
-        let cells = span(around, m);
+        let cells = span(&around, m);
         let last = cell_start[cells.y];
         for (var j = cell_start[cells.x]; j < last; j++) {
             if (closer_than(here, position[j], params.margin) && !same_grain(i, j)) {
