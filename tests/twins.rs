@@ -257,7 +257,9 @@ fn twins_agree(precision: Precision, arrays: Arrays) {
     for (k, model) in covering(precision).into_iter().enumerate() {
         let scene = random_scene(&model, k as u64);
         assert_eq!(Model::of(&scene, precision), model, "the scene must ask for the model it is made for");
-        let report: Result<Report> = check(&scene, Options { precision, arrays, ..Options::default() }, 3, 3, 0);
+        // Lists one after the other, and side by side.
+        let options = Options { precision, arrays, lists_abreast: Some([1, 8, 32][k % 3]), ..Options::default() };
+        let report: Result<Report> = check(&scene, options, 3, 3, 0);
         match report {
             Err(e) if packstone::gpu::adapters().is_empty() && without_gpu(&e) => return,
             Err(e) if e.to_string().contains("has no images for arrays") => return println!("skipped: {e}"),
@@ -297,7 +299,9 @@ fn double_precision_kernels_agree_with_their_twins() {
 fn many_contacts_at_a_time_are_as_one_by_one() {
     let advancing = |m: &Model| m.method == MethodSlot::DiscreteElements && m.grains == Grains::Spheres;
     for (k, model) in covering(Precision::Double).into_iter().filter(advancing).enumerate() {
-        let options = Options { engine: EngineChoice::Cpu, entries: Some(100_000), ..Options::default() };
+        let lists_abreast = Some([1, 32][k % 2]);
+        let options =
+            Options { engine: EngineChoice::Cpu, entries: Some(100_000), lists_abreast, ..Options::default() };
         let Setup { mut state, plans, .. } = Setup::new(&random_scene(&model, k as u64), &options).unwrap();
         let run = |plan: &Plan, state: &mut State| plan.ops().iter().for_each(|op| apply(op, state));
         run(&plans.lists, &mut state);

@@ -9,14 +9,15 @@ fn list_across(i: u32, j: u32) -> u32 {
     if (filled >= own) {
         return 1u;
     }
-    neighbour[list_start[i + 1u] - own + filled] = j;
+    let list = list_of(i);
+    neighbour[list.end - list.step * (own - filled)] = j;
     return 0u;
 }
 
 @compute @workgroup_size(WG)
 fn fill_across_levels(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
-    if (i >= params.bodies || list_start[params.bodies] > params.entries) {
+    if (i >= params.bodies || all_entries() > params.entries) {
         return;
     }
     let here = position[i];

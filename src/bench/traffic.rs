@@ -204,11 +204,11 @@ fn distinct(mut numbers: Vec<usize>) -> usize {
 }
 
 /// Run a scene for so many steps on the host, and count what its kernels would do in single precision in the next one,
-/// for warps of all widths: a table in Markdown.
+/// for warps of all widths, with so many lists side by side: a table in Markdown.
 ///
 /// # Errors
 /// As [`Simulation::new`] and [`Simulation::advance`].
-pub fn table(assembly: Assembly, steps: u64) -> Result<String> {
+pub fn table(assembly: Assembly, steps: u64, lists_abreast: u32) -> Result<String> {
     let model = Model::of(&assembly, Precision::Single);
     let kernels = match model.method {
         Method::DiscreteElements => DISCRETE_ELEMENTS,
@@ -216,7 +216,8 @@ pub fn table(assembly: Assembly, steps: u64) -> Result<String> {
     };
     let plans = Plans::new(&model);
     let layouts = layouts(&model, &plans)?;
-    let mut simulation = Simulation::new(assembly, Options { engine: EngineChoice::Cpu, ..Options::default() })?;
+    let options = Options { engine: EngineChoice::Cpu, lists_abreast: Some(lists_abreast), ..Options::default() };
+    let mut simulation = Simulation::new(assembly, options)?;
     simulation.advance(steps)?;
     let s = simulation.read(&[&LIST_START, &NEIGHBOUR])?;
     let head = ["kernel", "lanes", "passes", "list", "lines", "sectors", "bytes", "gathered B/grain"];
@@ -244,14 +245,15 @@ mod tests {
     fn row() -> State {
         let rough = |m: &&Model| m.dims() == 3 && m.tangential == Tangential::Coulomb;
         let model = *Model::all(Precision::Single).iter().find(rough).unwrap();
-        let mut s = State::new(model, Sizes { bodies: 10, entries: 18, ..Sizes::default() }, Params::default());
-        s.neighbour.clear();
+        let sizes = Sizes { bodies: 10, entries: 64, slice_shift: 5, ..Sizes::default() };
+        let mut s = State::new(model, sizes, Params::default());
+        s.list_start.copy_from_slice(&[0, 64]);
+        s.neighbour.fill(NONE);
         for i in 0..10u32 {
-            s.list_start[i as usize] = s.neighbour.len() as u32;
             let next = (i < 9).then_some((i + 1) | ACTIVE);
-            s.neighbour.extend(i.checked_sub(1).into_iter().chain(next));
+            let list = i.checked_sub(1).into_iter().chain(next);
+            s.row(i as usize).zip(list).for_each(|(entry, tagged)| s.neighbour[entry] = tagged);
         }
-        s.list_start[10] = 18;
         s
     }
 
@@ -269,9 +271,9 @@ mod tests {
         // Touching are 1, and 9 others: first round 1, and none; second 2 … 8, and 9.
         let touching = count(&s, &[access(&VELOCITY, Of::Neighbour, true, 16, 16)], 8);
         assert_eq!(touching, Count { lines: 1 + 2 + 1, sectors: 1 + 4 + 1, bytes: 9 * 16, gathered: 5, ..all });
-        // Entries of 12 bytes, the first number of each: 0, 1, 3, 5 … 13, and 15, 17; then 2, 4 … 14, and 16.
+        // Entries of 12 bytes, the first number of each: 0 … 7, and 8, 9; then 32 + 1 … 32 + 7, and 32 + 8.
         let entries = count(&s, &[access(&TANGENTIAL_FORCE, Of::Entry, false, 12, 4)], 8);
-        assert_eq!(entries, Count { lines: 2 + 1 + 2 + 1, sectors: 5 + 2 + 6 + 1, bytes: 18 * 4, ..all });
+        assert_eq!(entries, Count { lines: 1 + 1 + 1 + 1, sectors: 3 + 1 + 3 + 1, bytes: 18 * 4, ..all });
     }
 
     /// What is bound is touched: an array that a kernel gets anew cannot be forgotten here.

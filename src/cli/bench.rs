@@ -2,7 +2,10 @@
 
 use super::common::{INTERRUPTED, STOPPED, SceneArgs, complain, say};
 use super::run::{interrupted, listen};
-use packstone::bench::{self, Effort, Point, Suite, hard, report, traffic};
+use packstone::{
+    bench::{self, Effort, Point, Suite, hard, report, traffic},
+    simulation::LISTS_ABREAST,
+};
 use std::{ops::ControlFlow, path::PathBuf, process::ExitCode};
 
 /// Speed beside error: fixed cases over engine, precision and time step
@@ -56,6 +59,9 @@ struct TrafficArgs {
     /// Steps before the one that is counted
     #[arg(long, value_name = "N", default_value_t = 100)]
     steps: u64,
+    /// Lists that lie side by side, a power of two
+    #[arg(long, value_name = "N", default_value_t = LISTS_ABREAST)]
+    lists_abreast: u32,
 }
 
 /// The hard cases for DEM as the table of docs/hard-cases.md; needs the source tree, which has their scenes
@@ -85,7 +91,7 @@ fn hard(args: &HardArgs) -> anyhow::Result<ExitCode> {
 
 fn traffic(args: &TrafficArgs) -> anyhow::Result<ExitCode> {
     let (_, assembly) = args.scene.load(&[])?;
-    say(traffic::table(assembly, args.steps)?.trim_end());
+    say(traffic::table(assembly, args.steps, args.lists_abreast)?.trim_end());
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,7 +1,7 @@
 //! Twin of `shaders/dem/advance.wgsl`: contact forces at step n, then leapfrog: n - 1/2 to n + 1/2 (2.19), n to n + 1
 //! (2.20). Large grains have a stage of their own.
 
-use crate::body::blocks::{BLOCK, by_body};
+use crate::body::blocks::{BLOCK, by_body, row_in_run};
 use crate::{
     body::{
         Body, ForceTorque,
@@ -94,7 +94,7 @@ fn advance_block(s: &State, first: usize, run: Range<usize>, block: &mut Block) 
         let k = i - first;
         let mut sum = of_grains[k];
         let here = body(s, i);
-        let walls = first_wall[k]..row_in_block(s, first, i).end;
+        let walls = row_in_run(s, first, i).skip(first_wall[k]);
         let crossed = forces_of_walls(s, i, &here, walls, &mut block.lists, &mut sum);
         let change = velocity_change(s, &here.velocity, sum.force);
         let changed = changed_velocities(s, i, &here, change, sphere_spin_change(s, &here, sum.torque, spin_change));
@@ -106,7 +106,7 @@ fn advance_block(s: &State, first: usize, run: Range<usize>, block: &mut Block) 
     limits
 }
 
-/// What grains do to the grains of a block, and the entries where their walls begin.
+/// What grains do to the grains of a block, and how many entries come before their walls.
 pub struct Sums {
     pub of_grains: [ForceTorque; BLOCK],
     pub first_wall: [usize; BLOCK],
@@ -146,13 +146,6 @@ pub fn forces_of_grains(s: &State, first: usize, run: Range<usize>, lists: &mut 
     sums
 }
 
-/// The entries of grain i, counted from the first of its block.
-#[inline(always)]
-pub fn row_in_block(s: &State, first: usize, i: usize) -> Range<usize> {
-    let begin = s.list_start[first];
-    (s.list_start[i] - begin) as usize..(s.list_start[i + 1] - begin) as usize
-}
-
 /// The entries of grains that may act on each other.
 #[inline(always)]
 fn near_entries(
@@ -165,13 +158,13 @@ fn near_entries(
     let mut entries = vec![ListEntry::default(); lists.neighbour.len()];
     let mut found = 0;
     for (i, first_wall) in run.clone().zip(&mut first_wall[run.start - first..]) {
-        let (here, row) = (&s.position[i], row_in_block(s, first, i));
-        *first_wall = row.end;
-        for entry in row {
+        let (here, row) = (&s.position[i], row_in_run(s, first, i));
+        *first_wall = row.len();
+        for (k, entry) in row.enumerate() {
             let tagged = &mut lists.neighbour[entry];
             let j = *tagged & INDEX;
             let Some(there) = s.position.get(j as usize) else {
-                *first_wall = entry;
+                *first_wall = k;
                 break;
             };
             let near = closer_than(s, here, there, s.params.reach);
@@ -191,7 +184,7 @@ pub fn forces_of_walls(
     s: &State,
     i: usize,
     here: &Body,
-    entries: Range<usize>,
+    entries: impl Iterator<Item = usize>,
     lists: &mut Lists,
     sum: &mut ForceTorque,
 ) -> bool {

@@ -1,9 +1,9 @@
 //! Twin of `shaders/dem/member_forces.wgsl`: contact forces at step n on every member of a clump.
 
 use crate::{
-    body::blocks::{BLOCK, by_body},
+    body::blocks::{BLOCK, by_body, row_in_run},
     contact::history::{Lists, with_lists},
-    dem::advance::{Sums, forces_of_grains, forces_of_walls, row_in_block},
+    dem::advance::{Sums, forces_of_grains, forces_of_walls},
 };
 use crate::{
     body::bodies::body,
@@ -53,7 +53,7 @@ impl WithSimd for Work<'_> {
         let mut bad = 0;
         for (k, (member_force, member_torque)) in self.member_force.iter_mut().zip(self.member_torque).enumerate() {
             let (i, mut sum) = (first + k, of_grains[k]);
-            let walls = first_wall[k]..row_in_block(s, first, i).end;
+            let walls = row_in_run(s, first, i).skip(first_wall[k]);
             if forces_of_walls(s, i, &body(s, i), walls, &mut self.lists, &mut sum) {
                 bad = bad.max(s.params.bodies - s.id[i]);
             }
