@@ -92,6 +92,7 @@ struct Params {
     levels: u32,                   // of the grid
     bodies: u32,                   // grains; members of clumps
     large: u32,                    // those of them that are so large that workgroups serve them, one each; the last ones
+    slice_shift: u32,        // of all but these, 2^slice_shift lists lie side by side
     clumps: u32,
     arm_shift: u32,                // the quantum is 2^this units of arms (at most 2^26; 0 if it is less than one)
     arm_shift_fine: u32,           // and 2^this of their fine units, which are 2^-11 units
@@ -120,10 +121,10 @@ struct Counters {
 
 var<storage, read_write> counters: Counters;
 
-// Neighbour lists: grain i has the entries list_start[i] to list_start[i + 1], in ascending order of the neighbours'
+// Neighbour lists: a grain's entries lie where `list_of` says, in ascending order of the neighbours'
 // ids, then walls. An entry is the neighbour's index, or bodies + w for wall w; its top bit says that the contact has a
 // history.
-var<storage, read_write> list_start: array<u32>; // N + 1
+var<storage, read_write> list_start: array<u32>; // slices + 1: first entries
 var<storage, read_write> neighbour: array<u32>;  // entries
 
 /// `halt` counts the steps done in this chunk; from here on it says that no more are to be done.

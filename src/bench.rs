@@ -21,6 +21,7 @@ pub mod report;
 mod results;
 mod sizes;
 mod speed;
+pub mod traffic;
 mod trajectory;
 pub mod trial;
 pub mod tune;

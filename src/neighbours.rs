@@ -22,9 +22,13 @@ mod sort;
 
 use crate::{stage::*, state::*};
 
+fn cells(sizes: &Sizes) -> usize {
+    sizes.cells
+}
+
 /// The stages of an exclusive prefix sum in place: of which array, and how many items it has one more than.
 macro_rules! prefix_sum {
-    ($handle:ident, $array:ident, $items:ident) => {
+    ($handle:ident, $array:ident, $items:expr) => {
         [
             Stage {
                 kernel: "scan_reduce",
@@ -33,7 +37,7 @@ macro_rules! prefix_sum {
                     "neighbours",
                     concat!("scan_reduce ", stringify!($array)),
                     |s| scan::scan_reduce(&s.$array, &mut s.tile_sum),
-                    |sizes| sizes.$items / TILE + 1,
+                    |sizes| $items(sizes) / TILE + 1,
                 )
             },
             Stage {
@@ -54,7 +58,7 @@ macro_rules! prefix_sum {
                     "neighbours",
                     concat!("scan_down ", stringify!($array)),
                     |s| scan::scan_down(&mut s.$array, &s.tile_sum),
-                    |sizes| sizes.$items / TILE + 1,
+                    |sizes| $items(sizes) / TILE + 1,
                 )
             },
         ]
@@ -87,7 +91,7 @@ pub static SORT: Stage = Stage {
 };
 
 /// Broad phase 3: ascending numbers inside cells.
-pub static ORDER_CELLS: Stage = Stage::new("neighbours", "order_cells", order_cells::order_cells, |sizes| sizes.cells);
+pub static ORDER_CELLS: Stage = Stage::new("neighbours", "order_cells", order_cells::order_cells, cells);
 
 /// Broad phase 4: grains into that order.
 pub static PERMUTE: Stage = Stage::new("neighbours", "permute", permute::permute, bodies);
@@ -98,14 +102,15 @@ pub static COUNT_ACROSS_LEVELS: Stage = Stage {
     ..Stage::new("neighbours", "count_across_levels", count_across_levels::count_across_levels, bodies)
 };
 
-/// Neighbour lists 2: entries per grain.
+/// Neighbour lists 2: entries per slice.
 pub static COUNT_NEIGHBOURS: Stage = Stage {
+    bind: &[("slice_entries", &array::LIST_START)],
     check: Check { undecided: Undecided::Reach, ..Check::ROUNDING },
-    ..Stage::new("neighbours", "count_neighbours", count_neighbours::count_neighbours, bodies_plus_one)
+    ..Stage::new("neighbours", "count_neighbours", count_neighbours::count_neighbours, bodies)
 };
 
 /// Prefix sum of `list_start`.
-pub static SCAN_LISTS: [Stage; 3] = prefix_sum!(LIST_START, list_start, bodies);
+pub static SCAN_LISTS: [Stage; 3] = prefix_sum!(LIST_START, list_start, Sizes::slices);
 
 /// Neighbour lists 3: neighbours on the own level.
 pub static FILL_NEIGHBOURS: Stage = Stage {

@@ -51,6 +51,9 @@ pub struct Simulation {
     dt_bound: f64,
 }
 
+/// Lists that lie side by side on a GPU: as many as most have lanes in a warp.
+pub const LISTS_ABREAST: u32 = 32;
+
 /// How steps are done.
 enum Stepper {
     Dem,
@@ -71,7 +74,10 @@ fn build(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engin
         if device.software && options.engine == EngineChoice::Auto {
             return on_cpu(&format!("{} is a software driver", device.summary.name));
         }
-        let setup = Setup::new(assembly, options)?;
+        // The cores behind a software driver read ahead along a list.
+        let suitable = if device.software { 1 } else { LISTS_ABREAST };
+        let lists_abreast = options.lists_abreast.or(Some(suitable));
+        let setup = Setup::new(assembly, &Options { lists_abreast, ..*options })?;
         let gpu = Gpu::new(device, &setup.plans, &setup.state)?;
         let real = if double { "f64" } else { "f32" };
         let why = if options.engine == EngineChoice::Gpu { "asked for" } else { "best adapter found" };

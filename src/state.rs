@@ -14,6 +14,8 @@ use std::{
     any::Any,
     fmt,
     hash::{Hash, Hasher},
+    iter::StepBy,
+    ops::Range,
 };
 
 /// Content of a list entry: `NONE`, `INDEX` and `ACTIVE` of `state.wgsl`.
@@ -259,6 +261,7 @@ record!(
         levels: u32,
         bodies: u32,
         large: u32,
+        slice_shift: u32,
         clumps: u32,
         arm_shift: u32,
         arm_shift_fine: u32,
@@ -364,6 +367,8 @@ pub enum Length {
     Levels,
     CellsPlusOne,
     Tiles,
+    /// Of lists, see `neighbours/entries.wgsl`.
+    SlicesPlusOne,
     Entries,
     History,
     Contacts,
@@ -381,6 +386,8 @@ pub struct Sizes {
     pub bodies: usize,
     /// Those of them that workgroups serve, one each.
     pub large: usize,
+    /// Of all others, 2^slice_shift lists lie side by side.
+    pub slice_shift: u32,
     pub clumps: usize,
     pub walls: usize,
     pub materials: usize,
@@ -427,6 +434,27 @@ impl Sizes {
         self.large + (self.bodies - self.large).div_ceil(GROUP)
     }
 
+    /// Slices of lists.
+    pub fn slices(&self) -> usize {
+        self.slice_of(self.bodies)
+    }
+
+    /// The slice that grain i is in; large grains have one each.
+    pub fn slice_of(&self, i: usize) -> usize {
+        let others = self.bodies - self.large;
+        if i < others { i >> self.slice_shift } else { others.div_ceil(1 << self.slice_shift) + (i - others) }
+    }
+
+    /// The grains in a slice, and how many lists lie side by side there.
+    pub fn lists_of_slice(&self, slice: usize) -> (Range<usize>, usize) {
+        let others = self.bodies - self.large;
+        let lists = 1 << self.slice_shift;
+        match slice.checked_sub(others.div_ceil(lists)) {
+            None => (slice * lists..((slice + 1) * lists).min(others), lists),
+            Some(large) => (others + large..others + large + 1, 1),
+        }
+    }
+
     /// Number of elements. Never 0: a device has no empty buffers.
     pub fn of(&self, length: Length) -> usize {
         let len = match length {
@@ -441,6 +469,7 @@ impl Sizes {
             Length::Levels => self.levels,
             Length::CellsPlusOne => self.cells + 1,
             Length::Tiles => self.cells.max(self.bodies) / TILE + 1,
+            Length::SlicesPlusOne => self.slices() + 1,
             Length::Entries => self.entries,
             Length::History => self.history,
             Length::Contacts => self.contacts,
@@ -578,12 +607,20 @@ impl State {
 
     /// Whether there are entries for all neighbours.
     pub fn lists_fit(&self) -> bool {
-        self.list_start[self.sizes.bodies] as usize <= self.neighbour.len()
+        self.all_entries() <= self.neighbour.len()
+    }
+
+    /// Entries of all lists.
+    pub fn all_entries(&self) -> usize {
+        self.list_start[self.sizes.slices()] as usize
     }
 
     /// The list entries of grain i.
-    pub fn row(&self, i: usize) -> std::ops::Range<usize> {
-        self.list_start[i] as usize..self.list_start[i + 1] as usize
+    pub fn row(&self, i: usize) -> StepBy<Range<usize>> {
+        let slice = self.sizes.slice_of(i);
+        let (grains, lists) = self.sizes.lists_of_slice(slice);
+        let lane = i - grains.start;
+        (self.list_start[slice] as usize + lane..self.list_start[slice + 1] as usize + lane).step_by(lists)
     }
 }
 
@@ -713,7 +750,7 @@ state! {
     TILE_SUM tile_sum: u32, Tiles, Number, "sums of the prefix sum", always;
     ACROSS across: u32, Bodies, Number, "entries for neighbours on other levels", leveled;
     ACROSS_FILLED across_filled: u32, Bodies, Number, "how many of them are filled", leveled;
-    LIST_START list_start: u32, BodiesPlusOne, Number, "index into neighbour", always;
+    LIST_START list_start: u32, SlicesPlusOne, Number, "index into neighbour", always;
     NEIGHBOUR neighbour: u32, Entries, Number, "index and flag; wall w is bodies + w", always;
     TANGENTIAL_FORCE tangential_force: Packed, Entries, Force, "", frictional;
     IMPULSE impulse: Packed, Entries, Impulse, "", rigid;

@@ -435,6 +435,7 @@ fn bookkeeping_leaves_no_trace() {
                 ("a slot or two per grain", growing.0),
                 ("lists every step", run(Options { longest_chunk: 1, ..usual }).0),
                 ("lists every three steps", run(Options { longest_chunk: 3, ..usual }).0),
+                ("lists side by side", run(Options { lists_abreast: Some(32), ..usual }).0),
             ] {
                 assert!(found == reference, "{dimension}D {}: {what}: other bits", bench.name);
             }
@@ -529,7 +530,7 @@ fn lists_that_grow_keep_the_springs() {
             let mut simulation = bench.start(&scene);
             let mut needed = |steps: u64| {
                 simulation.advance(steps).unwrap();
-                simulation.read(&[&array::LIST_START]).unwrap().list_start[scene.grains.len()] as usize
+                simulation.read(&[&array::LIST_START]).unwrap().all_entries()
             };
             let (few, many) = (needed(0), needed(100));
             assert!(many > few + 8, "the lists do not grow: {few} to {many}");

@@ -338,7 +338,7 @@ fn contacts_of_a_colour_share_no_grain() {
                 assert!(turn.second as usize == j && (turn.first == NONE || turn.first as usize == i));
                 if j < bodies {
                     let back = turn.back as usize;
-                    assert!(s.row(j).contains(&back) && (s.neighbour[back] & INDEX) as usize == i);
+                    assert!(s.row(j).any(|entry| entry == back) && (s.neighbour[back] & INDEX) as usize == i);
                     assert_eq!(s.neighbour[back] & ACTIVE, s.neighbour[slot] & ACTIVE, "both know of it");
                 }
                 listed += 1;

@@ -250,7 +250,9 @@ fn twins_agree(precision: Precision, arrays: Arrays) {
     for (k, model) in covering(precision).into_iter().enumerate() {
         let scene = random_scene(&model, k as u64);
         assert_eq!(Model::of(&scene, precision), model, "the scene must ask for the model it is made for");
-        let report: Result<Report> = check(&scene, Options { precision, arrays, ..Options::default() }, 3, 3, 0);
+        // Lists one after the other, and side by side.
+        let options = Options { precision, arrays, lists_abreast: Some([1, 8, 32][k % 3]), ..Options::default() };
+        let report: Result<Report> = check(&scene, options, 3, 3, 0);
         match report {
             Err(e) if packstone::gpu::adapters().is_empty() && without_gpu(&e) => return,
             Err(e) if e.to_string().contains("has no images for arrays") => return println!("skipped: {e}"),

@@ -66,7 +66,7 @@ fn crowd(dimension: usize, ratio: f64, periodic: bool, count: usize) -> Assembly
 
 /// The neighbours of grain i that its list has, as ids in the order of the list.
 fn listed(s: &State, i: usize) -> Vec<u32> {
-    let entries = s.neighbour[s.row(i)].iter().take_while(|entry| **entry != NONE);
+    let entries = s.row(i).map(|entry| s.neighbour[entry]).take_while(|entry| *entry != NONE);
     entries.map(|entry| (entry & INDEX) as usize).filter(|j| *j < s.sizes.bodies).map(|j| s.id[j]).collect()
 }
 
@@ -320,7 +320,7 @@ fn cost(scene: &Assembly) -> Cost {
         cells: per_grain(s.sizes.cells),
         spans: per_grain(spans),
         candidates: per_grain(candidates),
-        entries: per_grain(s.row(bodies - 1).end),
+        entries: per_grain(s.all_entries()),
         large: s.sizes.large,
         bytes: simulation.bytes_per_particle().unwrap(),
     }

@@ -19,8 +19,8 @@ struct Contact {
 /// All contacts of grain i, in ascending order of the other's id. What contacts remember stays as it is.
 fn contacts_of(i: u32, here: Body) -> ForceTorque {
     var sum = ForceTorque();
-    let end = list_start[i + 1u];
-    for (var entry = list_start[i]; entry < end; entry++) {
+    let list = list_of(i);
+    for (var entry = list.begin; entry < list.end; entry += list.step) {
         let tagged = neighbour[entry];
         if (tagged == NONE) {
             break;

@@ -210,10 +210,11 @@ struct BodyForces {
 
 /// All contacts of body i, gathered in ascending order of the other's id. Their history is kept.
 fn body_forces(i: u32, here: Body) -> BodyForces {
-    let end = list_start[i + 1u];
+    let list = list_of(i);
+    let end = list.end;
     var forces = BodyForces();
-    var entry = list_start[i];
-    for (; entry < end; entry++) {
+    var entry = list.begin;
+    for (; entry < end; entry += list.step) {
         let tagged = neighbour[entry];
         let j = tagged & INDEX;
         if (j >= params.bodies) {
@@ -240,7 +241,7 @@ fn body_forces(i: u32, here: Body) -> BodyForces {
                 forces.crossed |= is_crossed(contact.gap, here.position.radius);
             }
             set_active(entry, tagged, contact.is_active);
-            entry++;
+            entry += list.step;
         } else {
             entry = end;
         }

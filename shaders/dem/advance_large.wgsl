@@ -42,7 +42,8 @@ fn advance_large(
     let i = params.bodies - params.large + min(place, params.large - 1u);
     let moves = place < params.large && halt < HALTED;
     if (lane == 0u) {
-        own_row = select(vec2<u32>(0u), vec2<u32>(list_start[i], list_start[i + 1u]), moves);
+        let list = list_of(i);
+        own_row = select(vec2<u32>(0u), vec2<u32>(list.begin, list.end), moves);
     }
     let row = workgroupUniformLoad(&own_row);
     set_seed(params.step + halt);

@@ -11,8 +11,8 @@ fn with_body(before: PartialSums, i: u32) -> PartialSums {
     var force = Vec();
     var torque = Spin();
     var drag = ForceTorque(); // of all dashpots
-    let end = list_start[i + 1u];
-    for (var entry = list_start[i]; entry < end; entry++) {
+    let list = list_of(i);
+    for (var entry = list.begin; entry < list.end; entry += list.step) {
         let tagged = neighbour[entry];
         if (tagged == NONE) {
             break;

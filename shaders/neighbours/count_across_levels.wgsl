@@ -13,10 +13,10 @@ fn count_across_levels(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(n
     var entries = 0u;
     for (var k = level_of(here.radius) + 1u; k < params.levels; k++) {
         let reach = params.margin + counting_slack(k);
-        let around = surroundings(here, k);
+        var around = surroundings(here, k);
         let all = spans(around);
         for (var m = 0u; m < all; m++) {
-            let cells = span(around, m);
+            let cells = span(&around, m);
             let last = cell_start[cells.y];
             for (var j = cell_start[cells.x]; j < last; j++) {
                 if (closer_than(here, position[j], reach) && !same_grain(i, j)) {

@@ -4,7 +4,7 @@
 @compute @workgroup_size(WG)
 fn displacement_check(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
-    if (i >= params.bodies || list_start[params.bodies] > params.entries) {
+    if (i >= params.bodies || all_entries() > params.entries) {
         return;
     }
     // Floats that are not negative are ordered like their bits.

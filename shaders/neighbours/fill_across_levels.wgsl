@@ -9,23 +9,24 @@ fn list_across(i: u32, j: u32) -> u32 {
     if (filled >= own) {
         return 1u;
     }
-    neighbour[list_start[i + 1u] - own + filled] = j;
+    let list = list_of(i);
+    neighbour[list.end - list.step * (own - filled)] = j;
     return 0u;
 }
 
 @compute @workgroup_size(WG)
 fn fill_across_levels(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
-    if (i >= params.bodies || list_start[params.bodies] > params.entries) {
+    if (i >= params.bodies || all_entries() > params.entries) {
         return;
     }
     let here = position[i];
     var missed = 0u;
     for (var k = level_of(here.radius) + 1u; k < params.levels; k++) {
-        let around = surroundings(here, k);
+        var around = surroundings(here, k);
         let all = spans(around);
         for (var m = 0u; m < all; m++) {
-            let cells = span(around, m);
+            let cells = span(&around, m);
             let last = cell_start[cells.y];
             for (var j = cell_start[cells.x]; j < last; j++) {
                 if (closer_than(here, position[j], params.margin) && !same_grain(i, j)) {

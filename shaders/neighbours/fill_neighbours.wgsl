@@ -10,33 +10,34 @@ fn fill_neighbours(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_w
         return;
     }
     if (i == 0u) {
-        atomicMax(&counters.entries_needed, list_start[params.bodies]);
+        atomicMax(&counters.entries_needed, all_entries());
     }
-    if (list_start[params.bodies] > params.entries) {
+    if (all_entries() > params.entries) {
         atomicMax(&halt, HALTED); // the host will grow the lists and come back
         return;
     }
-    let end = list_start[i + 1u] - entries_across(i);
+    let list = list_of(i);
+    let end = list.end - list.step * entries_across(i);
     let here = position[i];
-    let around = surroundings(here, level_of(here.radius));
+    var around = surroundings(here, level_of(here.radius));
     let all = spans(around);
-    var entry = list_start[i];
+    var entry = list.begin;
     var missed = 0u;
     for (var m = 0u; m < all; m++) {
-        let cells = span(around, m);
+        let cells = span(&around, m);
         let last = cell_start[cells.y];
         for (var j = cell_start[cells.x]; j < last; j++) {
             if (closer_than(here, position[j], params.margin) && !same_grain(i, j)) {
-                if (entry == end) {
+                if (entry >= end) {
                     missed++;
                     continue;
                 }
                 neighbour[entry] = j;
-                entry++;
+                entry += list.step;
             }
         }
     }
-    for (; entry < end; entry++) {
+    for (; entry < end; entry += list.step) {
         neighbour[entry] = NONE;
     }
     if (missed != 0u) {

@@ -11,7 +11,7 @@ struct Level {
     radius: Real,      // m, of its largest grain
     cells: vec3<u32>,  // per axis of the grid
     first_cell: u32,   // the cells of all levels follow each other
-    strip: u32,        // rows
+    strip: u32,        // rows, a power of two
 }
 
 var<storage, read> level: array<Level>;      // finest first
@@ -23,12 +23,29 @@ const HAIR = 1.001;
 /// Cell of a point, by axis of the grid, before the grid wraps around.
 fn cell_of(x: Vec, inverse_cell: Vec) -> vec3<i32> {
     let at = cell_coordinates((x - params.cell_origin) * inverse_cell);
-    return vec3<i32>(at[params.axes.x], at[params.axes.y], at[params.axes.z]);
+    return vec3<i32>(component(at, params.axes.x), component(at, params.axes.y), component(at, params.axes.z));
 }
 
+/// Chosen by hand, because devices put vectors with an index that is no constant into memory.
+fn component(v: vec3<i32>, axis: u32) -> i32 {
+    return select(select(v.x, v.y, axis == 1u), v.z, axis == 2u);
+}
+
+/// The rest of a division by the number of cells, from 0 up. The whole number of an integer division would be slow; that
+/// of a quotient of floats may be off by one or, far away, by more.
 fn wrapped(c: vec3<i32>, cells: vec3<u32>) -> vec3<u32> {
     let size = vec3<i32>(cells);
-    return vec3<u32>((c % size + size) % size);
+    var rest = once_around(c, size);
+    while (any(rest < vec3<i32>()) || any(rest >= size)) {
+        let times = floor(vec3<f32>(rest) / vec3<f32>(size));
+        rest = once_around(rest - vec3<i32>(times) * size, size);
+    }
+    return vec3<u32>(rest);
+}
+
+fn once_around(c: vec3<i32>, size: vec3<i32>) -> vec3<i32> {
+    let up = c + select(vec3<i32>(), size, c < vec3<i32>());
+    return up - select(vec3<i32>(), size, up >= size);
 }
 
 /// Cell of a grain, among the cells of all levels.
@@ -40,7 +57,7 @@ fn cell_index(here: Position) -> u32 {
 
 /// The first cell of a row: strip by strip, and in each the second axis fastest.
 fn row_start(grid: Level, row: vec2<u32>) -> u32 {
-    let begin = row.x / grid.strip * grid.strip;
+    let begin = row.x & ~(grid.strip - 1u);
     let width = min(grid.strip, grid.cells.y - begin);
     return grid.first_cell + grid.cells.x * (begin * grid.cells.z + row.y * width + (row.x - begin));
 }
@@ -50,6 +67,7 @@ struct Surroundings {
     first: vec3<u32>,
     count: vec3<u32>,
     grid: Level,
+    row: vec2<u32>, // of the next span, from the first on
 }
 
 /// The cells of level k whose grains may be on the list of a grain.
@@ -59,7 +77,7 @@ fn surroundings(here: Position, k: u32) -> Surroundings {
     let lower = cell_of(here.x - reach, grid.inverse_cell);
     let upper = cell_of(here.x + reach, grid.inverse_cell);
     let count = min(vec3<u32>(upper - lower) + vec3<u32>(1u), grid.cells);
-    return Surroundings(wrapped(lower, grid.cells), count, grid);
+    return Surroundings(wrapped(lower, grid.cells), count, grid, vec2<u32>());
 }
 
 /// How many spans of cells they are.
@@ -68,15 +86,19 @@ fn spans(around: Surroundings) -> u32 {
 }
 
 /// The k-th span of cells: first, and one past the last. Every row has two: what comes before the end of the row, and
-/// what lies around the corner.
-fn span(around: Surroundings, k: u32) -> vec2<u32> {
-    let step = vec2<u32>((k / 2u) % around.count.y, k / 2u / around.count.y);
-    let cells = around.grid.cells;
-    let begin = row_start(around.grid, (around.first.yz + step) % cells.yz);
-    let end = around.first.x + around.count.x;
+/// what lies around the corner. To be asked for one after the other.
+fn span(around: ptr<function, Surroundings>, k: u32) -> vec2<u32> {
+    let here = *around;
+    let cells = here.grid.cells;
+    var row = here.first.yz + here.row;
+    row -= select(vec2<u32>(), cells.yz, row >= cells.yz);
+    let begin = row_start(here.grid, row);
+    let end = here.first.x + here.count.x;
     if (k % 2u == 0u) {
-        return begin + vec2<u32>(around.first.x, min(end, cells.x));
+        return begin + vec2<u32>(here.first.x, min(end, cells.x));
     }
+    let last = here.row.x + 1u == here.count.y;
+    (*around).row = select(vec2<u32>(here.row.x + 1u, here.row.y), vec2<u32>(0u, here.row.y + 1u), last);
     return begin + vec2<u32>(0u, max(end, cells.x) - cells.x);
 }
 

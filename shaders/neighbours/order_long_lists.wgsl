@@ -41,9 +41,9 @@ fn order_long_lists(
     let i = params.bodies - params.large + min(place, params.large - 1u);
     if (lane == 0u) {
         own_row = Row();
-        if (place < params.large && list_start[params.bodies] <= params.entries) {
-            let end = list_start[i + 1u];
-            own_row = Row(list_start[i], end - (entries_across(i) - filled_across(i)), end);
+        if (place < params.large && all_entries() <= params.entries) {
+            let list = list_of(i);
+            own_row = Row(list.begin, list.end - (entries_across(i) - filled_across(i)), list.end);
         }
     }
     let row = workgroupUniformLoad(&own_row);
@@ -85,7 +85,7 @@ fn order_long_lists(
     atomicAdd(&grains, own);
     workgroupBarrier();
     if (lane == 0u && row.end > row.begin) {
-        own_row.filled = list_walls(i, row.begin + atomicLoad(&grains), row.end);
+        own_row.filled = list_walls(i, List(row.begin, row.end, 1u), row.begin + atomicLoad(&grains));
     }
     storageBarrier();
     let listed = workgroupUniformLoad(&own_row);

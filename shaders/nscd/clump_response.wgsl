@@ -11,7 +11,10 @@ fn respond_to_members(c: u32) -> ResidualSums {
     var entries = 0u;
     for (var member_id = first_member[c]; member_id < first_member[c + 1u]; member_id++) {
         let i = index_of_id[member_id];
-        entries += list_start[i + 1u] - list_start[i];
+        let list = list_of(i);
+        for (var entry = list.begin; entry < list.end && neighbour[entry] != NONE; entry += list.step) {
+            entries++;
+        }
     }
     var sums = ResidualSums();
     sums.lipschitz_bound = Real(entries);

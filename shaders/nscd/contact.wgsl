@@ -303,9 +303,10 @@ fn sphere_separation_of(i: u32, here: Body, j: u32) -> Separation {
 
 /// The entry of neighbour j in the list of grain i.
 fn entry_of(i: u32, j: u32) -> u32 {
-    var entry = list_start[i];
+    let list = list_of(i);
+    var entry = list.begin;
     while ((neighbour[entry] & INDEX) != j) {
-        entry++;
+        entry += list.step;
     }
     return entry;
 }

@@ -5,7 +5,7 @@
 /// The impulses on a body.
 fn impulses_of(i: u32, entries: vec2<u32>) -> ListSums {
     var total = ListSums();
-    for (var entry = entries.x; entry < entries.y; entry++) {
+    for (var entry = entries.x; entry < entries.y; entry += lists_abreast()) {
         let tagged = neighbour[entry];
         if (tagged == NONE) {
             break;

@@ -7,7 +7,7 @@ fn jacobi_pass_of(i: u32, entries: vec2<u32>) -> ListSums {
     let spin = extrapolated_spin_of(i);
     let step = step_of(solver_state);
     var total = ListSums();
-    for (var entry = entries.x; entry < entries.y; entry++) {
+    for (var entry = entries.x; entry < entries.y; entry += lists_abreast()) {
         let tagged = neighbour[entry];
         if (tagged == NONE) {
             break;

@@ -5,7 +5,7 @@ var<storage, read_write> halt: atomic<u32>;
 /// The impulses that the step ends with; what carries one is a contact of the next step.
 fn impulses_of(i: u32, entries: vec2<u32>) -> ListSums {
     var total = ListSums();
-    for (var entry = entries.x; entry < entries.y; entry++) {
+    for (var entry = entries.x; entry < entries.y; entry += lists_abreast()) {
         let tagged = neighbour[entry];
         if (tagged == NONE) {
             break;

@@ -38,7 +38,7 @@ fn next_without_color(i: u32, first: u32, end: u32) -> u32 {
         } else if ((tagged & ACTIVE) != 0u && (is_large(i) || is_large(tagged & INDEX))) {
             break;
         } else {
-            entry++;
+            entry += lists_abreast();
         }
     }
     return entry;
@@ -48,7 +48,7 @@ fn relax_large_of(i: u32, entries: vec2<u32>) -> ListSums {
     let here = swept(i);
     var total = ListSums();
     var entry = next_without_color(i, entries.x, entries.y);
-    for (; entry < entries.y; entry = next_without_color(i, entry + 1u, entries.y)) {
+    for (; entry < entries.y; entry = next_without_color(i, entry + lists_abreast(), entries.y)) {
         let j = neighbour[entry] & INDEX;
         var there = ContactBody();
         // In an order on which both sides agree, so that both get the same bits.

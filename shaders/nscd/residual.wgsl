@@ -11,7 +11,7 @@ fn residual_sums_of(i: u32, entries: vec2<u32>) -> ListSums {
     let here = extrapolated_velocity[i];
     let spin = extrapolated_spin_of(i);
     var total = ListSums();
-    for (var entry = entries.x; entry < entries.y; entry++) {
+    for (var entry = entries.x; entry < entries.y; entry += lists_abreast()) {
         let tagged = neighbour[entry];
         if (tagged == NONE) {
             break;

@@ -7,7 +7,7 @@ fn setup_contacts_of(i: u32, entries: vec2<u32>) -> ListSums {
     let free = free_motion(i);
     var total = ListSums();
     let slack = params.dt * sqrt(dot(params.gravity, params.gravity));
-    for (var entry = entries.x; entry < entries.y; entry++) {
+    for (var entry = entries.x; entry < entries.y; entry += lists_abreast()) {
         let tagged = neighbour[entry];
         if (tagged == NONE) {
             break;

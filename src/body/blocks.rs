@@ -1,6 +1,6 @@
 //! Runs of bodies that one task of the CPU engine works on.
 
-use crate::state::State;
+use crate::state::{Sizes, State};
 use rayon::{prelude::*, vec};
 
 /// Grains that one task works on.
@@ -14,13 +14,27 @@ pub fn by_body<'a, T: Send>(array: &'a mut [T], s: &State) -> vec::IntoIter<&'a 
 
 /// The same for an array over entries.
 pub fn by_entry<'a, T: Send>(array: &'a mut [T], s: &State) -> vec::IntoIter<&'a mut [T]> {
-    by_entry_of(array, &s.list_start, s.sizes.bodies)
+    by_entry_of(array, &s.list_start, &s.sizes)
 }
 
 /// The same, where the rest of the state is not at hand.
-pub fn by_entry_of<'a, T: Send>(array: &'a mut [T], list_start: &[u32], bodies: usize) -> vec::IntoIter<&'a mut [T]> {
+pub fn by_entry_of<'a, T: Send>(array: &'a mut [T], list_start: &[u32], sizes: &Sizes) -> vec::IntoIter<&'a mut [T]> {
     let absent = array.is_empty();
-    runs(array, bodies, |i| if absent { 0 } else { list_start[i] as usize })
+    // A run begins with a slice of lists.
+    runs(array, sizes.bodies, |i| if absent { 0 } else { list_start[sizes.slice_of(i)] as usize })
+}
+
+/// The first entry of the run whose first grain this is.
+#[inline(always)]
+pub fn first_entry(s: &State, first: usize) -> usize {
+    s.list_start[s.sizes.slice_of(first)] as usize
+}
+
+/// The entries of grain i, counted from the first of its run, whose first grain is `first`.
+#[inline(always)]
+pub fn row_in_run(s: &State, first: usize, i: usize) -> impl ExactSizeIterator<Item = usize> + Clone + use<> {
+    let begin = first_entry(s, first);
+    s.row(i).map(move |entry| entry - begin)
 }
 
 fn runs<T: Send>(mut array: &mut [T], bodies: usize, start: impl Fn(usize) -> usize) -> vec::IntoIter<&mut [T]> {

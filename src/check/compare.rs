@@ -77,7 +77,8 @@ fn is_masked(s: &State, stage: &Stage, array: &Array, undecided: &[bool], row: u
         _ if undecided.is_empty() => false,
         Length::Bodies if of_clumps => is_undecided(s.clump_of_id[s.id[row] as usize] as usize),
         Length::Bodies | Length::BodiesPlusOne | Length::Clumps | Length::OnDemand => is_undecided(row),
-        Length::Entries => is_undecided(owner(s, row)),
+        Length::SlicesPlusOne if row < s.sizes.slices() => s.sizes.lists_of_slice(row).0.any(is_undecided),
+        Length::Entries => owner(s, row).is_some_and(is_undecided),
         Length::PartialSums => (row..undecided.len()).step_by(ROWS).any(is_undecided),
         _ => false,
     }
@@ -113,14 +114,13 @@ pub fn compare(twin: &State, device: &State, stage: &Stage, array: &Array, undec
     let width: usize = widths.iter().sum();
     let (mut a, mut b) = (lanes(twin, array), lanes(device, array));
     let runs = match &stage.check {
-        check if check.unordered.contains(&array) => std::iter::once(0..column.len()).collect(),
+        check if check.unordered.contains(&array) => vec![(0..column.len()).collect()],
         check if check.unordered_lists.contains(&array) => lists(twin),
         _ => Vec::new(),
     };
     for run in runs {
-        let lanes = run.start * width..run.end * width;
-        sort_rows(&mut a[lanes.clone()], width);
-        sort_rows(&mut b[lanes], width);
+        sort_rows(&mut a, width, &run);
+        sort_rows(&mut b, width, &run);
     }
     if column.integer() {
         let different = (0..a.len()).filter(|k| a[*k] != b[*k] && !masked(*k / width)).count();
@@ -157,11 +157,11 @@ fn lanes(s: &State, array: &Array) -> Vec<f64> {
     lanes
 }
 
-/// Put rows of an array into ascending order.
-fn sort_rows(lanes: &mut [f64], width: usize) {
-    let mut rows: Vec<Vec<f64>> = lanes.chunks(width).map(<[f64]>::to_vec).collect();
+/// Put these rows of an array into ascending order.
+fn sort_rows(lanes: &mut [f64], width: usize, which: &[usize]) {
+    let mut rows: Vec<Vec<f64>> = which.iter().map(|row| lanes[row * width..][..width].to_vec()).collect();
     rows.sort_by(|a, b| a.iter().zip(b).map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne()).unwrap_or(Ordering::Equal));
-    lanes.copy_from_slice(&rows.concat());
+    which.iter().zip(rows).for_each(|(row, sorted)| lanes[row * width..][..width].copy_from_slice(&sorted));
 }
 
 /// The difference of values with their low parts over a scale: either part alone may differ by a whole unit in the last
@@ -214,13 +214,15 @@ fn velocities(
 }
 
 /// The entries of each list.
-fn lists(s: &State) -> Vec<Range<usize>> {
-    (0..s.sizes.bodies).map(|i| s.row(i)).collect()
+fn lists(s: &State) -> Vec<Vec<usize>> {
+    (0..s.sizes.bodies).map(|i| s.row(i).collect()).collect()
 }
 
-/// The grain a list entry belongs to.
-fn owner(s: &State, entry: usize) -> usize {
-    s.list_start[..s.sizes.bodies].partition_point(|begin| *begin as usize <= entry).saturating_sub(1)
+/// The grain a list entry belongs to; the last slice may have entries of none.
+fn owner(s: &State, entry: usize) -> Option<usize> {
+    let slice = s.list_start[..s.sizes.slices()].partition_point(|begin| *begin as usize <= entry).saturating_sub(1);
+    let (mut grains, lists) = s.sizes.lists_of_slice(slice);
+    grains.nth(entry.saturating_sub(s.list_start[slice] as usize) % lists)
 }
 
 #[cfg(test)]
@@ -245,7 +247,7 @@ mod tests {
                     Sizes { bodies: 2, clumps: 1, walls: 1, materials: 1, cells: 1, levels: 1, ..Sizes::default() };
                 let mut s = State::new(model, sizes, Params { dt: 1.0, ..Params::default() });
                 for array in present(&model, ARRAYS) {
-                    s.column_mut(array).resize(3); // one more than there are bodies, for `list_start`
+                    s.column_mut(array).resize(3); // one more than there are bodies, for `history_start`
                     s.column_mut(array).fill(model.dims(), &mut || 1.0);
                 }
                 states.push(s);

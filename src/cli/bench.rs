@@ -1,8 +1,11 @@
 //! `packstone bench`
 
-use super::common::{INTERRUPTED, STOPPED, complain, say};
+use super::common::{INTERRUPTED, STOPPED, SceneArgs, complain, say};
 use super::run::{interrupted, listen};
-use packstone::bench::{self, Effort, Point, Suite, hard, report};
+use packstone::{
+    bench::{self, Effort, Point, Suite, hard, report, traffic},
+    simulation::LISTS_ABREAST,
+};
 use std::{ops::ControlFlow, path::PathBuf, process::ExitCode};
 
 /// Speed beside error: fixed cases over engine, precision and time step
@@ -45,6 +48,20 @@ pub struct BenchArgs {
 #[derive(clap::Subcommand)]
 enum Command {
     Hard(HardArgs),
+    Traffic(TrafficArgs),
+}
+
+/// What the warps of the kernels that walk neighbour lists ask of the caches, counted on the lists of a scene
+#[derive(clap::Args)]
+struct TrafficArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Steps before the one that is counted
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    steps: u64,
+    /// Lists that lie side by side, a power of two
+    #[arg(long, value_name = "N", default_value_t = LISTS_ABREAST)]
+    lists_abreast: u32,
 }
 
 /// The hard cases for DEM as the table of docs/hard-cases.md; needs the source tree, which has their scenes
@@ -72,9 +89,17 @@ fn hard(args: &HardArgs) -> anyhow::Result<ExitCode> {
     }
 }
 
+fn traffic(args: &TrafficArgs) -> anyhow::Result<ExitCode> {
+    let (_, assembly) = args.scene.load(&[])?;
+    say(traffic::table(assembly, args.steps, args.lists_abreast)?.trim_end());
+    Ok(ExitCode::SUCCESS)
+}
+
 pub fn bench(args: &BenchArgs) -> anyhow::Result<ExitCode> {
-    if let Some(Command::Hard(args)) = &args.command {
-        return hard(args);
+    match &args.command {
+        Some(Command::Hard(args)) => return hard(args),
+        Some(Command::Traffic(args)) => return traffic(args),
+        None => {}
     }
     // A folder that cannot be had is better noticed before three quarters of an hour than after it.
     std::fs::create_dir_all(&args.out).map_err(|source| packstone::Error::Io { path: args.out.clone(), source })?;

@@ -175,7 +175,7 @@ pub struct Restored {
 /// Take contacts from the history, those of every run of grains.
 pub fn restore_lanes(s: &mut State, contacts: &[Vec<Restored>]) {
     for_lanes!(s, |lane, history, opposite| {
-        let runs = by_entry_of(lane, &s.list_start, s.sizes.bodies);
+        let runs = by_entry_of(lane, &s.list_start, &s.sizes);
         runs.zip(contacts).filter(|(lane, _)| !lane.is_empty()).for_each(|(lane, contacts)| {
             for &Restored { entry, at, same } in contacts {
                 lane[entry] = if same { history[at] } else { opposite(history[at]) };

@@ -21,10 +21,9 @@ pub struct Overlap {
 
 /// Those of grain i with its neighbours.
 pub fn overlaps(s: &State, i: usize) -> impl Iterator<Item = Overlap> {
-    let entries = s.list_start[i] as usize..(s.list_start[i + 1] as usize).min(s.neighbour.len());
     let bodies = s.sizes.bodies;
     let here = &s.position[i];
-    let entries = s.neighbour[entries.start.min(entries.end)..entries.end].iter().take_while(|entry| **entry != NONE);
+    let entries = s.row(i).map_while(|entry| s.neighbour.get(entry)).take_while(|entry| **entry != NONE);
     entries.map(|entry| (entry & INDEX) as usize).filter(move |j| *j < bodies + s.sizes.walls).map(move |j| {
         let (gap, size, radius) = if j < bodies {
             let there = &s.position[j];

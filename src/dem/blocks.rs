@@ -51,7 +51,8 @@ impl Blocks {
     /// Do an operation, if there is something better to do than what its twin does: whether there was.
     pub fn run(&mut self, op: &Op, s: &mut State) -> bool {
         match op {
-            _ if s.model.precision == Precision::Single => return false,
+            // Where lists lie side by side, the state is one of a device.
+            _ if s.model.precision == Precision::Single || s.sizes.slice_shift != 0 => return false,
             Op::Run(stage) if **stage == ADVANCE => self.advance(s),
             Op::Run(stage) if **stage == MEMBER_FORCES => self.member_forces(s),
             Op::Run(stage) if **stage == ADVANCE_LARGE => {} // done by `advance`

@@ -1,5 +1,5 @@
-//! Twin of `shaders/neighbours/count_neighbours.wgsl`: how many entries each grain needs, and whether it is on the
-//! right side of every wall.
+//! Twin of `shaders/neighbours/count_neighbours.wgsl`: how many entries each slice needs, and whether grains are on
+//! the right side of every wall.
 
 use crate::{
     neighbours::{
@@ -16,15 +16,19 @@ use rayon::prelude::*;
 
 pub fn count_neighbours(s: &mut State) {
     let mut list_start = std::mem::take(&mut s.list_start);
-    let (last, bodies) = list_start.split_last_mut().expect("one more than there are grains");
-    *last = 0;
-    let bad = bodies
+    let bad = list_start[..s.sizes.slices()]
         .par_iter_mut()
         .enumerate()
-        .map(|(i, entries)| {
-            let (needed, crossed) = entries_of(s, i);
-            *entries = needed;
-            if crossed { s.params.bodies - s.id[i] } else { 0 }
+        .map(|(slice, entries)| {
+            let (grains, lists) = s.sizes.lists_of_slice(slice);
+            let mut bad = 0;
+            for i in grains {
+                let (needed, crossed) = entries_of(s, i);
+                *entries = needed.max(*entries);
+                bad = bad.max(if crossed { s.params.bodies - s.id[i] } else { 0 });
+            }
+            *entries *= lists as u32;
+            bad
         })
         .max()
         .unwrap_or(0);

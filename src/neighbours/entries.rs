@@ -1,6 +1,6 @@
 //! Twin of `shaders/neighbours/entries.wgsl`: lists in ascending order of the ids, and what comes behind the grains.
 
-use crate::body::blocks::{BLOCK, by_entry};
+use crate::body::blocks::{BLOCK, by_entry, row_in_run};
 use crate::{
     contact::history::{Restored, restore_history, restore_lanes, set_active},
     model::History,
@@ -19,16 +19,16 @@ pub fn order(s: &mut State, bodies: Range<usize>) {
     let mut neighbour = std::mem::take(&mut s.neighbour);
     let restored: Vec<Vec<Restored>> = by_entry(&mut neighbour, s)
         .enumerate()
-        .map(|(k, mut neighbour)| {
-            let (mut restored, mut first) = (Vec::new(), 0);
-            for i in k * BLOCK..((k + 1) * BLOCK).min(bodies.end) {
-                let row;
-                (row, neighbour) = std::mem::take(&mut neighbour).split_at_mut(s.row(i).len());
-                if i >= bodies.start {
-                    order_row(s, i, row);
-                    restore(s, i, row, first, &mut restored);
-                }
-                first += row.len();
+        .map(|(k, neighbour)| {
+            let (mut restored, mut list) = (Vec::new(), Vec::new());
+            let first = k * BLOCK;
+            for i in bodies.start.max(first)..bodies.end.min(first + BLOCK) {
+                let row = row_in_run(s, first, i);
+                list.clear();
+                list.extend(row.clone().map(|entry| neighbour[entry]));
+                order_list(s, i, &mut list);
+                restore(s, i, &mut list, row.clone(), &mut restored);
+                row.zip(&list).for_each(|(entry, tagged)| neighbour[entry] = *tagged);
             }
             restored
         })
@@ -39,7 +39,7 @@ pub fn order(s: &mut State, bodies: Range<usize>) {
 }
 
 /// Grains near grain i in ascending order of their ids, but no pairs of fixed grains, then walls, then NONE.
-fn order_row(s: &State, i: usize, row: &mut [u32]) {
+fn order_list(s: &State, i: usize, row: &mut [u32]) {
     let fixed = |i: usize| s.velocity[i].inverse_mass == 0.0;
     let unfilled = entries_across(s, i) - filled_across(s, i);
     let mut filled = 0;
@@ -60,12 +60,12 @@ fn order_row(s: &State, i: usize, row: &mut [u32]) {
     row[filled..].fill(NONE);
 }
 
-/// The contacts of grain i that the history has; its entries begin at `first`.
-fn restore(s: &State, i: usize, row: &mut [u32], first: usize, restored: &mut Vec<Restored>) {
+/// The contacts of grain i that the history has; `row` are the entries of its list.
+fn restore(s: &State, i: usize, list: &mut [u32], row: impl Iterator<Item = usize>, restored: &mut Vec<Restored>) {
     if s.model.history == History::None {
         return;
     }
-    for (entry, tagged) in (first..).zip(row).take_while(|(_, tagged)| **tagged != NONE) {
+    for (entry, tagged) in row.zip(list).take_while(|(_, tagged)| **tagged != NONE) {
         if let Some((at, same)) = restore_history(s, i, *tagged) {
             set_active(tagged, true);
             restored.push(Restored { entry, at, same });

@@ -2,39 +2,40 @@
 //! cells.
 
 use crate::{
-    body::blocks::{BLOCK, by_entry},
+    body::blocks::{BLOCK, by_entry, row_in_run},
     neighbours::{grid::search, levels::entries_across},
     state::{HALTED, NONE, State},
 };
 use rayon::prelude::*;
 
 pub fn fill_neighbours(s: &mut State) {
-    let needed = s.list_start[s.sizes.bodies];
+    let needed = s.all_entries() as u32;
     s.counters[0].entries_needed = s.counters[0].entries_needed.max(needed);
     if !s.lists_fit() {
         s.halt[0] = HALTED; // the host will grow the lists and come back
         return;
     }
     let mut neighbour = std::mem::take(&mut s.neighbour);
-    by_entry(&mut neighbour, s).enumerate().for_each(|(k, mut neighbour)| {
-        for i in k * BLOCK..((k + 1) * BLOCK).min(s.sizes.bodies) {
-            let row;
-            (row, neighbour) = std::mem::take(&mut neighbour).split_at_mut(s.row(i).len());
-            let own = row.len() - entries_across(s, i);
-            fill(s, i, &mut row[..own]);
+    by_entry(&mut neighbour, s).enumerate().for_each(|(k, neighbour)| {
+        let (first, mut list) = (k * BLOCK, Vec::new());
+        for i in first..(first + BLOCK).min(s.sizes.bodies) {
+            let row = row_in_run(s, first, i);
+            list.resize(row.len() - entries_across(s, i), NONE);
+            fill(s, i, &mut list);
+            row.zip(&list).for_each(|(entry, j)| neighbour[entry] = *j);
         }
     });
     s.neighbour = neighbour;
 }
 
 /// Grains near grain i, then NONE.
-fn fill(s: &State, i: usize, row: &mut [u32]) {
+fn fill(s: &State, i: usize, list: &mut [u32]) {
     let mut filled = 0;
     search(s, i, s.params.margin, |j, near| {
-        if let Some(tagged) = row.get_mut(filled) {
+        if let Some(tagged) = list.get_mut(filled) {
             *tagged = j as u32;
         }
         filled += usize::from(near);
     });
-    row[filled..].fill(NONE);
+    list[filled..].fill(NONE);
 }

@@ -44,7 +44,7 @@ fn cell_index(s: &State, here: &Position) -> usize {
 /// The first cell of a row: strip by strip, and in each the second axis fastest.
 #[inline(always)]
 fn row_start(level: &Level, y: u32, z: u32) -> u32 {
-    let begin = y / level.strip * level.strip;
+    let begin = y & !(level.strip - 1);
     let width = level.strip.min(level.cells.y - begin);
     level.first_cell + level.cells.x * (begin * level.cells.z + z * width + (y - begin))
 }

@@ -59,6 +59,7 @@ fn fill(model: &Model) -> Plan {
     let several = model.levels == Levels::Several;
     plan([
         plan([clear([&ACROSS, &ACROSS_FILLED]), run(&COUNT_ACROSS_LEVELS)]).when(several),
+        clear([&LIST_START]),
         run(&COUNT_NEIGHBOURS),
         run_all(&SCAN_LISTS),
         run(&FILL_NEIGHBOURS),

@@ -3,7 +3,7 @@
 use crate::{
     body::grains::{clump, member_ids},
     nscd::{
-        contact::store_clump_residual_sums,
+        contact::{list_entries, store_clump_residual_sums},
         response::{
             RigidVelocity, clump_kinetic_metric, clump_velocities, extrapolated_clump, impulse_response,
             member_velocity, velocity_difference,
@@ -29,7 +29,8 @@ fn respond_to_members(s: &mut State) -> Vec<RigidVelocity> {
     store_clump_residual_sums(s, |s, c| {
         let here = clump(s, c);
         let change = velocity_difference(&extrapolated_clump(s, c, &here), &velocities[c]);
-        let entries: usize = member_ids(s, c).map(|member_id| s.row(s.index_of_id[member_id] as usize).len()).sum();
+        let entries: usize =
+            member_ids(s, c).map(|member_id| list_entries(s, s.index_of_id[member_id] as usize).count()).sum();
         ResidualSums {
             lipschitz_bound: entries as f64,
             curvature: clump_kinetic_metric(s, &here, &change, &change),

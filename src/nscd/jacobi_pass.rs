@@ -1,7 +1,7 @@
 //! Twin of `shaders/nscd/jacobi_pass.wgsl`: a pass. Every contact takes a step of Jacobi's kind from the impulses and
 //! velocities that momentum has carried ahead, and every grain gathers what its contacts do to it.
 
-use crate::body::blocks::{BLOCK, by_entry};
+use crate::body::blocks::{BLOCK, by_entry, first_entry};
 use crate::{
     body::ForceTorque,
     model::Grains,
@@ -46,7 +46,7 @@ pub fn passes<T: Send>(
         .enumerate()
         .flat_map_iter(|(k, before)| {
             let first = k * BLOCK;
-            let begin = s.list_start[first] as usize;
+            let begin = first_entry(s, first);
             let bodies = first..(first + BLOCK).min(s.sizes.bodies);
             let result = |i| {
                 let (sum, sums) = of_body(s, i, before, begin);

@@ -47,11 +47,11 @@ pub fn levels(p: &mut Params, assembly: &Assembly, model: &Model, range: f64) ->
     levels
 }
 
-/// Rows of a strip: as wide as the rows are many that a block of grains fills of it, so that blocks are compact.
+/// Rows of a strip: about as wide as the rows are many that a block of grains fills of it, so that blocks are compact.
 fn strip(level: &Level, grains: usize) -> u32 {
     let rows = f64::from(level.cells.y * level.cells.z);
     let rows_of_block = BLOCK as f64 * rows / grains as f64;
-    (rows_of_block.sqrt().round() as u32).clamp(1, level.cells.y)
+    1 << (0.5 * rows_of_block.log2()).round().clamp(0.0, 31.0) as u32
 }
 
 /// Cells at least this wide, m.

@@ -19,6 +19,8 @@ pub struct Options {
     pub precision: Precision,
     /// List entries there are at least; more are made when needed. None: as many as are needed.
     pub entries: Option<usize>,
+    /// Lists that lie side by side in memory, a power of two. None: as suits the engine.
+    pub lists_abreast: Option<u32>,
     /// Most steps that neighbour lists may serve.
     pub longest_chunk: u32,
     /// What arrays are on a device.
@@ -31,6 +33,7 @@ impl Default for Options {
             engine: EngineChoice::Auto,
             precision: Precision::Single,
             entries: None,
+            lists_abreast: None,
             longest_chunk: 200,
             arrays: Arrays::Auto,
         }

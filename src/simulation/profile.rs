@@ -62,7 +62,7 @@ impl Simulation {
     /// Sizes with only as many entries of lists of the history as there is something in.
     fn sizes_in_use(&mut self) -> Result<Sizes> {
         let s = self.runner.read(&[&LIST_START])?;
-        let entries = s.list_start[s.sizes.bodies] as usize;
+        let entries = s.all_entries();
         Ok(Sizes { entries, history: self.lists.history().1, ..self.runner.state.sizes })
     }
 

@@ -51,13 +51,15 @@ impl Setup {
         // The CPU engine has only f64.
         let precision = if options.engine == EngineChoice::Cpu { Precision::Double } else { options.precision };
         let model = Model::of(assembly, precision);
-        let (params, level) = params(assembly, &model, dt);
+        let (mut params, level) = params(assembly, &model, dt);
+        params.slice_shift = options.lists_abreast.unwrap_or(1).next_power_of_two().trailing_zeros();
         let units = units(assembly, &model, dt, dt_bound);
         let bodies = assembly.grains.len();
         let guess = bodies * if assembly.dimension == 2 { 4 } else { 6 };
         let sizes = Sizes {
             bodies,
             large: params.large as usize,
+            slice_shift: params.slice_shift,
             clumps: assembly.clumps.len(),
             walls: assembly.walls.len(),
             materials: assembly.materials.len(),

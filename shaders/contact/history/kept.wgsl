@@ -16,7 +16,8 @@ fn set_active(entry: u32, tagged: u32, counts: bool) {
 /// How many contacts grain i hands to the history: those it shares with a grain of larger index, or a wall.
 fn active_contacts(i: u32) -> u32 {
     var kept = 0u;
-    for (var entry = list_start[i]; entry < list_start[i + 1u]; entry++) {
+    let list = list_of(i);
+    for (var entry = list.begin; entry < list.end; entry += list.step) {
         let tagged = neighbour[entry];
         kept += select(0u, 1u, tagged != NONE && (tagged & ACTIVE) != 0u && (tagged & INDEX) > i);
     }
@@ -26,7 +27,8 @@ fn active_contacts(i: u32) -> u32 {
 /// Hand the contacts of grain i to the history.
 fn store_history(i: u32) {
     var at = history_start[i];
-    for (var entry = list_start[i]; entry < list_start[i + 1u]; entry++) {
+    let list = list_of(i);
+    for (var entry = list.begin; entry < list.end; entry += list.step) {
         let tagged = neighbour[entry];
         if (tagged != NONE && (tagged & ACTIVE) != 0u && (tagged & INDEX) > i) {
             history_other[at] = tagged & INDEX;

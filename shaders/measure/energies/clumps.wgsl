@@ -19,7 +19,8 @@ fn damping_correction(c: u32, q: Orientation, v: Vec, w: Spin) -> Real {
         let i = index_of_id[member_id];
         let here = body(i);
         let change = v + surface_velocity(w, arm_of(q, member_id)) - here.velocity.v;
-        for (var entry = list_start[i]; entry < list_start[i + 1u]; entry++) {
+        let list = list_of(i);
+        for (var entry = list.begin; entry < list.end; entry += list.step) {
             let tagged = neighbour[entry];
             if (tagged == NONE) {
                 break;

@@ -7,7 +7,8 @@ fn walk_of(workgroup: vec3<u32>, workgroups: vec3<u32>, lane: u32) -> Walk {
     if (i >= params.bodies) {
         return Walk(group, lane, 0u, 0u, 0u, false);
     }
-    return Walk(group, lane, i, list_start[i], list_start[i + 1u], true);
+    let list = list_of(i);
+    return Walk(group, lane, i, list.begin, list.end, true);
 }
 
 /// Workgroups that walk the lists of all bodies.

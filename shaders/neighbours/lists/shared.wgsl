@@ -12,7 +12,8 @@ fn walk_of(workgroup: vec3<u32>, workgroups: vec3<u32>, lane: u32) -> Walk {
     if (!shared_list && i >= others) {
         return Walk(group, lane, 0u, 0u, 0u, false);
     }
-    return Walk(group, lane, i, list_start[i], list_start[i + 1u], !shared_list || lane == 0u);
+    let list = list_of(i);
+    return Walk(group, lane, i, list.begin, list.end, !shared_list || lane == 0u);
 }
 
 /// Workgroups that walk the lists of all bodies.

@@ -11,8 +11,9 @@ fn colors_of(i: u32, j: u32, first: u32) -> u32 {
     let members = member_count(i);
     for (var m = 0u; m < members; m++) {
         let member = member_of(i, m);
-        let end = select(list_start[member + 1u], 0u, is_large(member));
-        for (var entry = list_start[member]; entry < end; entry++) {
+        let list = list_of(member);
+        let end = select(list.end, 0u, is_large(member));
+        for (var entry = list.begin; entry < end; entry += lists_abreast()) {
             let tagged = neighbour[entry];
             if (tagged == NONE) {
                 break;

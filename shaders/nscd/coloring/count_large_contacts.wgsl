@@ -5,7 +5,7 @@ var<storage, read_write> large_contacts: array<LargeContacts>; // N, see `standi
 /// Those of body i with what is small and with what is heavy.
 fn large_contacts_of(i: u32, entries: vec2<u32>) -> vec2<u32> {
     var contacts = vec2<u32>();
-    for (var entry = entries.x; entry < entries.y; entry++) {
+    for (var entry = entries.x; entry < entries.y; entry += lists_abreast()) {
         let tagged = neighbour[entry];
         if (tagged == NONE) {
             break;

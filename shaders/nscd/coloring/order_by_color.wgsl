@@ -8,8 +8,9 @@ fn order_by_color(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_wo
     if (i >= params.bodies) {
         return;
     }
-    let end = select(list_start[i + 1u], 0u, is_large(i));
-    for (var entry = list_start[i]; entry < end; entry++) {
+    let list = list_of(i);
+    let end = select(list.end, 0u, is_large(i));
+    for (var entry = list.begin; entry < end; entry += lists_abreast()) {
         let tagged = neighbour[entry];
         if (tagged == NONE) {
             break;

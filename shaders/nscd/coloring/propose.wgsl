@@ -12,8 +12,9 @@ fn propose(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
     }
     var choice = NONE;
     var best = 0u;
-    let end = select(list_start[i + 1u], 0u, is_large(i));
-    for (var entry = list_start[i]; entry < end; entry++) {
+    let list = list_of(i);
+    let end = select(list.end, 0u, is_large(i));
+    for (var entry = list.begin; entry < end; entry += lists_abreast()) {
         let tagged = neighbour[entry];
         if (tagged == NONE) {
             break;
