@@ -1,8 +1,7 @@
 //! What a stage is: a kernel in `shaders/CHAPTER/KERNEL.wgsl` beside its CPU twin in f64, `src/CHAPTER/KERNEL.rs`. The
 //! stages themselves stand in their chapters.
 //!
-//! A twin is a function of one body mapped over all of them; nothing in it is clever enough to need reading twice. In
-//! `advance`, where the time goes, the contacts of many bodies are computed at a time.
+//! A twin is a function of one body mapped over all of them; nothing in it is clever enough to need reading twice.
 
 use crate::state::{Array, Sizes, State};
 use std::hash::{Hash, Hasher};

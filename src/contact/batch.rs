@@ -167,25 +167,24 @@ impl Batch {
             self.pairs.fill_parameters(s, materials);
         }
         let law = Law::of(s);
-        let linear = law.normal == Normal::Hooke
-            && matches!(law.tangential, Tangential::None | Tangential::Coulomb)
-            && law.rolling == Rolling::None
-            && law.twist == Twist::Ignored
-            && law.cohesion == Cohesion::None;
-        if !linear {
-            return self.compute_one_by_one(law, springs);
-        }
-        let law = Law {
-            normal: Normal::Hooke,
-            rolling: Rolling::None,
-            twist: Twist::Ignored,
-            cohesion: Cohesion::None,
-            ..law
-        };
+        let served = law.rolling == Rolling::None && law.twist == Twist::Ignored && law.cohesion == Cohesion::None;
+        let law = Law { rolling: Rolling::None, twist: Twist::Ignored, cohesion: Cohesion::None, ..law };
         // The compiler is told the choices one by one, so that the loop over the lanes has none.
-        match law.tangential {
-            Tangential::None => self.compute_damping(Law { tangential: Tangential::None, ..law }, springs),
-            _ => self.compute_damping(Law { tangential: Tangential::Coulomb, ..law }, springs),
+        let with = |normal, tangential| Law { normal, tangential, ..law };
+        match (law.normal, law.tangential) {
+            (Normal::Hooke, Tangential::None) if served => {
+                self.compute_damping(with(Normal::Hooke, Tangential::None), springs);
+            }
+            (Normal::Hooke, Tangential::Coulomb) if served => {
+                self.compute_damping(with(Normal::Hooke, Tangential::Coulomb), springs);
+            }
+            (Normal::Hertz, Tangential::None) if served => {
+                self.compute_damping(with(Normal::Hertz, Tangential::None), springs);
+            }
+            (Normal::Hertz, Tangential::Mindlin) if served => {
+                self.compute_damping(with(Normal::Hertz, Tangential::Mindlin), springs);
+            }
+            _ => self.compute_one_by_one(Law::of(s), springs),
         }
     }
 
@@ -200,11 +199,11 @@ impl Batch {
 
     #[inline(always)]
     fn compute_lanes(&mut self, law: Law, is_active: &mut [bool; LANES], force: &mut Rows) {
-        for lane in 0..LANES {
+        for (lane, is_active) in is_active.iter_mut().enumerate() {
             let tangential = TangentialHistory { force: at(force, lane) };
             let old = History { tangential, ..History::default() };
             let contact = grain_contact(law, &GrainPair { old, ..self.pairs.at(lane) }, false);
-            is_active[lane] = contact.is_active;
+            *is_active = contact.is_active;
             set(force, lane, kept(&contact, contact.history.tangential.force));
             self.contacts.store(lane, &contact);
         }
