@@ -1,5 +1,6 @@
 //! The GPU as a machine: adapters, composed kernels, arrays as images, clocks. Knows no physics.
 
+pub(crate) mod checks;
 pub(crate) mod compose;
 pub(crate) mod device;
 pub(crate) mod images;
@@ -7,6 +8,7 @@ pub(crate) mod layout;
 pub(crate) mod pipeline;
 pub(crate) mod stopwatch;
 
+pub use checks::Checks;
 pub use compose::{Program, compose};
 pub use device::{AdapterSummary, Arrays, Device, adapters};
 pub use layout::{Binding, Layout};

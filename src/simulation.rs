@@ -70,7 +70,8 @@ fn build(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engin
         Ok((setup, Box::new(engine), notice))
     };
     let on_gpu = || -> Result<(Setup, Box<dyn Engine>, String)> {
-        let device = Device::open(double, options.arrays)?;
+        let mut device = Device::open(double, options.arrays)?;
+        device.checks = options.checks;
         if device.software && options.engine == EngineChoice::Auto {
             return on_cpu(&format!("{} is a software driver", device.summary.name));
         }

@@ -5,7 +5,7 @@ use clap::{
     builder::{PossibleValuesParser, TypedValueParser},
 };
 use packstone::{
-    gpu::Arrays,
+    gpu::{Arrays, Checks},
     model::Precision,
     scene::{Assembly, Scene},
     simulation::{EngineChoice, Options},
@@ -37,12 +37,15 @@ pub struct SceneArgs {
     /// What arrays are on the device; images are faster on software drivers
     #[arg(long, value_enum, default_value_t)]
     pub arrays: Arrays,
+    /// Whether kernels check their indices and the ends of loops
+    #[arg(long, value_enum, default_value_t)]
+    pub checks: Checks,
 }
 
 impl SceneArgs {
     /// How to run it, as far as the command line says so here.
     pub fn options(&self) -> Options {
-        Options { precision: self.precision, arrays: self.arrays, ..Options::default() }
+        Options { precision: self.precision, arrays: self.arrays, checks: self.checks, ..Options::default() }
     }
 
     /// The scene with `--set` and `more` of the kind applied, and what it comes down to.

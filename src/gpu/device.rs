@@ -1,6 +1,6 @@
 //! Adapters and devices.
 
-use super::images::ROW;
+use super::{checks::Checks, images::ROW};
 use crate::error::{Error, Result};
 use std::sync::{Arc, Mutex};
 use wgpu::{DeviceType, Features, Limits, TextureUsages};
@@ -47,6 +47,8 @@ pub struct Device {
     pub software: bool,
     /// What arrays may be; images only in as far as the kernels and the limits allow.
     pub arrays: Arrays,
+    /// Of the kernels that are compiled from now on.
+    pub checks: Checks,
     /// The first error nobody was waiting for.
     failure: Arc<Mutex<Option<String>>>,
     /// Where small reads arrive, so that a run makes no buffer from chunk to chunk.
@@ -158,7 +160,8 @@ impl Device {
                 slot.get_or_insert_with(|| e.to_string());
             }
         }));
-        Ok(Device { device, queue, summary, software, arrays, failure, staging: Arc::default() })
+        let checks = Checks::default();
+        Ok(Device { device, queue, summary, software, arrays, checks, failure, staging: Arc::default() })
     }
 
     /// Create a buffer of zeros.

@@ -35,10 +35,7 @@ impl Device {
             )));
         }
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(&program.entry),
-            source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(program.module)),
-        });
+        let module = self.module(&program.entry, program.module);
         let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(label),
             layout: None,

@@ -1,6 +1,9 @@
 //! How to run a scene, as opposed to what.
 
-use crate::{gpu::Arrays, model::Precision};
+use crate::{
+    gpu::{Arrays, Checks},
+    model::Precision,
+};
 
 /// Which engine to run on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,6 +28,8 @@ pub struct Options {
     pub longest_chunk: u32,
     /// What arrays are on a device.
     pub arrays: Arrays,
+    /// Whether kernels check their indices.
+    pub checks: Checks,
 }
 
 impl Default for Options {
@@ -36,6 +41,7 @@ impl Default for Options {
             lists_abreast: None,
             longest_chunk: 200,
             arrays: Arrays::Auto,
+            checks: Checks::On,
         }
     }
 }
