@@ -1,7 +1,7 @@
 //! Twin of `shaders/dem/advance.wgsl`: contact forces at step n, then leapfrog: n - 1/2 to n + 1/2 (2.19), n to n + 1
 //! (2.20). Large grains have a stage of their own.
 
-use crate::body::blocks::{BLOCK, by_body, row_in_run};
+use crate::body::blocks::{BLOCK, by_body, first_entry};
 use crate::{
     body::{
         Body, ForceTorque,
@@ -90,11 +90,12 @@ impl WithSimd for Work<'_> {
 fn advance_block(s: &State, first: usize, run: Range<usize>, block: &mut Block) -> Limits {
     let mut limits = Limits::default();
     let Sums { of_grains, first_wall } = forces_of_grains(s, first, run.clone(), &mut block.lists);
+    let begin = first_entry(s, first);
     for i in run {
         let k = i - first;
         let mut sum = of_grains[k];
         let here = body(s, i);
-        let walls = row_in_run(s, first, i).skip(first_wall[k]);
+        let walls = s.row(i).from(begin).skip(first_wall[k]);
         let crossed = forces_of_walls(s, i, &here, walls, &mut block.lists, &mut sum);
         let change = velocity_change(s, &here.velocity, sum.force);
         let changed = changed_velocities(s, i, &here, change, sphere_spin_change(s, &here, sum.torque, spin_change));
@@ -156,9 +157,9 @@ fn near_entries(
     first_wall: &mut [usize],
 ) -> Vec<ListEntry> {
     let mut entries = vec![ListEntry::default(); lists.neighbour.len()];
-    let mut found = 0;
+    let (mut found, begin) = (0, first_entry(s, first));
     for (i, first_wall) in run.clone().zip(&mut first_wall[run.start - first..]) {
-        let (here, row) = (&s.position[i], row_in_run(s, first, i));
+        let (here, row) = (&s.position[i], s.row(i).from(begin));
         *first_wall = row.len();
         for (k, entry) in row.enumerate() {
             let tagged = &mut lists.neighbour[entry];

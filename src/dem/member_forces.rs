@@ -1,7 +1,7 @@
 //! Twin of `shaders/dem/member_forces.wgsl`: contact forces at step n on every member of a clump.
 
 use crate::{
-    body::blocks::{BLOCK, by_body, row_in_run},
+    body::blocks::{BLOCK, by_body, first_entry},
     contact::history::{Lists, with_lists},
     dem::advance::{Sums, forces_of_grains, forces_of_walls},
 };
@@ -50,10 +50,10 @@ impl WithSimd for Work<'_> {
         let (s, first) = (self.s, self.first);
         let Sums { of_grains, first_wall } =
             forces_of_grains(s, first, first..first + self.member_force.len(), &mut self.lists);
-        let mut bad = 0;
+        let (mut bad, begin) = (0, first_entry(s, first));
         for (k, (member_force, member_torque)) in self.member_force.iter_mut().zip(self.member_torque).enumerate() {
             let (i, mut sum) = (first + k, of_grains[k]);
-            let walls = row_in_run(s, first, i).skip(first_wall[k]);
+            let walls = s.row(i).from(begin).skip(first_wall[k]);
             if forces_of_walls(s, i, &body(s, i), walls, &mut self.lists, &mut sum) {
                 bad = bad.max(s.params.bodies - s.id[i]);
             }
