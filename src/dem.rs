@@ -41,9 +41,13 @@ pub static HALF_KICK: Stage = Stage {
 
 /// Contact forces and leapfrog: a step.
 pub static ADVANCE: Stage = Stage {
+    dispatch: Dispatch::GroupEach(|sizes| sizes.bodies.div_ceil(ADVANCE_LANES)),
     check: Check { floors: FLOORS, ..Check::FORCES },
     ..Stage::new("dem", "advance", advance::advance, bodies)
 };
+
+/// `LANES` of `advance.wgsl`.
+const ADVANCE_LANES: usize = 256;
 
 /// The same of large grains.
 pub static ADVANCE_LARGE: Stage = Stage {

@@ -14,7 +14,6 @@ use std::{
     any::Any,
     fmt,
     hash::{Hash, Hasher},
-    iter::StepBy,
     ops::Range,
 };
 
@@ -440,6 +439,7 @@ impl Sizes {
     }
 
     /// The slice that grain i is in; large grains have one each.
+    #[inline(always)]
     pub fn slice_of(&self, i: usize) -> usize {
         let others = self.bodies - self.large;
         if i < others { i >> self.slice_shift } else { others.div_ceil(1 << self.slice_shift) + (i - others) }
@@ -616,11 +616,13 @@ impl State {
     }
 
     /// The list entries of grain i.
-    pub fn row(&self, i: usize) -> StepBy<Range<usize>> {
+    #[inline(always)]
+    pub fn row(&self, i: usize) -> Row {
         let slice = self.sizes.slice_of(i);
-        let (grains, lists) = self.sizes.lists_of_slice(slice);
-        let lane = i - grains.start;
-        (self.list_start[slice] as usize + lane..self.list_start[slice + 1] as usize + lane).step_by(lists)
+        let shift = if i < self.sizes.bodies - self.sizes.large { self.sizes.slice_shift } else { 0 };
+        let lane = i & ((1 << shift) - 1);
+        let [next, end] = [slice, slice + 1].map(|slice| self.list_start[slice] as usize + lane);
+        Row { next, end, shift }
     }
 }
 
@@ -637,6 +639,46 @@ impl Array {
         name.strip_suffix("_next").or_else(|| name.strip_suffix("_before")).unwrap_or(name)
     }
 }
+
+/// The entries of a list, every 2^shift-th from the first on: `List` of `neighbours/entries.wgsl`.
+#[derive(Clone, Debug)]
+pub struct Row {
+    next: usize,
+    end: usize,
+    shift: u32,
+}
+
+impl Row {
+    /// Counted from this entry on.
+    #[inline(always)]
+    pub fn from(self, begin: usize) -> Row {
+        Row { next: self.next - begin, end: self.end - begin, ..self }
+    }
+}
+
+impl Iterator for Row {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        let entry = self.next;
+        self.next += 1 << self.shift;
+        (entry < self.end).then_some(entry)
+    }
+
+    #[inline(always)]
+    fn nth(&mut self, n: usize) -> Option<usize> {
+        self.next += n << self.shift;
+        self.next()
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let left = self.end.saturating_sub(self.next) >> self.shift;
+        (left, Some(left))
+    }
+}
+
+impl ExactSizeIterator for Row {}
 
 /// Those of the arrays that a model needs.
 pub fn present<'a>(model: &Model, arrays: impl IntoIterator<Item = &'a &'static Array>) -> Vec<&'static Array> {

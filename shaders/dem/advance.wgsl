@@ -6,9 +6,16 @@
 var<storage, read> halt: u32;
 var<storage, read_write> halt_next: atomic<u32>;
 
-@compute @workgroup_size(WG)
-fn advance(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let i = linear(gid, groups);
+// Many, whose grains are neighbours of each other: what one lane gets from memory is near for others.
+const LANES = 256u;
+
+@compute @workgroup_size(LANES)
+fn advance(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let i = number_of(group, groups) * LANES + lane;
     if (i >= params.bodies - params.large) {
         return;
     }

@@ -18,7 +18,7 @@ use crate::{
     simulation::{EngineChoice, Options, Simulation},
     stage::Stage,
     state::{
-        ACTIVE, Array, GROUP, INDEX, Length, NONE, State,
+        ACTIVE, Array, INDEX, Length, NONE, State,
         array::{LIST_START, NEIGHBOUR},
     },
 };
@@ -92,9 +92,11 @@ struct Count {
 }
 
 impl Kernel {
-    fn accesses(&self, model: &Model, layouts: &Layouts) -> Result<Vec<Access>> {
+    /// And the lanes of a workgroup.
+    fn accesses(&self, model: &Model, layouts: &Layouts) -> Result<(Vec<Access>, usize)> {
         let mut accesses = Vec::new();
-        for binding in programs(model, &[self.stage])?.iter().flat_map(|program| &program.bindings) {
+        let program = programs(model, &[self.stage])?.remove(0);
+        for binding in &program.bindings {
             let name = binding.name.as_str();
             let Some(array) = self.stage.array(name) else { continue };
             if self.rare.contains(&name) {
@@ -121,17 +123,17 @@ impl Kernel {
                 add(Of::Neighbour, true);
             }
         }
-        Ok(accesses)
+        Ok((accesses, program.module.entry_points[0].workgroup_size[0] as usize))
     }
 }
 
 /// Replay a step of all grains but the large ones, whose lists workgroups walk together.
-fn count(s: &State, accesses: &[Access], width: usize) -> Count {
+fn count(s: &State, accesses: &[Access], lanes: usize, width: usize) -> Count {
     let bodies = s.sizes.bodies - s.sizes.large;
     let mut count = Count { grains: bodies, ..Count::default() };
-    for first in (0..bodies).step_by(GROUP) {
+    for first in (0..bodies).step_by(lanes) {
         let mut gathered = HashSet::new();
-        let group = first..(first + GROUP).min(bodies);
+        let group = first..(first + lanes).min(bodies);
         for first in group.clone().step_by(width) {
             let lists: Vec<(usize, Vec<usize>)> = (first..(first + width).min(group.end))
                 .map(|i| (i, s.row(i).take_while(|entry| s.neighbour[*entry] != NONE).collect()))
@@ -223,9 +225,9 @@ pub fn table(assembly: Assembly, steps: u64, lists_abreast: u32) -> Result<Strin
     let head = ["kernel", "lanes", "passes", "list", "lines", "sectors", "bytes", "gathered B/grain"];
     let mut text = format!("| {} |\n|{}\n", head.join(" | "), " --- |".repeat(head.len()));
     for kernel in kernels.iter().filter(|kernel| plans.stages().contains(&kernel.stage)) {
-        let accesses = kernel.accesses(&model, &layouts)?;
+        let (accesses, lanes) = kernel.accesses(&model, &layouts)?;
         for width in WIDTHS {
-            let [passes, list, lines, sectors, bytes, gathered] = count(s, &accesses, width).row();
+            let [passes, list, lines, sectors, bytes, gathered] = count(s, &accesses, lanes, width).row();
             let row = format!("{passes:.2} | {list:.2} | {lines:.0} | {sectors:.0} | {bytes:.0} | {gathered:.0}");
             text += &format!("| {} | {width} | {row} |\n", kernel.stage.name);
         }
@@ -262,17 +264,17 @@ mod tests {
         let s = row();
         let access = |array, of, touching, stride, bytes| Access { array, of, touching, stride, offset: 0, bytes };
         // Positions of 16 bytes: eight to a line. Warps have eight grains and two.
-        let own = count(&s, &[access(&POSITION, Of::Grain, false, 16, 16)], 8);
+        let own = count(&s, &[access(&POSITION, Of::Grain, false, 16, 16)], 64, 8);
         let all = Count { warps: 2, grains: 10, passes: 4, entries: 18, ..Count::default() };
         assert_eq!(own, Count { lines: 2, sectors: 4 + 1, bytes: 160, ..all });
         // First round: 1, 0 … 6, and then 7, 8. Second: 2 … 8, and 9.
-        let near = count(&s, &[access(&POSITION, Of::Neighbour, false, 16, 16)], 8);
+        let near = count(&s, &[access(&POSITION, Of::Neighbour, false, 16, 16)], 64, 8);
         assert_eq!(near, Count { lines: 1 + 2 + 2 + 1, sectors: 4 + 2 + 4 + 1, bytes: 18 * 16, gathered: 5, ..all });
         // Touching are 1, and 9 others: first round 1, and none; second 2 … 8, and 9.
-        let touching = count(&s, &[access(&VELOCITY, Of::Neighbour, true, 16, 16)], 8);
+        let touching = count(&s, &[access(&VELOCITY, Of::Neighbour, true, 16, 16)], 64, 8);
         assert_eq!(touching, Count { lines: 1 + 2 + 1, sectors: 1 + 4 + 1, bytes: 9 * 16, gathered: 5, ..all });
         // Entries of 12 bytes, the first number of each: 0 … 7, and 8, 9; then 32 + 1 … 32 + 7, and 32 + 8.
-        let entries = count(&s, &[access(&TANGENTIAL_FORCE, Of::Entry, false, 12, 4)], 8);
+        let entries = count(&s, &[access(&TANGENTIAL_FORCE, Of::Entry, false, 12, 4)], 64, 8);
         assert_eq!(entries, Count { lines: 1 + 1 + 1 + 1, sectors: 3 + 1 + 3 + 1, bytes: 18 * 4, ..all });
     }
 
@@ -281,7 +283,8 @@ mod tests {
     fn kernels_touch_what_they_are_bound_to() {
         let model = row().model;
         let layouts = layouts(&model, &Plans::new(&model)).unwrap();
-        let accesses = DISCRETE_ELEMENTS[0].accesses(&model, &layouts).unwrap();
+        let (accesses, lanes) = DISCRETE_ELEMENTS[0].accesses(&model, &layouts).unwrap();
+        assert_eq!(lanes, 256);
         let of = |array: &Array, of| accesses.iter().filter(|a| a.array == array && a.of == of).count();
         // Own, read; near, read. Springs are read and written, one number at a time.
         assert_eq!((of(&POSITION, Of::Grain), of(&POSITION, Of::Neighbour)), (1, 1));

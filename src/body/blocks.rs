@@ -30,13 +30,6 @@ pub fn first_entry(s: &State, first: usize) -> usize {
     s.list_start[s.sizes.slice_of(first)] as usize
 }
 
-/// The entries of grain i, counted from the first of its run, whose first grain is `first`.
-#[inline(always)]
-pub fn row_in_run(s: &State, first: usize, i: usize) -> impl ExactSizeIterator<Item = usize> + Clone + use<> {
-    let begin = first_entry(s, first);
-    s.row(i).map(move |entry| entry - begin)
-}
-
 fn runs<T: Send>(mut array: &mut [T], bodies: usize, start: impl Fn(usize) -> usize) -> vec::IntoIter<&mut [T]> {
     let run = |begin: usize| {
         let len = start((begin + BLOCK).min(bodies)) - start(begin);

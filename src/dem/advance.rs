@@ -1,7 +1,7 @@
 //! Twin of `shaders/dem/advance.wgsl`: contact forces at step n, then leapfrog: n - 1/2 to n + 1/2 (2.19), n to n + 1
 //! (2.20). Large grains have a stage of their own.
 
-use crate::body::blocks::{BLOCK, by_body, row_in_run};
+use crate::body::blocks::{BLOCK, by_body, first_entry};
 use crate::{
     body::{
         Body, ForceTorque,
@@ -71,7 +71,7 @@ pub fn advance_bodies(s: &mut State, bodies: Range<usize>) {
 /// is `first`.
 pub fn contact_forces(s: &State, first: usize, i: usize, here: &Body, lists: &mut Lists) -> (ForceTorque, bool) {
     let (mut sum, mut crossed) = (ForceTorque::default(), false);
-    for entry in row_in_run(s, first, i) {
+    for entry in s.row(i).from(first_entry(s, first)) {
         let tagged = lists.neighbour[entry];
         if tagged == NONE {
             break;

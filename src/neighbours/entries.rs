@@ -1,6 +1,6 @@
 //! Twin of `shaders/neighbours/entries.wgsl`: lists in ascending order of the ids, and what comes behind the grains.
 
-use crate::body::blocks::{BLOCK, by_entry, row_in_run};
+use crate::body::blocks::{BLOCK, by_entry, first_entry};
 use crate::{
     contact::history::{Restored, restore_history, restore_lanes, set_active},
     model::History,
@@ -22,8 +22,9 @@ pub fn order(s: &mut State, bodies: Range<usize>) {
         .map(|(k, neighbour)| {
             let (mut restored, mut list) = (Vec::new(), Vec::new());
             let first = k * BLOCK;
+            let begin = first_entry(s, first);
             for i in bodies.start.max(first)..bodies.end.min(first + BLOCK) {
-                let row = row_in_run(s, first, i);
+                let row = s.row(i).from(begin);
                 list.clear();
                 list.extend(row.clone().map(|entry| neighbour[entry]));
                 order_list(s, i, &mut list);

@@ -18,7 +18,8 @@ pub fn fill_across_levels(s: &mut State) {
 /// Put j on the list of grain i.
 fn list_across(s: &mut State, i: usize, j: usize) {
     let from_end = entries_across(s, i) - s.across_filled[i] as usize;
-    let entry = s.row(i).nth_back(from_end - 1).expect("they were counted");
+    let mut row = s.row(i);
+    let entry = row.nth(row.len() - from_end).expect("they were counted");
     s.neighbour[entry] = j as u32;
     s.across_filled[i] += 1;
 }

@@ -2,7 +2,7 @@
 //! cells.
 
 use crate::{
-    body::blocks::{BLOCK, by_entry, row_in_run},
+    body::blocks::{BLOCK, by_entry, first_entry},
     neighbours::{grid::search, levels::entries_across},
     state::{HALTED, NONE, State},
 };
@@ -18,8 +18,9 @@ pub fn fill_neighbours(s: &mut State) {
     let mut neighbour = std::mem::take(&mut s.neighbour);
     by_entry(&mut neighbour, s).enumerate().for_each(|(k, neighbour)| {
         let (first, mut list) = (k * BLOCK, Vec::new());
+        let begin = first_entry(s, first);
         for i in first..(first + BLOCK).min(s.sizes.bodies) {
-            let row = row_in_run(s, first, i);
+            let row = s.row(i).from(begin);
             list.resize(row.len() - entries_across(s, i), NONE);
             fill(s, i, &mut list);
             row.zip(&list).for_each(|(entry, j)| neighbour[entry] = *j);
