@@ -41,20 +41,21 @@ fn set_seed(step: u32) {
 /// old + change, rounded up or down by chance, as often as the digits that this loses ask for (stochastic rounding; Croci
 /// et al. 2022, R. Soc. Open Sci. 9, 211631): what grows in small steps and has no low part must not lose them the same way
 /// in every step. Evenly spread numbers would not do in place of random ones, because a change depends on how the steps
-/// before were rounded. In units of the last place of the largest component; no driver can merge terms across the floor.
+/// before were rounded. In units of the last place of the largest component; no driver can merge terms across `trunc`. What
+/// is turned around stays so, to the last bit.
 fn accumulated(old: Vec, change: Vec) -> Vec {
     let place = last_place(max(largest_component(old + change), 0x1p-20 * largest_component(old)));
     let at = old * place.inverse;
     let whole = round(at);
     let rest = fma(change, Vec(place.inverse), at - whole);
-    return place.unit * (whole + floor(rest + chance(old)));
+    return place.unit * (whole + trunc(rest + sign(rest) * chance(old)));
 }
 
-/// Numbers within [0, 1): a hash of the step and of a spring, the same for both grains of a contact. What is fresh with every
-/// step is the seed; the spring turns it, so that springs are not all rounded the same way.
+/// Numbers within [0, 1): a hash of the step and of a spring, the same from both sides of a contact. What is fresh with
+/// every step is the seed; the spring turns it, so that springs are not all rounded the same way.
 fn chance(spring: Vec) -> Vec {
-    let random = (bitcast<Bits>(spring) ^ Bits(seed)) * Bits(0x9e3779b1u);
-    return 0x1p-24 * Vec(random >> Bits(8u));
+    let size = bitcast<Bits>(spring) & Bits(0x7fffffffu);
+    return 0x1p-24 * Vec(((size ^ Bits(seed)) * Bits(0x9e3779b1u)) >> Bits(8u));
 }
 
 /// The same for a spin or a moment.
