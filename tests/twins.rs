@@ -9,7 +9,7 @@ use packstone::{
     Result,
     check::{Report, check},
     engine::{Cpu, Engine, cpu::apply, gpu::layouts},
-    gpu::Arrays,
+    gpu::{Arrays, Checks},
     model::{
         Boundary, Damping as DampingSlot, Dimension, Grains, Gyroscopic, History, Levels, Materials,
         Method as MethodSlot, Model, Normal as NormalSlot, Precision, Rolling as RollingSlot, Rotation, Tangential,
@@ -246,12 +246,13 @@ fn without_gpu(error: &packstone::Error) -> bool {
     allowed
 }
 
-fn twins_agree(precision: Precision, arrays: Arrays) {
-    for (k, model) in covering(precision).into_iter().enumerate() {
+fn twins_agree(options: Options, every: usize) {
+    let precision = options.precision;
+    for (k, model) in covering(precision).into_iter().enumerate().step_by(every) {
         let scene = random_scene(&model, k as u64);
         assert_eq!(Model::of(&scene, precision), model, "the scene must ask for the model it is made for");
         // Lists one after the other, and side by side.
-        let options = Options { precision, arrays, lists_abreast: Some([1, 8, 32][k % 3]), ..Options::default() };
+        let options = Options { lists_abreast: Some([1, 8, 32][k % 3]), ..options };
         let report: Result<Report> = check(&scene, options, 3, 3, 0);
         match report {
             Err(e) if packstone::gpu::adapters().is_empty() && without_gpu(&e) => return,
@@ -274,17 +275,22 @@ fn twins_agree(precision: Precision, arrays: Arrays) {
 
 #[test]
 fn single_precision_kernels_agree_with_their_twins() {
-    twins_agree(Precision::Single, Arrays::Buffers);
+    twins_agree(Options { precision: Precision::Single, arrays: Arrays::Buffers, ..Options::default() }, 1);
+}
+
+#[test]
+fn kernels_without_checks_agree_with_their_twins() {
+    twins_agree(Options { arrays: Arrays::Buffers, checks: Checks::Off, ..Options::default() }, 4);
 }
 
 #[test]
 fn kernels_agree_with_their_twins_if_arrays_are_images() {
-    twins_agree(Precision::Single, Arrays::Images);
+    twins_agree(Options { precision: Precision::Single, arrays: Arrays::Images, ..Options::default() }, 1);
 }
 
 #[test]
 fn double_precision_kernels_agree_with_their_twins() {
-    twins_agree(Precision::Double, Arrays::Buffers);
+    twins_agree(Options { precision: Precision::Double, arrays: Arrays::Buffers, ..Options::default() }, 1);
 }
 
 /// Steps of the CPU engine, which computes each contact once and many at a time, beside those of the twins: all arrays
