@@ -73,7 +73,7 @@ fn build(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engin
         let mut device = Device::open(double, options.arrays)?;
         device.checks = options.checks;
         if device.software && options.engine == EngineChoice::Auto {
-            return on_cpu(&format!("{} is a software driver", device.summary.name));
+            return on_cpu(&format!("{} is a software driver; --engine gpu takes it", device.summary.name));
         }
         // The cores behind a software driver read ahead along a list.
         let suitable = if device.software { 1 } else { LISTS_ABREAST };

@@ -301,11 +301,11 @@ fn sphere_separation_of(i: u32, here: Body, j: u32) -> Separation {
     return Separation(pair.separation.gap, select(pair.separation.n, -pair.separation.n, pair.back));
 }
 
-/// The entry of neighbour j in the list of grain i.
+/// The entry of neighbour j in the list of grain i, which has it.
 fn entry_of(i: u32, j: u32) -> u32 {
     let list = list_of(i);
     var entry = list.begin;
-    while ((neighbour[entry] & INDEX) != j) {
+    while (entry + list.step < list.end && (neighbour[entry] & INDEX) != j) {
         entry += list.step;
     }
     return entry;

@@ -60,8 +60,14 @@ struct TrafficArgs {
     #[arg(long, value_name = "N", default_value_t = 100)]
     steps: u64,
     /// Lists that lie side by side, a power of two
-    #[arg(long, value_name = "N", default_value_t = LISTS_ABREAST)]
+    #[arg(long, value_name = "N", default_value_t = LISTS_ABREAST, value_parser = powers_of_two)]
     lists_abreast: u32,
+}
+
+/// 1 to 512.
+fn powers_of_two(text: &str) -> Result<u32, String> {
+    let number = text.parse().ok().filter(|n: &u32| n.is_power_of_two() && *n <= 512);
+    number.ok_or_else(|| "must be 1, 2, 4 or another power of two, at most 512".to_owned())
 }
 
 /// The hard cases for DEM as the table of docs/hard-cases.md; needs the source tree, which has their scenes

@@ -59,6 +59,7 @@ impl Blocks {
             Op::Run(stage) if [&INTEGRATE_CLUMPS, &PLACE_MEMBERS, &MOVE_WALLS].contains(stage) => return false,
             Op::Swap(..) => return false,
             Op::Clear(array) => {
+                self.put_back(s);
                 self.forget(array);
                 return false;
             }

@@ -26,7 +26,8 @@ impl Device {
             // SAFETY: kernels are made of the files of this crate alone. Their indices are numbers of bodies, cells and
             // entries that kernels have counted themselves, in arrays that the host has made as long (lists that do not
             // fit are not walked), and the tests of all kernels run with the checks too, whose results are the same.
-            // Every loop goes through a list, a row of cells or a table once; divisors are sizes that are never 0.
+            // Loops go through a list, a row of cells or a table once, or halve or shorten what is left (`wrapped`); divisors
+            // are sizes that are never 0.
             Checks::Off => unsafe {
                 self.device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked())
             },

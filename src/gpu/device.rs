@@ -310,6 +310,7 @@ impl Device {
         });
         self.wait()?;
         receiver.recv().map_err(|e| lost(e.to_string()))?.map_err(|e| lost(e.to_string()))?;
+        self.check()?; // what failed has left an older content
         let view = staging.slice(..).get_mapped_range().map_err(|e| lost(e.to_string()))?;
         let content = view[..bytes as usize].to_vec();
         drop(view);

@@ -22,7 +22,7 @@ pub struct Options {
     pub precision: Precision,
     /// List entries there are at least; more are made when needed. None: as many as are needed.
     pub entries: Option<usize>,
-    /// Lists that lie side by side in memory, a power of two. None: as suits the engine.
+    /// Lists that lie side by side in memory, a power of two of 512 at most. None: as suits the engine.
     pub lists_abreast: Option<u32>,
     /// Most steps that neighbour lists may serve.
     pub longest_chunk: u32,

@@ -7,6 +7,7 @@ use super::{
 };
 use crate::{
     body::{
+        blocks::BLOCK,
         bodies::{NextVelocities, Velocities},
         grains::spins_in_scene,
         rotation::inverse_inertia,
@@ -52,7 +53,8 @@ impl Setup {
         let precision = if options.engine == EngineChoice::Cpu { Precision::Double } else { options.precision };
         let model = Model::of(assembly, precision);
         let (mut params, level) = params(assembly, &model, dt);
-        params.slice_shift = options.lists_abreast.unwrap_or(1).next_power_of_two().trailing_zeros();
+        params.slice_shift =
+            options.lists_abreast.unwrap_or(1).clamp(1, BLOCK as u32).next_power_of_two().trailing_zeros();
         let units = units(assembly, &model, dt, dt_bound);
         let bodies = assembly.grains.len();
         let guess = bodies * if assembly.dimension == 2 { 4 } else { 6 };
