@@ -1,8 +1,6 @@
 //! Shader modules, with or without the checks that wgpu adds to kernels.
 #![allow(unsafe_code, reason = "nowhere else may a device be trusted with kernels as they are")]
 
-use super::Device;
-
 /// Whether kernels check their indices, divisors and the ends of loops.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
@@ -14,22 +12,22 @@ pub enum Checks {
     Off,
 }
 
-impl Device {
-    /// The module of a kernel.
-    pub(super) fn module(&self, entry: &str, program: wgpu::naga::Module) -> wgpu::ShaderModule {
+impl Checks {
+    /// The module of a kernel on a device.
+    pub(super) fn module(self, device: &wgpu::Device, entry: &str, program: wgpu::naga::Module) -> wgpu::ShaderModule {
         let descriptor = wgpu::ShaderModuleDescriptor {
             label: Some(entry),
             source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(program)),
         };
-        match self.checks {
-            Checks::On => self.device.create_shader_module(descriptor),
+        match self {
+            Checks::On => device.create_shader_module(descriptor),
             // SAFETY: kernels are made of the files of this crate alone. Their indices are numbers of bodies, cells and
             // entries that kernels have counted themselves, in arrays that the host has made as long (lists that do not
             // fit are not walked), and the tests of all kernels run with the checks too, whose results are the same.
             // Loops go through a list, a row of cells or a table once, or halve or shorten what is left (`wrapped`); divisors
             // are sizes that are never 0.
             Checks::Off => unsafe {
-                self.device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked())
+                device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked())
             },
         }
     }
