@@ -3,7 +3,7 @@
 //! composed kernels have them, lists as the state does.
 //!
 //! Lanes of a warp take grains one after the other, and walk their lists in step until the longest ends. Loads and
-//! stores are instructions of up to [`WORD`] bytes, as wide as an array's elements are aligned. An instruction takes as
+//! stores are instructions of up to `WORD` bytes, as wide as an array's elements are aligned. An instruction takes as
 //! many lines of the first cache as its lanes touch. What has to come from beyond that cache is counted once per
 //! workgroup, in sectors: it is as if the cache held everything that its workgroup has touched.
 
