@@ -28,13 +28,16 @@ pub struct AdapterSummary {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Arrays {
-    /// Images on software drivers, otherwise buffers.
+    /// Images on software drivers that are faster with them; packed where kernels may not see as many buffers as they
+    /// have arrays; otherwise buffers.
     #[default]
     Auto,
-    /// Storage buffers.
+    /// A storage buffer each; several where one would be longer than a kernel may see.
     Buffers,
     /// Storage images where the kernels allow it.
     Images,
+    /// In two storage buffers that all share, where the kernels allow it.
+    Packed,
 }
 
 /// An open device; a clone is the same one.
@@ -45,8 +48,10 @@ pub struct Device {
     pub summary: AdapterSummary,
     /// Runs on the host's processor and memory.
     pub software: bool,
-    /// What arrays may be; images only in as far as the kernels and the limits allow.
+    /// What is asked for.
     pub arrays: Arrays,
+    /// Whether kernels may have images, and should where `arrays` leaves it open.
+    pub images: bool,
     /// Of the kernels that are compiled from now on.
     pub checks: Checks,
     /// The first error nobody was waiting for.
@@ -100,6 +105,13 @@ fn summary(adapter: &wgpu::Adapter) -> AdapterSummary {
     }
 }
 
+/// Whether loads from buffers are slow: lavapipe's are a loop over lanes before Mesa 25, and with images the published
+/// bed steps 1.3 times as fast; from then on buffers are as fast.
+fn loads_lane_by_lane(driver: &str) -> bool {
+    let version = driver.split_once("Mesa ").and_then(|(_, version)| version.split('.').next()?.parse::<u32>().ok());
+    version.is_some_and(|major| major < 25)
+}
+
 /// All adapters of this machine, best first.
 pub fn adapters() -> Vec<AdapterSummary> {
     candidates().iter().map(summary).collect()
@@ -133,15 +145,14 @@ impl Device {
         let wide = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
         // Only Vulkan promises that an invocation reads back what it wrote to an image.
         let able = adapter.features().contains(wide) && adapter.get_info().backend == wgpu::Backend::Vulkan;
-        let arrays = match arrays {
-            Arrays::Auto if !(able && software) => Arrays::Buffers,
+        let images = match arrays {
+            Arrays::Auto => able && software && loads_lane_by_lane(&summary.driver),
             Arrays::Images if !able => {
                 let message = format!("{} has no images for arrays; use --arrays buffers", summary.name);
                 return Err(Error::Device(message));
             }
-            possible => possible,
+            other => other == Arrays::Images,
         };
-        let images = arrays != Arrays::Buffers;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("packstone"),
             required_features: [(double, wanted), (images, wide), (summary.timestamps, Features::TIMESTAMP_QUERY)]
@@ -161,7 +172,7 @@ impl Device {
             }
         }));
         let checks = Checks::default();
-        Ok(Device { device, queue, summary, software, arrays, checks, failure, staging: Arc::default() })
+        Ok(Device { device, queue, summary, software, arrays, images, checks, failure, staging: Arc::default() })
     }
 
     /// Create a buffer of zeros.
@@ -253,10 +264,22 @@ impl Device {
         }
     }
 
-    /// Copy the first `bytes` of a buffer to the host.
-    pub fn read(&self, buffer: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>> {
+    /// A uniform buffer with this content, whose length is a multiple of 4.
+    pub fn uniform(&self, label: &str, content: &[u8]) -> wgpu::Buffer {
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: content.len() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        self.queue.write_buffer(&buffer, 0, content);
+        buffer
+    }
+
+    /// Copy so many bytes of a buffer, from `begin` on, to the host.
+    pub fn read(&self, buffer: &wgpu::Buffer, begin: u64, bytes: u64) -> Result<Vec<u8>> {
         self.fetch(bytes, bytes, |encoder, staging| {
-            encoder.copy_buffer_to_buffer(buffer, 0, staging, 0, bytes.next_multiple_of(4));
+            encoder.copy_buffer_to_buffer(buffer, begin, staging, 0, bytes.next_multiple_of(4));
         })
     }
 
@@ -326,4 +349,16 @@ impl Device {
 fn image_layout(image: &wgpu::Texture) -> wgpu::TexelCopyBufferLayout {
     let texel = image.format().block_copy_size(None).expect("images of arrays have a plain format");
     wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(ROW as u32 * texel), rows_per_image: None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::loads_lane_by_lane;
+
+    #[test]
+    fn only_old_drivers_load_lane_by_lane() {
+        assert!(loads_lane_by_lane("llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"));
+        assert!(!loads_lane_by_lane("llvmpipe Mesa 25.0.7-2~bpo12+1 (LLVM 15.0.6)"));
+        assert!(!loads_lane_by_lane("SwiftShader driver 5.0.0"));
+    }
 }

@@ -20,7 +20,7 @@ use crate::solve::{
 };
 use crate::{
     error::{Error, Result},
-    gpu::{Arrays, Device, Layout, Program, compose, workgroups},
+    gpu::{Arrays, Device, Layout, Placement, Program, compose, workgroups},
     record::Element,
     shaders,
 };
@@ -236,7 +236,7 @@ impl<'a> Relaxation<'a> {
 
     fn read(&self, name: &str, length: usize) -> Result<Vec<f64>> {
         let layout = &self.layouts[name];
-        let bytes = self.device.read(&self.buffers[name], (length * layout.stride) as u64)?;
+        let bytes = self.device.read(&self.buffers[name], 0, (length * layout.stride) as u64)?;
         let units = vec![1.0; layout.lanes.len()];
         let mut next = layout.decode(&bytes, &units);
         Ok((0..length * layout.lanes.len()).map(|_| next()).collect())
@@ -291,7 +291,7 @@ fn programs(dims: usize, double: bool) -> Result<Vec<Program>> {
         .map(|name| shaders::file(&format!("{name}.wgsl")));
     let shared: Vec<_> = [scalar, dimension].map(shaders::file).into_iter().chain(shared).collect();
     let kernels = PASS.map(|kernel| (kernel, shaders::file(&format!("solve/{kernel}.wgsl"))));
-    compose(&shared, &kernels, |_, _| false)
+    compose(&shared, &kernels, |_, _| Placement::Buffer)
 }
 
 /// Whether single precision can tell the contacts apart from nothing.
