@@ -6,11 +6,13 @@ pub(crate) mod device;
 pub(crate) mod images;
 pub(crate) mod layout;
 pub(crate) mod pipeline;
+pub(crate) mod restrictions;
 pub(crate) mod stopwatch;
 
 pub use checks::Checks;
 pub use compose::{Program, compose};
-pub use device::{AdapterSummary, Arrays, Device, adapters};
+pub use device::{AdapterSummary, Arrays, Device, DeviceOptions, adapters};
 pub use layout::{Binding, Layout};
 pub use pipeline::{folded, workgroups};
+pub use restrictions::Restrictions;
 pub use stopwatch::Stopwatch;

@@ -178,11 +178,11 @@ impl Gpu {
         let mut composed = programs(&HashSet::new())?;
         let layouts = collect_layouts(model.dims(), &composed)?;
         let mut images = HashSet::new();
-        if device.arrays != Arrays::Buffers {
+        if device.options.arrays != Arrays::Buffers {
             images = imageable(plans, &composed);
             match fit(&device, &composed, &layouts, &images, &state.sizes) {
                 Ok(()) => composed = programs(&images)?,
-                Err(_) if device.arrays == Arrays::Auto => images.clear(),
+                Err(_) if device.options.arrays == Arrays::Auto => images.clear(),
                 Err(e) => return Err(e),
             }
         }
@@ -340,7 +340,7 @@ impl Gpu {
             let start = Instant::now();
             let mut encoder = self.device.device.create_command_encoder(&Default::default());
             self.encode(&mut encoder, slice::from_ref(op), None);
-            self.device.queue.submit([encoder.finish()]);
+            self.device.submit(encoder);
             self.device.wait()?;
             if let Some(stage) = op.stage() {
                 times.add(stage, start.elapsed().as_secs_f64());
@@ -457,7 +457,7 @@ impl Engine for Gpu {
         }
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
         self.encode(&mut encoder, ops, None);
-        self.device.queue.submit([encoder.finish()]);
+        self.device.submit(encoder);
         Ok(())
     }
 
