@@ -8,13 +8,15 @@ pub(crate) mod layout;
 pub(crate) mod pipeline;
 pub(crate) mod placement;
 mod redirect;
+pub(crate) mod restrictions;
 pub(crate) mod stopwatch;
 mod values;
 
 pub use checks::Checks;
 pub use compose::{Program, compose};
-pub use device::{AdapterSummary, Arrays, Device, adapters};
+pub use device::{AdapterSummary, Arrays, Device, DeviceOptions, adapters};
 pub use layout::{Binding, Layout, Pack, Resource};
 pub use pipeline::{folded, workgroups};
 pub use placement::{Parts, Placement};
+pub use restrictions::Restrictions;
 pub use stopwatch::Stopwatch;

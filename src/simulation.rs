@@ -70,8 +70,7 @@ fn build(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engin
         Ok((setup, Box::new(engine), notice))
     };
     let on_gpu = || -> Result<(Setup, Box<dyn Engine>, String)> {
-        let mut device = Device::open(double, options.arrays)?;
-        device.checks = options.checks;
+        let device = Device::open(options.device())?;
         if device.software && options.engine == EngineChoice::Auto {
             return on_cpu(&format!("{} is a software driver; --engine gpu takes it", device.summary.name));
         }

@@ -2,7 +2,7 @@
 
 use crate::{
     error::Result,
-    gpu::{Arrays, Device},
+    gpu::{Device, DeviceOptions},
     memory,
 };
 use rayon::prelude::*;
@@ -40,7 +40,7 @@ pub fn of_host() -> Result<f64> {
 /// # Errors
 /// [`crate::Error::Device`] if there is no adapter, or no memory for the copy.
 pub fn of_device() -> Result<f64> {
-    let device = Device::open(false, Arrays::Auto)?;
+    let device = Device::open(DeviceOptions::default())?;
     let bytes = BYTES.min(device.summary.max_array_bytes / 256 * 256);
     if device.software {
         memory::check_host(2 * bytes)?;
@@ -52,7 +52,7 @@ pub fn of_device() -> Result<f64> {
         median_seconds(|count| {
             let mut encoder = device.device.create_command_encoder(&Default::default());
             (0..count).for_each(|_| encode(&mut encoder));
-            device.queue.submit([encoder.finish()]);
+            device.submit(encoder);
             device.wait()
         })
     };

@@ -162,7 +162,7 @@ impl DeviceArrays {
             }
             self.hold(array, Memory::Packed(pack, begin), len);
         }
-        device.queue.submit([encoder.finish()]);
+        device.submit(encoder);
         Ok(())
     }
 

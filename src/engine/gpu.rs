@@ -308,7 +308,7 @@ impl Gpu {
             let start = Instant::now();
             let mut encoder = self.device.device.create_command_encoder(&Default::default());
             self.encode(&mut encoder, slice::from_ref(op), None);
-            self.device.queue.submit([encoder.finish()]);
+            self.device.submit(encoder);
             self.device.wait()?;
             if let Some(stage) = op.stage() {
                 times.add(stage, start.elapsed().as_secs_f64());
@@ -419,7 +419,7 @@ impl Engine for Gpu {
         }
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
         self.encode(&mut encoder, ops, None);
-        self.device.queue.submit([encoder.finish()]);
+        self.device.submit(encoder);
         Ok(())
     }
 

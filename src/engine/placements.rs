@@ -71,7 +71,7 @@ impl Possible {
             Ok(all(&self.images, Placement::Image))
         };
         let few = self.storage_buffers > device.summary.max_arrays;
-        let mut placements: HashMap<&'static Array, Placement> = match device.arrays {
+        let mut placements: HashMap<&'static Array, Placement> = match device.options.arrays {
             Arrays::Buffers => HashMap::new(),
             Arrays::Images => images()?,
             Arrays::Packed => all(&self.packed, Placement::Packed),

@@ -1,9 +1,16 @@
 //! Adapters and devices.
 
-use super::{checks::Checks, images::ROW};
+use super::{checks::Checks, images::ROW, restrictions::Restrictions};
 use crate::error::{Error, Result};
-use std::sync::{Arc, Mutex};
-use wgpu::{DeviceType, Features, Limits, TextureUsages};
+use std::{
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::{Duration, Instant},
+};
+use wgpu::{DeviceType, Features, TextureUsages};
 
 /// What is worth knowing of an adapter before choosing it.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -40,6 +47,19 @@ pub enum Arrays {
     Packed,
 }
 
+/// How to open a device.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DeviceOptions {
+    /// f64 in kernels.
+    pub double: bool,
+    /// What arrays may be; images only in as far as the kernels and the limits allow.
+    pub arrays: Arrays,
+    /// Of all kernels.
+    pub checks: Checks,
+    /// What the adapter is taken not to have.
+    pub restrictions: Restrictions,
+}
+
 /// An open device; a clone is the same one.
 #[derive(Clone)]
 pub struct Device {
@@ -48,16 +68,38 @@ pub struct Device {
     pub summary: AdapterSummary,
     /// Runs on the host's processor and memory.
     pub software: bool,
-    /// What is asked for.
-    pub arrays: Arrays,
-    /// Whether kernels may have images, and should where `arrays` leaves it open.
+    /// How it was opened.
+    pub options: DeviceOptions,
+    /// Whether kernels may have images, and should where the options leave it open.
     pub images: bool,
-    /// Of the kernels that are compiled from now on.
-    pub checks: Checks,
+    shared: Arc<Shared>,
+}
+
+/// What all clones of a device have together.
+#[derive(Default)]
+struct Shared {
     /// The first error nobody was waiting for.
-    failure: Arc<Mutex<Option<String>>>,
+    failure: Mutex<Option<String>>,
     /// Where small reads arrive, so that a run makes no buffer from chunk to chunk.
-    staging: Arc<Mutex<Option<wgpu::Buffer>>>,
+    staging: Mutex<Option<wgpu::Buffer>>,
+    submissions: AtomicU64,
+    /// Time spent in [`Device::wait`], ns.
+    waited: AtomicU64,
+}
+
+impl Shared {
+    fn fail(&self, message: String) {
+        if let Ok(mut slot) = self.failure.lock() {
+            slot.get_or_insert(message);
+        }
+    }
+
+    /// Errors that come of it may have been seen first.
+    fn lose(&self, why: &str) {
+        if let Ok(mut slot) = self.failure.lock() {
+            *slot = Some(format!("the device is lost {why}").trim_end().to_owned());
+        }
+    }
 }
 
 /// Reads up to this many bytes share a buffer.
@@ -88,10 +130,10 @@ fn candidates() -> Vec<wgpu::Adapter> {
     adapters
 }
 
-fn summary(adapter: &wgpu::Adapter) -> AdapterSummary {
+fn summary(adapter: &wgpu::Adapter, restrictions: &Restrictions) -> AdapterSummary {
     let info = adapter.get_info();
-    let features = adapter.features();
-    let limits = adapter.limits();
+    let features = restrictions.features(adapter.features());
+    let limits = restrictions.limits(adapter.limits());
     AdapterSummary {
         name: info.name,
         kind: format!("{:?}", info.device_type),
@@ -114,7 +156,7 @@ fn loads_lane_by_lane(driver: &str) -> bool {
 
 /// All adapters of this machine, best first.
 pub fn adapters() -> Vec<AdapterSummary> {
-    candidates().iter().map(summary).collect()
+    candidates().iter().map(|adapter| summary(adapter, &Restrictions::default())).collect()
 }
 
 impl Device {
@@ -122,7 +164,8 @@ impl Device {
     ///
     /// # Errors
     /// [`Error::Device`] if there is none, or it cannot be opened.
-    pub fn open(double: bool, arrays: Arrays) -> Result<Device> {
+    pub fn open(options: DeviceOptions) -> Result<Device> {
+        let DeviceOptions { double, arrays, restrictions, .. } = options;
         let all = candidates();
         if all.is_empty() {
             return Err(Error::Device(
@@ -140,7 +183,7 @@ impl Device {
                 names.join(", ")
             ))
         })?;
-        let summary = summary(&adapter);
+        let summary = summary(&adapter, &restrictions);
         let software = adapter.get_info().device_type == DeviceType::Cpu;
         let wide = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
         // Only Vulkan promises that an invocation reads back what it wrote to an image.
@@ -159,20 +202,18 @@ impl Device {
                 .into_iter()
                 .filter(|(needed, _)| *needed)
                 .fold(Features::empty(), |all, (_, feature)| all | feature),
-            required_limits: Limits { ..adapter.limits() },
+            required_limits: restrictions.limits(adapter.limits()),
             ..Default::default()
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|e| Error::Device(format!("{} cannot be opened: {e}", summary.name)))?;
-        let failure = Arc::new(Mutex::new(None));
-        let first = Arc::clone(&failure);
-        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
-            if let Ok(mut slot) = first.lock() {
-                slot.get_or_insert_with(|| e.to_string());
-            }
-        }));
-        let checks = Checks::default();
-        Ok(Device { device, queue, summary, software, arrays, images, checks, failure, staging: Arc::default() })
+        let shared = Arc::new(Shared::default());
+        let known = Arc::clone(&shared);
+        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| known.fail(e.to_string())));
+        // Calls to a lost device fail without a word.
+        let known = Arc::clone(&shared);
+        device.set_device_lost_callback(move |_, why| known.lose(&why));
+        Ok(Device { device, queue, summary, software, options, images, shared })
     }
 
     /// Create a buffer of zeros.
@@ -250,18 +291,41 @@ impl Device {
     /// # Errors
     /// [`Error::Device`] with the first error of the device.
     pub fn check(&self) -> Result<()> {
-        match self.failure.lock().ok().and_then(|slot| slot.clone()) {
+        match self.shared.failure.lock().ok().and_then(|slot| slot.clone()) {
             None => Ok(()),
             Some(e) => Err(Error::Device(format!("{}: {e}", self.summary.name))),
         }
     }
 
-    /// Wait for everything submitted.
-    pub fn wait(&self) -> Result<()> {
-        match self.device.poll(wgpu::PollType::wait_indefinitely()) {
-            Ok(_) => Ok(()),
-            Err(e) => Err(Error::Device(format!("{} stopped answering: {e}", self.summary.name))),
+    /// Have the device do these commands.
+    pub fn submit(&self, commands: wgpu::CommandEncoder) {
+        let before = self.shared.submissions.fetch_add(1, Ordering::Relaxed);
+        if self.options.restrictions.lost_after.is_some_and(|most| before >= most) {
+            self.device.destroy();
         }
+        self.queue.submit([commands.finish()]);
+    }
+
+    /// Wait for everything submitted.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if the device is lost.
+    pub fn wait(&self) -> Result<()> {
+        let start = Instant::now();
+        // wgpu panics where a driver reports that its device is lost.
+        let done = catch_unwind(AssertUnwindSafe(|| self.device.poll(wgpu::PollType::wait_indefinitely())));
+        self.shared.waited.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
+        let stopped = |why: String| Error::Device(format!("{} stopped answering: {why}", self.summary.name));
+        match done {
+            Ok(Ok(_)) => Ok(()),
+            Ok(Err(e)) => Err(stopped(e.to_string())),
+            Err(_) => self.check().and(Err(stopped("the device is lost".to_owned()))),
+        }
+    }
+
+    /// How long all waits have taken so far.
+    pub fn waited(&self) -> Duration {
+        Duration::from_nanos(self.shared.waited.load(Ordering::Relaxed))
     }
 
     /// A uniform buffer with this content, whose length is a multiple of 4.
@@ -314,7 +378,7 @@ impl Device {
         copy: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::Buffer),
     ) -> Result<Vec<u8>> {
         let small = size <= KEPT_STAGING;
-        let kept = self.staging.lock().ok().filter(|_| small).and_then(|mut kept| kept.take());
+        let kept = self.shared.staging.lock().ok().filter(|_| small).and_then(|mut kept| kept.take());
         let staging = match kept {
             Some(kept) => kept,
             None => {
@@ -325,19 +389,19 @@ impl Device {
         };
         let mut encoder = self.device.create_command_encoder(&Default::default());
         copy(&mut encoder, &staging);
-        self.queue.submit([encoder.finish()]);
+        self.submit(encoder);
         let lost = |e: String| Error::Device(format!("{}: reading back failed: {e}", self.summary.name));
         let (sender, receiver) = std::sync::mpsc::channel();
         staging.slice(..).map_async(wgpu::MapMode::Read, move |result| {
             let _ = sender.send(result);
         });
         self.wait()?;
-        receiver.recv().map_err(|e| lost(e.to_string()))?.map_err(|e| lost(e.to_string()))?;
         self.check()?; // what failed has left an older content
+        receiver.recv().map_err(|e| lost(e.to_string()))?.map_err(|e| lost(e.to_string()))?;
         let view = staging.slice(..).get_mapped_range().map_err(|e| lost(e.to_string()))?;
         let content = view[..bytes as usize].to_vec();
         drop(view);
-        if let (true, Ok(mut kept)) = (small, self.staging.lock()) {
+        if let (true, Ok(mut kept)) = (small, self.shared.staging.lock()) {
             staging.unmap();
             *kept = Some(staging);
         }

@@ -35,7 +35,7 @@ impl Device {
             )));
         }
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let module = self.checks.module(&self.device, &program.entry, program.module);
+        let module = self.options.checks.module(&self.device, &program.entry, program.module);
         let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(label),
             layout: None,

@@ -20,7 +20,7 @@ use crate::solve::{
 };
 use crate::{
     error::{Error, Result},
-    gpu::{Arrays, Device, Layout, Placement, Program, compose, workgroups},
+    gpu::{Arrays, Device, DeviceOptions, Layout, Placement, Program, compose, workgroups},
     record::Element,
     shaders,
 };
@@ -54,7 +54,11 @@ impl Jacobi {
             let reason = "runs with --engine cpu only; on the GPU there are jacobi and jacobi-accelerated";
             return Err(Error::Problem(format!("{} {reason}", solver.label())));
         }
-        Ok(Jacobi { device: Device::open(double, Arrays::Buffers)?, solver, double })
+        Ok(Jacobi {
+            device: Device::open(DeviceOptions { double, arrays: Arrays::Buffers, ..DeviceOptions::default() })?,
+            solver,
+            double,
+        })
     }
 
     /// Solve from r = 0. Residuals in the history are those of the device, except for what is called a solution.
@@ -265,7 +269,7 @@ impl<'a> Relaxation<'a> {
             compute.dispatch_workgroups(*x, *y, 1);
         }
         drop(compute);
-        self.device.queue.submit([encoder.finish()]);
+        self.device.submit(encoder);
         self.device.check()?;
         let mut lanes = self.read("solver_state", 1)?.into_iter();
         let state = SolverState::take(self.dims, &mut || lanes.next().expect("the kernels have the same record"));
