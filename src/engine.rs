@@ -4,6 +4,7 @@ mod arrays;
 pub mod cpu;
 pub mod gpu;
 mod placements;
+pub mod programs;
 pub mod times;
 pub mod traffic;
 

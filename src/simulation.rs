@@ -22,7 +22,7 @@ pub use runner::params_of_step;
 pub use setup::Setup;
 
 use crate::{
-    engine::{Cpu, Engine, Gpu, gpu},
+    engine::{Cpu, Engine, Gpu, programs},
     error::{Error, Result},
     gpu::Device,
     model::{Model, Precision},
@@ -235,9 +235,9 @@ impl Simulation {
     /// Bytes per grain of all arrays as they are now.
     pub fn bytes_per_particle(&self) -> Result<f64> {
         let s = &self.runner.state;
-        let layouts = gpu::layouts(&s.model, &self.plans)?;
+        let layouts = programs::layouts(&s.model, &self.plans)?;
         let sizes = Sizes { entries: self.lists.entries(), history: self.lists.history().0, ..s.sizes };
-        let total: u64 = gpu::bytes(&s.model, &layouts, &sizes).map(|(_, b)| b).sum();
+        let total: u64 = programs::bytes(&s.model, &layouts, &sizes).map(|(_, b)| b).sum();
         Ok(total as f64 / s.sizes.bodies as f64)
     }
 

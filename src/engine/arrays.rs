@@ -1,6 +1,6 @@
 //! The arrays of a model on a device, wherever they lie.
 
-use super::gpu::Layouts;
+use super::programs::Layouts;
 use crate::{
     error::{Error, Result},
     gpu::{Device, Layout, Pack, Parts, Placement, Resource, images},
@@ -72,7 +72,7 @@ impl DeviceArrays {
         &self.placements
     }
 
-    /// Where an array lies, and all that are of its length, from when they are given a new one.
+    /// Where an array is to lie from when it is given a length.
     pub fn place(&mut self, array: &'static Array, placement: Placement) {
         self.placements.insert(array, placement);
     }
@@ -117,7 +117,7 @@ impl DeviceArrays {
             Placement::Image => {
                 let layout = self.layouts.of(array).expect("images are of arrays that kernels use");
                 let format = images::format(layout).expect("asked for before it was placed");
-                let image = device.image(array.name, len * images::texels(layout), format)?;
+                let image = device.image(array.name, len * self.layouts.texels(array), format)?;
                 let view = image.create_view(&Default::default());
                 Memory::Image(image, view)
             }

@@ -1,14 +1,18 @@
 //! The device engine: every stage of the plan as a compute pipeline, every array of the state as a buffer or an image.
 
-use super::{Engine, Times, arrays::DeviceArrays, placements::Possible};
+use super::{
+    Engine, Times,
+    arrays::DeviceArrays,
+    placements::Possible,
+    programs::{Layouts, bound, bytes, layouts_of, programs, programs_with},
+};
 use crate::{
     error::{Error, Result},
-    gpu::{Binding, Device, Layout, Placement, Program, Resource, Stopwatch, compose, folded, workgroups},
+    gpu::{Binding, Device, Placement, Program, Resource, Stopwatch, folded, workgroups},
     memory,
     model::Model,
     plan::Op,
     plans::Plans,
-    shaders,
     stage::{Dispatch, Stage},
     state::{ARRAYS, Array, Column, Counters, Element, Params, Sizes, State, array, present},
     units::Quantity,
@@ -59,102 +63,6 @@ struct Variable {
     arrays: Vec<Option<&'static Array>>,
 }
 
-/// How the arrays of a model, and `params`, lie on a device.
-#[derive(Clone)]
-pub struct Layouts {
-    params: Layout,
-    arrays: HashMap<&'static Array, Layout>,
-}
-
-impl Layouts {
-    /// How an array's elements lie, if kernels use it.
-    pub fn of(&self, array: &Array) -> Option<&Layout> {
-        self.arrays.get(array)
-    }
-
-    /// Bytes from one element of an array to the next.
-    pub fn stride(&self, array: &'static Array) -> usize {
-        self.arrays.get(array).map_or(4, |l| l.stride)
-    }
-}
-
-/// The kernels of stages, composed for a model.
-pub fn programs(model: &Model, stages: &[&Stage]) -> Result<Vec<Program>> {
-    programs_with(model, stages, &HashMap::new())
-}
-
-/// The same with arrays where they are to lie.
-pub fn programs_with(
-    model: &Model,
-    stages: &[&Stage],
-    placements: &HashMap<&'static Array, Placement>,
-) -> Result<Vec<Program>> {
-    let shared: Vec<_> = model.files().into_iter().map(shaders::file).collect();
-    let kernels = stages.iter().map(|stage| (stage.kernel, shaders::file(&stage.file())));
-    let placement = |k: usize, binding: &Binding| {
-        stages[k].array(&binding.name).and_then(|array| placements.get(array)).copied().unwrap_or_default()
-    };
-    compose(&shared, &kernels.collect::<Vec<_>>(), placement)
-}
-
-/// Layout of every array that the stages of a model touch, and of `params`, read from the composed kernels.
-///
-/// # Errors
-/// [`Error::Shader`] if a kernel does not compose, or if a struct differs between Rust and WGSL.
-pub fn layouts(model: &Model, plans: &Plans) -> Result<Layouts> {
-    let stages = plans.stages();
-    let programs = programs(model, &stages)?;
-    collect_layouts(model.dims(), &stages.into_iter().zip(programs).collect::<Vec<_>>())
-}
-
-fn collect_layouts(dims: usize, programs: &[(&'static Stage, Program)]) -> Result<Layouts> {
-    let (mut arrays, mut params) = (HashMap::new(), None);
-    let empty =
-        State::new(crate::model::Model::all(crate::model::Precision::Single)[0], Sizes::default(), Params::default());
-    for (stage, program) in programs {
-        for binding in &program.bindings {
-            let array = bound(stage, &binding.name)?;
-            let names = array.map_or_else(|| Params::names(dims), |array| empty.column(array).names(dims));
-            let known = array.map_or(params.as_ref(), |array| arrays.get(array));
-            let same = binding.layout.names.iter().eq(names);
-            if !same || known.is_some_and(|l| *l != binding.layout) {
-                return Err(Error::Shader {
-                    file: stage.file(),
-                    line: 1,
-                    message: format!(
-                        "`{}` has members {:?}, its Rust twin {names:?}",
-                        binding.name, binding.layout.names
-                    ),
-                });
-            }
-            match array {
-                Some(array) => drop(arrays.insert(array, binding.layout.clone())),
-                None => params = Some(binding.layout.clone()),
-            }
-        }
-    }
-    for &array in ARRAYS {
-        let original = Array::named(array.original()).and_then(|original| arrays.get(original));
-        if let Some(layout) = original.cloned() {
-            arrays.entry(array).or_insert(layout);
-        }
-    }
-    Ok(Layouts { params: params.expect("every kernel knows `params`"), arrays })
-}
-
-/// The array that a binding of a stage stands for; None for `params`.
-fn bound(stage: &Stage, name: &str) -> Result<Option<&'static Array>> {
-    let array = stage.array(name);
-    if array.is_some() || name == "params" {
-        return Ok(array);
-    }
-    Err(Error::Shader {
-        file: stage.file(),
-        line: 1,
-        message: format!("`{name}` is not in the dictionary of arrays (src/state.rs)"),
-    })
-}
-
 impl Gpu {
     /// Compile the plans' kernels and allocate the model's arrays, as long as in `state`, filled with its content.
     ///
@@ -164,7 +72,7 @@ impl Gpu {
         let model = &state.model;
         let stages = plans.stages();
         let programs: Vec<_> = stages.iter().copied().zip(programs(model, &stages)?).collect();
-        let layouts = collect_layouts(model.dims(), &programs)?;
+        let layouts = layouts_of(model.dims(), &programs)?;
         let possible = Possible::of(plans, &programs);
         let placements = possible.choose(&device, &programs, &layouts, &state.sizes)?;
         check_memory(&device, bytes(model, &layouts, &state.sizes), &placements)?;
@@ -217,6 +125,11 @@ impl Gpu {
         };
         needed.into_iter().try_for_each(|array| gpu.write(&[array], state))?;
         Ok(gpu)
+    }
+
+    /// Where an array lies.
+    pub fn placement(&self, array: &Array) -> Placement {
+        self.arrays.placements().get(array).copied().unwrap_or_default()
     }
 
     /// Arrays that a stage writes.
@@ -351,16 +264,6 @@ fn groups(dispatch: &Dispatch, sizes: &Sizes) -> (u32, u32) {
         Dispatch::GroupEach(items) => folded(items(sizes)),
         Dispatch::Items(items) => workgroups(items(sizes)),
     }
-}
-
-/// Bytes of each array the model needs, from the layouts of its kernels.
-pub fn bytes<'a>(
-    model: &'a Model,
-    layouts: &'a Layouts,
-    sizes: &'a Sizes,
-) -> impl Iterator<Item = (&'static Array, u64)> + Clone + 'a {
-    let needed = ARRAYS.iter().filter(|a| (a.needed)(model));
-    needed.map(|array| (*array, (sizes.of(array.length) * layouts.stride(array)) as u64))
 }
 
 fn check_memory(

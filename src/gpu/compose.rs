@@ -217,8 +217,7 @@ fn number(module: &mut Module, info: &ModuleInfo, entry: &str) -> Result<Vec<Bin
             },
             read: uses.intersects(GlobalUse::READ | GlobalUse::ATOMIC),
             written: uses.intersects(GlobalUse::WRITE | GlobalUse::ATOMIC),
-            elementwise: matches!(module.types[variable.ty].inner, TypeInner::Array { base, .. }
-                    if !matches!(module.types[base].inner, TypeInner::Atomic(_)))
+            elementwise: matches!(module.types[variable.ty].inner, TypeInner::Array { base, .. } if !has_atomics(module, base))
                 && !uses.intersects(GlobalUse::ATOMIC | GlobalUse::QUERY)
                 && only_elements(module, handle),
             layout: layout_of(module, &layouter, variable.ty),
@@ -231,6 +230,14 @@ fn number(module: &mut Module, info: &ModuleInfo, entry: &str) -> Result<Vec<Bin
         module.global_variables.get_mut(handle).binding = Some(binding);
     }
     Ok(bindings)
+}
+
+fn has_atomics(module: &Module, ty: Handle<Type>) -> bool {
+    match &module.types[ty].inner {
+        TypeInner::Atomic(_) => true,
+        TypeInner::Struct { members, .. } => members.iter().any(|m| has_atomics(module, m.ty)),
+        _ => false,
+    }
 }
 
 fn layout_of(module: &Module, layouter: &Layouter, ty: Handle<Type>) -> Layout {

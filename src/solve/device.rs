@@ -336,6 +336,6 @@ mod tests {
         jacobi.device.summary.max_arrays = 4;
         jacobi.device.summary.max_array_bytes = 1 << 20;
         let said = jacobi.solve(&problem, &Options::default()).unwrap_err().to_string();
-        assert!(said.contains("uses") && said.contains("arrays"), "{said}");
+        assert!(said.contains("uses") && said.contains("storage buffers"), "{said}");
     }
 }
