@@ -1,6 +1,6 @@
 //! The device engine: every stage of the plan as a compute pipeline, every array of the state as a buffer or an image.
 
-use super::{Engine, Times};
+use super::{Engine, Times, within};
 use crate::{
     error::{Error, Result},
     gpu::{Arrays, Binding, Device, Layout, Program, Stopwatch, compose, folded, images, workgroups},
@@ -16,6 +16,7 @@ use crate::{
 use std::{
     any::Any,
     collections::{HashMap, HashSet},
+    ops::Range,
     slice,
     time::Instant,
 };
@@ -35,8 +36,6 @@ pub struct Gpu {
     images: HashSet<&'static Array>,
     buffers: HashMap<&'static Array, Buffer>,
     params: wgpu::Buffer,
-    /// Whether anything has run, so that buffers may hold something.
-    dirty: bool,
     /// Buffers made so far.
     serial: u64,
     times: Option<Times>,
@@ -164,7 +163,7 @@ fn bound(stage: &Stage, name: &str) -> Result<Option<&'static Array>> {
 }
 
 impl Gpu {
-    /// Compile the plans' kernels and allocate the model's arrays, as long as in `state`, filled with its content.
+    /// Compile the plans' kernels and allocate the model's arrays, filled with what `state` has of them, or zero.
     ///
     /// # Errors
     /// [`Error::Device`] if the arrays do not fit, [`Error::Shader`] if a kernel does not compile.
@@ -227,7 +226,6 @@ impl Gpu {
             images,
             buffers: HashMap::new(),
             params,
-            dirty: false,
             serial: 0,
             times: None,
         };
@@ -235,7 +233,9 @@ impl Gpu {
         for array in present(model, ARRAYS) {
             let of_total = |e| Error::Device(format!("scene too large, it needs {total} bytes in all: {e}"));
             gpu.resize(array, state.sizes.of(array.length)).map_err(of_total)?;
-            gpu.write(&[array], state)?;
+            if !state.column(array).is_empty() {
+                gpu.write(&[array], 0, state)?;
+            }
         }
         Ok(gpu)
     }
@@ -266,12 +266,12 @@ impl Gpu {
         kernel.groups.len() - 1
     }
 
-    /// The content of an array.
-    fn fetch(&self, array: &Buffer, layout: &Layout) -> Result<Vec<u8>> {
-        let bytes = (array.len * layout.stride) as u64;
+    /// Elements of an array.
+    fn fetch(&self, array: &Buffer, elements: Range<usize>, layout: &Layout) -> Result<Vec<u8>> {
+        let (begin, bytes) = ((elements.start * layout.stride) as u64, (elements.len() * layout.stride) as u64);
         match &array.memory {
-            Memory::Buffer(buffer) => self.device.read(buffer, bytes),
-            Memory::Image(image, _) => self.device.read_image(image, bytes),
+            Memory::Buffer(buffer) => self.device.read(buffer, begin, bytes),
+            Memory::Image(image, _) => self.device.read_image(image, begin, bytes),
         }
     }
 
@@ -435,7 +435,6 @@ impl Engine for Gpu {
     }
 
     fn execute(&mut self, params: &Params, ops: &[Op]) -> Result<()> {
-        self.dirty = true;
         let len = |array: &Array| self.buffers.get(array).map_or(0, |b| b.len as u32);
         let params = Params {
             entries: len(&array::NEIGHBOUR),
@@ -464,7 +463,7 @@ impl Engine for Gpu {
     fn counters(&mut self) -> Result<Counters> {
         self.device.check()?;
         let layout = &self.layouts.arrays[&array::COUNTERS];
-        let bytes = self.fetch(&self.buffers[&array::COUNTERS], layout)?;
+        let bytes = self.fetch(&self.buffers[&array::COUNTERS], 0..1, layout)?;
         Ok(Counters::take(self.dims, &mut layout.decode(&bytes, &self.units[&array::COUNTERS])))
     }
 
@@ -488,35 +487,31 @@ impl Engine for Gpu {
         Ok(())
     }
 
-    fn write(&mut self, arrays: &[&'static Array], state: &State) -> Result<()> {
+    fn write(&mut self, arrays: &[&'static Array], first: usize, state: &State) -> Result<()> {
         for &array in arrays {
-            let column = state.column(array);
-            if self.buffers[array].len != column.len() {
-                self.resize(array, column.len())?;
-            }
             let Some(layout) = self.layouts.arrays.get(array) else { continue };
-            let mut zero = true;
-            column.lanes(self.dims, &mut |x| zero &= x == 0.0);
-            if zero && !self.dirty {
-                continue; // new buffers are zero
-            }
+            let column = state.column(array);
             let bytes = layout.encode(column.len(), &self.units[array], |sink| column.lanes(self.dims, sink));
+            let begin = (first * layout.stride) as u64;
             match &self.buffers[array].memory {
-                Memory::Buffer(buffer) => self.device.queue.write_buffer(buffer, 0, &bytes),
-                Memory::Image(image, _) => self.device.write_image(image, bytes),
+                Memory::Buffer(buffer) => self.device.queue.write_buffer(buffer, begin, &bytes),
+                Memory::Image(image, _) => self.device.write_image(image, begin, &bytes),
             }
         }
-        Ok(())
+        // What is written waits in memory until then.
+        self.device.queue.submit([]);
+        self.device.wait()
     }
 
-    fn read(&mut self, arrays: &[&'static Array], state: &mut State) -> Result<()> {
+    fn read(&mut self, arrays: &[&'static Array], elements: Range<usize>, state: &mut State) -> Result<()> {
         for &array in arrays {
             let (Some(layout), Some(buffer)) = (self.layouts.arrays.get(array), self.buffers.get(array)) else {
                 continue;
             };
-            let bytes = self.fetch(buffer, layout)?;
+            let elements = within(&elements, buffer.len);
+            let bytes = self.fetch(buffer, elements.clone(), layout)?;
             let column: &mut dyn Column = state.column_mut(array);
-            column.resize(buffer.len);
+            column.resize(elements.len());
             column.fill(self.dims, &mut layout.decode(&bytes, &self.units[array]));
         }
         Ok(())

@@ -236,7 +236,7 @@ impl<'a> Relaxation<'a> {
 
     fn read(&self, name: &str, length: usize) -> Result<Vec<f64>> {
         let layout = &self.layouts[name];
-        let bytes = self.device.read(&self.buffers[name], (length * layout.stride) as u64)?;
+        let bytes = self.device.read(&self.buffers[name], 0, (length * layout.stride) as u64)?;
         let units = vec![1.0; layout.lanes.len()];
         let mut next = layout.decode(&bytes, &units);
         Ok((0..length * layout.lanes.len()).map(|_| next()).collect())
