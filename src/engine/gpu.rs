@@ -163,7 +163,7 @@ fn bound(stage: &Stage, name: &str) -> Result<Option<&'static Array>> {
 }
 
 impl Gpu {
-    /// Compile the plans' kernels and allocate the model's arrays, filled with what `state` has of them, or zero.
+    /// Compile the plans' kernels and allocate the model's arrays: as `state` has them, or zero where it has none.
     ///
     /// # Errors
     /// [`Error::Device`] if the arrays do not fit, [`Error::Shader`] if a kernel does not compile.
@@ -232,9 +232,12 @@ impl Gpu {
         let total: u64 = bytes(model, &gpu.layouts, &state.sizes).map(|(_, b)| b).sum();
         for array in present(model, ARRAYS) {
             let of_total = |e| Error::Device(format!("scene too large, it needs {total} bytes in all: {e}"));
-            gpu.resize(array, state.sizes.of(array.length)).map_err(of_total)?;
-            if !state.column(array).is_empty() {
-                gpu.write(&[array], 0, state)?;
+            match state.column(array).len() {
+                0 => gpu.resize(array, state.sizes.of(array.length)).map_err(of_total)?,
+                len => {
+                    gpu.resize(array, len).map_err(of_total)?;
+                    gpu.write(&[array], 0, state)?;
+                }
             }
         }
         Ok(gpu)
