@@ -26,6 +26,8 @@ pub fn describe(args: &DescribeArgs) -> anyhow::Result<ExitCode> {
     let (scene, assembly) = args.scene.load(&[])?;
     let options = args.scene.options();
     let setup = Setup::new(&assembly, &options)?;
+    // Where a run would refuse a grain, it is said here, too.
+    setup.fill(&assembly, &mut |_, _, _| Ok(()))?;
     say(contents(&scene, &assembly, &setup));
     say(format!("\nModel\n{}", indent(&model(&setup))));
     say(format!("\nPlans\n{}", indent(&setup.plans.to_string())));

@@ -6,7 +6,10 @@ use crate::{
     gpu::{Device, Layout, Pack, Parts, Placement, Resource, images},
     state::{Array, Sizes},
 };
-use std::collections::{HashMap, HashSet};
+use std::{
+    collections::{HashMap, HashSet},
+    ops::Range,
+};
 use wgpu::BufferUsages;
 
 /// What an array, or arrays in common, may be used for.
@@ -185,42 +188,45 @@ impl DeviceArrays {
         }
     }
 
-    /// Overwrite an array.
-    pub fn write(&self, device: &Device, array: &'static Array, bytes: Vec<u8>) {
-        let queue = &device.queue;
+    /// Overwrite elements of an array, from number `first` on.
+    pub fn write(&self, device: &Device, array: &'static Array, first: usize, bytes: &[u8]) {
+        let stride = self.layouts.stride(array);
+        let begin = (first * stride) as u64;
         match &self.held[array].memory {
-            Memory::Buffer(buffer) => queue.write_buffer(buffer, 0, &bytes),
-            Memory::Image(image, _) => device.write_image(image, bytes),
+            Memory::Buffer(buffer) => device.queue.write_buffer(buffer, begin, bytes),
+            Memory::Image(image, _) => device.write_image(image, begin, bytes),
             Memory::Parts(parts, buffers) => {
-                let of_part = self.layouts.stride(array) << parts.shift;
-                bytes.chunks(of_part).zip(buffers).for_each(|(bytes, buffer)| queue.write_buffer(buffer, 0, bytes));
+                for (part, elements) in parts.of_range(first..first + bytes.len() / stride) {
+                    let from = (part << parts.shift) + elements.start - first;
+                    let bytes = &bytes[from * stride..(from + elements.len()) * stride];
+                    device.queue.write_buffer(&buffers[part], (elements.start * stride) as u64, bytes);
+                }
             }
-            Memory::Packed(pack, begin) => {
-                queue.write_buffer(&self.packs[pack], (begin * pack.stride()) as u64, &bytes);
+            Memory::Packed(pack, at) => {
+                device.queue.write_buffer(&self.packs[pack], (at * pack.stride()) as u64 + begin, bytes);
             }
         }
     }
 
-    /// The content of an array.
+    /// Elements of an array.
     ///
     /// # Errors
     /// [`Error::Device`] if the device is lost or has no memory for a copy.
-    pub fn read(&self, device: &Device, array: &'static Array) -> Result<Vec<u8>> {
-        let Held { memory, len, .. } = &self.held[array];
+    pub fn read(&self, device: &Device, array: &'static Array, elements: Range<usize>) -> Result<Vec<u8>> {
         let stride = self.layouts.stride(array);
-        let bytes = (len * stride) as u64;
-        match memory {
-            Memory::Buffer(buffer) => device.read(buffer, 0, bytes),
-            Memory::Image(image, _) => device.read_image(image, bytes),
+        let (begin, bytes) = ((elements.start * stride) as u64, (elements.len() * stride) as u64);
+        match &self.held[array].memory {
+            Memory::Buffer(buffer) => device.read(buffer, begin, bytes),
+            Memory::Image(image, _) => device.read_image(image, begin, bytes),
             Memory::Parts(parts, buffers) => {
                 let mut content = Vec::with_capacity(bytes as usize);
-                for (part, buffer) in buffers.iter().enumerate() {
-                    content.extend(device.read(buffer, 0, (parts.len(part, *len) * stride) as u64)?);
+                for (part, elements) in parts.of_range(elements) {
+                    let (begin, bytes) = (elements.start * stride, elements.len() * stride);
+                    content.extend(device.read(&buffers[part], begin as u64, bytes as u64)?);
                 }
-                content.truncate(bytes as usize);
                 Ok(content)
             }
-            Memory::Packed(pack, begin) => device.read(&self.packs[pack], (begin * pack.stride()) as u64, bytes),
+            Memory::Packed(pack, at) => device.read(&self.packs[pack], (at * pack.stride()) as u64 + begin, bytes),
         }
     }
 

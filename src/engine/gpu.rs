@@ -5,6 +5,7 @@ use super::{
     arrays::DeviceArrays,
     placements::Possible,
     programs::{Layouts, bound, bytes, layouts_of, programs, programs_with},
+    within,
 };
 use crate::{
     error::{Error, Result},
@@ -17,7 +18,7 @@ use crate::{
     state::{ARRAYS, Array, Column, Counters, Element, Params, Sizes, State, array, present},
     units::Quantity,
 };
-use std::{any::Any, collections::HashMap, slice, time::Instant};
+use std::{any::Any, collections::HashMap, ops::Range, slice, time::Instant};
 use wgpu::ComputePassTimestampWrites;
 
 /// Runs the WGSL kernels.
@@ -31,8 +32,6 @@ pub struct Gpu {
     units: HashMap<&'static Array, Vec<f64>>,
     params_units: Vec<f64>,
     params: wgpu::Buffer,
-    /// Whether anything has run, so that arrays may hold something.
-    dirty: bool,
     times: Option<Times>,
 }
 
@@ -64,7 +63,7 @@ struct Variable {
 }
 
 impl Gpu {
-    /// Compile the plans' kernels and allocate the model's arrays, as long as in `state`, filled with its content.
+    /// Compile the plans' kernels and allocate the model's arrays: as `state` has them, or zero where it has none.
     ///
     /// # Errors
     /// [`Error::Device`] if the arrays do not fit, [`Error::Shader`] if a kernel does not compile.
@@ -120,10 +119,19 @@ impl Gpu {
             units: ARRAYS.iter().map(|array| (*array, of(state.quantities(array)))).collect(),
             params_units: of(Params::quantities(Quantity::Number, model.dims())),
             params,
-            dirty: false,
             times: None,
         };
-        needed.into_iter().try_for_each(|array| gpu.write(&[array], state))?;
+        for array in needed {
+            match state.column(array).len() {
+                0 => {}
+                len => {
+                    if len != gpu.arrays.len(array) {
+                        gpu.resize(array, len)?;
+                    }
+                    gpu.write(&[array], 0, state)?;
+                }
+            }
+        }
         Ok(gpu)
     }
 
@@ -298,7 +306,6 @@ impl Engine for Gpu {
     }
 
     fn execute(&mut self, params: &Params, ops: &[Op]) -> Result<()> {
-        self.dirty = true;
         let dims = self.model.dims();
         let len = |array: &Array| self.arrays.len(array) as u32;
         let params = Params {
@@ -329,7 +336,7 @@ impl Engine for Gpu {
     fn counters(&mut self) -> Result<Counters> {
         self.device.check()?;
         let layout = self.arrays.layout(&array::COUNTERS).expect("kernels count");
-        let bytes = self.arrays.read(&self.device, &array::COUNTERS)?;
+        let bytes = self.arrays.read(&self.device, &array::COUNTERS, 0..1)?;
         Ok(Counters::take(self.model.dims(), &mut layout.decode(&bytes, &self.units[&array::COUNTERS])))
     }
 
@@ -349,32 +356,26 @@ impl Engine for Gpu {
         Ok(())
     }
 
-    fn write(&mut self, arrays: &[&'static Array], state: &State) -> Result<()> {
+    fn write(&mut self, arrays: &[&'static Array], first: usize, state: &State) -> Result<()> {
         let dims = self.model.dims();
         for &array in arrays {
-            let column = state.column(array);
-            if self.arrays.len(array) != column.len() {
-                self.resize(array, column.len())?;
-            }
             let Some(layout) = self.arrays.layout(array) else { continue };
-            let mut zero = true;
-            column.lanes(dims, &mut |x| zero &= x == 0.0);
-            if zero && !self.dirty {
-                continue; // new arrays are zero
-            }
+            let column = state.column(array);
             let bytes = layout.encode(column.len(), &self.units[array], |sink| column.lanes(dims, sink));
-            self.arrays.write(&self.device, array, bytes);
+            self.arrays.write(&self.device, array, first, &bytes);
         }
-        Ok(())
+        // What is written waits in memory until then.
+        self.device.queue.submit([]);
+        self.device.wait()
     }
 
-    fn read(&mut self, arrays: &[&'static Array], state: &mut State) -> Result<()> {
+    fn read(&mut self, arrays: &[&'static Array], elements: Range<usize>, state: &mut State) -> Result<()> {
         for &array in arrays {
-            let len = self.arrays.len(array);
-            let Some(layout) = self.arrays.layout(array).filter(|_| len > 0) else { continue };
-            let bytes = self.arrays.read(&self.device, array)?;
+            let elements = within(&elements, self.arrays.len(array));
+            let Some(layout) = self.arrays.layout(array).filter(|_| self.arrays.len(array) > 0) else { continue };
+            let bytes = self.arrays.read(&self.device, array, elements.clone())?;
             let column: &mut dyn Column = state.column_mut(array);
-            column.resize(len);
+            column.resize(elements.len());
             column.fill(self.model.dims(), &mut layout.decode(&bytes, &self.units[array]));
         }
         Ok(())

@@ -3,6 +3,7 @@
 use super::{checks::Checks, images::ROW, restrictions::Restrictions};
 use crate::error::{Error, Result};
 use std::{
+    ops::Range,
     panic::{AssertUnwindSafe, catch_unwind},
     sync::{
         Arc, Mutex,
@@ -342,39 +343,50 @@ impl Device {
 
     /// Copy so many bytes of a buffer, from `begin` on, to the host.
     pub fn read(&self, buffer: &wgpu::Buffer, begin: u64, bytes: u64) -> Result<Vec<u8>> {
-        self.fetch(bytes, bytes, |encoder, staging| {
+        self.fetch(bytes, 0..bytes, |encoder, staging| {
             encoder.copy_buffer_to_buffer(buffer, begin, staging, 0, bytes.next_multiple_of(4));
         })
     }
 
-    /// Copy the first `bytes` of an image to the host.
+    /// Copy so many bytes of an image, from `begin` on, to the host.
     ///
     /// # Errors
     /// [`Error::Device`] if there is no memory for the copy, or the device is lost.
-    pub fn read_image(&self, image: &wgpu::Texture, bytes: u64) -> Result<Vec<u8>> {
-        let layout = image_layout(image);
-        let size = u64::from(layout.bytes_per_row.unwrap_or_default()) * u64::from(image.height());
-        self.fetch(size, bytes, |encoder, staging| {
+    pub fn read_image(&self, image: &wgpu::Texture, begin: u64, bytes: u64) -> Result<Vec<u8>> {
+        let (layout, row) = (image_layout(image), row_bytes(image));
+        // Rows as wholes: parts of them would have to be aligned.
+        let rows = (begin / row) as u32..(begin + bytes).div_ceil(row) as u32;
+        let begin = begin - u64::from(rows.start) * row;
+        self.fetch(rows.len() as u64 * row, begin..begin + bytes, |encoder, staging| {
             let to = wgpu::TexelCopyBufferInfo { buffer: staging, layout };
-            encoder.copy_texture_to_buffer(image.as_image_copy(), to, image.size());
+            let size = wgpu::Extent3d { height: rows.len() as u32, ..image.size() };
+            encoder.copy_texture_to_buffer(from_texel(image, 0, rows.start), to, size);
         })
     }
 
-    /// Overwrite an image from its first texel on, with no more bytes than it has; what is left of the last row becomes
-    /// zero.
-    pub fn write_image(&self, image: &wgpu::Texture, mut bytes: Vec<u8>) {
-        let layout = image_layout(image);
-        let row = layout.bytes_per_row.unwrap_or_default() as usize;
-        bytes.resize(bytes.len().next_multiple_of(row), 0);
-        let size = wgpu::Extent3d { height: (bytes.len() / row) as u32, ..image.size() };
-        self.queue.write_texture(image.as_image_copy(), &bytes, layout, size);
+    /// Overwrite texels of an image, those from byte `begin` on.
+    pub fn write_image(&self, image: &wgpu::Texture, mut begin: u64, mut bytes: &[u8]) {
+        let (layout, row) = (image_layout(image), row_bytes(image));
+        // What is left of a row, rows as wholes, and the beginning of one.
+        while !bytes.is_empty() {
+            let (in_row, len) = (begin % row, bytes.len() as u64);
+            let now = if in_row > 0 || len < row { len.min(row - in_row) } else { len - len % row };
+            let size = match now < row {
+                true => wgpu::Extent3d { width: (now / (row / ROW as u64)) as u32, height: 1, ..image.size() },
+                false => wgpu::Extent3d { height: (now / row) as u32, ..image.size() },
+            };
+            let texel = from_texel(image, (in_row / (row / ROW as u64)) as u32, (begin / row) as u32);
+            let (piece, rest) = bytes.split_at(now as usize);
+            self.queue.write_texture(texel, piece, layout, size);
+            (begin, bytes) = (begin + now, rest);
+        }
     }
 
-    /// The first `bytes` of the `size` bytes that are copied to the staging buffer.
+    /// Those of the `size` bytes that are copied to the staging buffer which lie in `range`.
     fn fetch(
         &self,
         size: u64,
-        bytes: u64,
+        range: Range<u64>,
         copy: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::Buffer),
     ) -> Result<Vec<u8>> {
         let small = size <= KEPT_STAGING;
@@ -399,7 +411,7 @@ impl Device {
         self.check()?; // what failed has left an older content
         receiver.recv().map_err(|e| lost(e.to_string()))?.map_err(|e| lost(e.to_string()))?;
         let view = staging.slice(..).get_mapped_range().map_err(|e| lost(e.to_string()))?;
-        let content = view[..bytes as usize].to_vec();
+        let content = view[range.start as usize..range.end as usize].to_vec();
         drop(view);
         if let (true, Ok(mut kept)) = (small, self.shared.staging.lock()) {
             staging.unmap();
@@ -413,6 +425,15 @@ impl Device {
 fn image_layout(image: &wgpu::Texture) -> wgpu::TexelCopyBufferLayout {
     let texel = image.format().block_copy_size(None).expect("images of arrays have a plain format");
     wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(ROW as u32 * texel), rows_per_image: None }
+}
+
+fn row_bytes(image: &wgpu::Texture) -> u64 {
+    u64::from(image_layout(image).bytes_per_row.unwrap_or_default())
+}
+
+/// An image from a texel on.
+fn from_texel(image: &wgpu::Texture, x: u32, y: u32) -> wgpu::TexelCopyTextureInfo<'_> {
+    wgpu::TexelCopyTextureInfo { origin: wgpu::Origin3d { x, y, z: 0 }, ..image.as_image_copy() }
 }
 
 #[cfg(test)]

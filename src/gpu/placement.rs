@@ -8,7 +8,7 @@ use super::{
     values::{built, scalars_of, type_name},
 };
 use naga::{Handle, Module, Type, TypeInner};
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, ops::Range};
 
 /// Where an array lies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -42,6 +42,15 @@ impl Parts {
     /// Elements of a part of an array that has so many; never 0, since a device has no empty buffers.
     pub fn len(self, part: usize, all: usize) -> usize {
         all.saturating_sub(part << self.shift).clamp(1, 1 << self.shift)
+    }
+
+    /// The parts that these elements of the array are in, and which of each they are.
+    pub fn of_range(self, elements: Range<usize>) -> impl Iterator<Item = (usize, Range<usize>)> {
+        let parts = elements.start >> self.shift..elements.end.div_ceil(1 << self.shift);
+        parts.map(move |part| {
+            let begin = part << self.shift;
+            (part, elements.start.max(begin) - begin..(elements.end - begin).min(1 << self.shift))
+        })
     }
 }
 
@@ -203,5 +212,10 @@ mod tests {
             assert!(lens[..parts.count - 1].iter().all(|l| *l == 1 << parts.shift));
         }
         assert_eq!(Parts::of(100, 12, 1200), None);
+        let parts = Parts { count: 4, shift: 3 };
+        let pieces = |range: Range<usize>| parts.of_range(range).collect::<Vec<_>>();
+        assert_eq!(pieces(5..18), [(0, 5..8), (1, 0..8), (2, 0..2)]);
+        assert_eq!(pieces(9..11), [(1, 1..3)]);
+        assert_eq!(pieces(8..8), []);
     }
 }
