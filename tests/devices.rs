@@ -2,10 +2,13 @@
 
 use packstone::{
     Error,
+    engine::{ALL, Cpu, Engine, Gpu},
     gpu::{Arrays, Device, DeviceOptions, Placement, Restrictions},
+    neighbours::SCAN_LISTS,
+    plan::Op,
     scene::{Assembly, Scene},
-    simulation::{EngineChoice, Options, Simulation},
-    state::{ARRAYS, present},
+    simulation::{EngineChoice, Options, Setup, Simulation},
+    state::{ARRAYS, Array, array::LIST_START, present},
 };
 use std::path::Path;
 
@@ -70,7 +73,7 @@ fn after(scene: &Assembly, steps: u64, options: Options, placed: fn(Placement) -
     let count = arrays.iter().filter(|array| placed(gpu.placement(array))).count();
     let dims = simulation.model().dims();
     let state = simulation.read(&arrays).unwrap();
-    let content = |array: &&'static packstone::state::Array| {
+    let content = |array: &&'static Array| {
         let mut bits = Vec::new();
         state.column(array).lanes(dims, &mut |x| bits.push(x.to_bits()));
         bits
@@ -133,4 +136,29 @@ fn too_few_buffers_are_an_error_that_says_what_to_do() {
     let options = Options { engine: EngineChoice::Gpu, arrays: Arrays::Buffers, restrictions, ..Options::default() };
     let error = Simulation::new(example("two_grains.toml", &[]), options).err().expect("8 are too few").to_string();
     assert!(error.contains("allows 8; use --arrays packed"), "{error}");
+}
+
+/// Counts of so many entries that no number of 32 bits can tell them all.
+#[test]
+fn prefix_sums_do_not_wrap() {
+    let Some(device) = open(Restrictions::default()) else { return };
+    let scene = example("published_bed.toml", &[]);
+    let Setup { mut state, plans, .. } = Setup::new(&scene, &Options::default()).unwrap();
+    state.list_start = (0..state.sizes.slices() as u32 + 1).map(|k| 200_000 + k).collect();
+    let mut sum = 0u64;
+    let mut before = |count: &u32| {
+        let here = sum.min(u64::from(u32::MAX)) as u32;
+        sum += u64::from(*count);
+        here
+    };
+    let expected: Vec<u32> = state.list_start.iter().map(&mut before).collect();
+    assert_eq!(expected.last(), Some(&u32::MAX));
+    let engines: [Box<dyn Engine>; 2] =
+        [Box::new(Gpu::new(device, &plans, &state).unwrap()), Box::new(Cpu::new(state.clone()))];
+    for mut engine in engines {
+        engine.execute(&state.params, &SCAN_LISTS.each_ref().map(Op::Run)).unwrap();
+        let mut found = state.clone();
+        engine.read(&[&LIST_START], ALL, &mut found).unwrap();
+        assert!(found.list_start == expected, "{}", engine.name());
+    }
 }
