@@ -185,7 +185,7 @@ impl Gpu {
                 Err(e) => return Err(e),
             }
         }
-        check_memory(&device, bytes(model, &layouts, &state.sizes), &images)?;
+        check_memory(&device, bytes(model, &layouts, &state.sizes), &images, state.sizes.bodies)?;
         let mut kernels = HashMap::new();
         for (stage, program) in composed {
             kernels.insert(stage, Kernel::new(&device, stage, program)?);
@@ -411,6 +411,7 @@ fn check_memory(
     device: &Device,
     bytes: impl Iterator<Item = (&'static Array, u64)> + Clone,
     images: &HashSet<&'static Array>,
+    bodies: usize,
 ) -> Result<()> {
     let limit = device.summary.max_array_bytes;
     let total: u64 = bytes.clone().map(|(_, b)| b).sum();
@@ -422,10 +423,8 @@ fn check_memory(
             array.name, device.summary.name
         )));
     }
-    if device.software {
-        memory::check_host(total)?;
-    }
-    Ok(())
+    let of_host = if device.software { total } else { 0 };
+    memory::check_host(of_host.saturating_add(memory::of_grains(bodies as u64)))
 }
 
 impl Engine for Gpu {
