@@ -2,9 +2,14 @@
 
 use crate::error::{Error, Result};
 
-/// Bytes per grain that the host needs: the validated scene, and the f64 arrays of a frictional bed for the engine and
-/// for the mirror that results are read from.
-pub const BYTES_PER_GRAIN: u64 = 2048;
+/// Bytes per grain that the host needs besides the arrays of an engine: grains as the scene has them, once more as results
+/// have them, and a grid in which their neighbours are found.
+pub const BYTES_PER_GRAIN: u64 = 250;
+
+/// What so many grains need.
+pub fn of_grains(count: u64) -> u64 {
+    count.saturating_mul(BYTES_PER_GRAIN)
+}
 
 /// Refuse what the host's memory cannot hold. Where the system does not tell, everything passes.
 ///

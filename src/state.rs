@@ -587,6 +587,12 @@ impl State {
         }
     }
 
+    /// Bytes of all arrays that the model needs.
+    pub fn bytes(&self) -> u64 {
+        let of = |array: &Array| self.sizes.of(array.length) as u64 * self.column(array).stride() as u64;
+        present(&self.model, ARRAYS).into_iter().map(of).sum()
+    }
+
     /// Let go of arrays.
     pub fn release(&mut self, arrays: &[&'static Array]) {
         for array in arrays {

@@ -14,6 +14,7 @@ use crate::{
     space::dimension::inverse_gyration,
 };
 use glam::{DMat3, DVec3};
+use rayon::prelude::*;
 use std::{f64::consts::PI, ops::Deref, slice};
 
 /// How many grains of the smallest size can touch a grain at once, and how much of the stiffness of that many contacts
@@ -79,7 +80,7 @@ pub fn stable_overlap(assembly: &Assembly, dt: f64) -> f64 {
 
 fn bound_under(assembly: &Assembly, worst: &Worst) -> f64 {
     let walls = assembly.walls.len() as f64;
-    let smallest = assembly.grains.iter().map(|g| g.radius).fold(f64::INFINITY, f64::min);
+    let smallest = smallest(&assembly.grains, |g| g.radius);
     let others = |own: usize| (assembly.grains.len() - own) as f64;
     smallest_over_contacts(assembly, |body, pair| {
         of_contacts(body, pair, worst, smallest, others(body.members.len()), walls)
@@ -187,22 +188,20 @@ fn rotational_inverse_mass(arm: DVec3, inverse_moments: DVec3) -> f64 {
     0.5 * (sum + (2.0 * squares - sum * sum).max(0.0).sqrt())
 }
 
-/// Free grains, or free clumps where there are clumps.
-fn bodies(assembly: &Assembly) -> Box<dyn Iterator<Item = Body> + '_> {
+/// The smallest value of free grains, or of free clumps where there are clumps.
+fn smallest_of_bodies(assembly: &Assembly, value: impl Fn(Body) -> f64 + Sync) -> f64 {
     let dimension = dimension(assembly);
-    let mass_of = move |material: u32, radius| mass(dimension, assembly.materials[material as usize].density, radius);
+    let mass_of = |material: u32, radius| mass(dimension, assembly.materials[material as usize].density, radius);
     if assembly.clumps.is_empty() {
-        let free = assembly.grains.iter().filter(|g| !g.fixed);
-        let body = move |g: &Grain| {
+        let body = |g: &Grain| {
             let mass = mass_of(g.material, g.radius);
             let inertia = mass * g.radius * g.radius / inverse_gyration(dimension);
             let members = Members::One(BodyMember { rotational_inverse_mass: 0.0, radius: g.radius, exposed: 1.0 });
             Body { dimension, mass, inertia, material: g.material, members }
         };
-        return Box::new(free.map(body));
+        return smallest(&assembly.grains, |g| if g.fixed { f64::INFINITY } else { value(body(g)) });
     }
-    let free = assembly.clumps.iter().filter(|c| !c.fixed);
-    let body = move |c: &Clump| {
+    let body = |c: &Clump| {
         let shape = &assembly.shapes[c.shape as usize];
         let mass = mass_of(c.material, c.radius);
         let member = |(member, exposed): (&Member, &f64)| BodyMember {
@@ -214,7 +213,12 @@ fn bodies(assembly: &Assembly) -> Box<dyn Iterator<Item = Body> + '_> {
         let inertia = mass * c.radius * c.radius / (1.0 / shape.gyration.min_element());
         Body { dimension, mass, inertia, material: c.material, members }
     };
-    Box::new(free.map(body))
+    smallest(&assembly.clumps, |c| if c.fixed { f64::INFINITY } else { value(body(c)) })
+}
+
+/// The smallest value of many.
+fn smallest<T: Sync>(of: &[T], value: impl Fn(&T) -> f64 + Sync) -> f64 {
+    of.par_iter().map(|element| value(element)).reduce(|| f64::INFINITY, f64::min)
 }
 
 fn dimension(assembly: &Assembly) -> Dimension {
@@ -222,7 +226,7 @@ fn dimension(assembly: &Assembly) -> Dimension {
 }
 
 /// The smallest value over free grains and the pairs of materials they can be part of.
-fn smallest_over_contacts(assembly: &Assembly, value: impl Fn(&Body, &Pair) -> f64) -> f64 {
+fn smallest_over_contacts(assembly: &Assembly, value: impl Fn(&Body, &Pair) -> f64 + Sync) -> f64 {
     let materials = assembly.materials.len();
     let mut present = vec![false; materials];
     assembly.grains.iter().map(|g| g.material).chain(assembly.walls.iter().map(|w| w.material)).for_each(|m| {
@@ -233,7 +237,7 @@ fn smallest_over_contacts(assembly: &Assembly, value: impl Fn(&Body, &Pair) -> f
         let possible = pairs.iter().zip(&present).filter(|(_, present)| **present);
         possible.map(|(pair, _)| value(&body, pair)).fold(f64::INFINITY, f64::min)
     };
-    bodies(assembly).map(of).fold(f64::INFINITY, f64::min)
+    smallest_of_bodies(assembly, of)
 }
 
 fn of_contacts(body: &Body, pair: &Pair, worst: &Worst, smallest: f64, others: f64, walls: f64) -> f64 {
@@ -293,7 +297,7 @@ const PLANNED: f64 = 0.25;
 /// further than planned for, and no clump turns further.
 fn longest_stride(assembly: &Assembly) -> f64 {
     let grains = &assembly.grains;
-    let smallest = grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
+    let smallest = smallest(grains, |grain| grain.radius);
     let mean = grains.iter().map(|grain| grain.radius).sum::<f64>() / grains.len() as f64;
     let stride = PLANNED * 0.5 * smallest.min(assembly.solver.margin * mean) / fastest(assembly);
     let spin = assembly.clumps.iter().map(|c| c.spin.length()).fold(0.0, f64::max);
@@ -321,8 +325,8 @@ fn height(assembly: &Assembly) -> f64 {
         Surface::Cylinder { center, radius } if g > 0.0 && assembly.gravity.z == 0.0 => Some(height(center) - radius),
         _ => None,
     });
-    let bottom = grains.iter().map(|grain| height(grain.position)).chain(floors).fold(f64::INFINITY, f64::min);
-    let top = grains.iter().map(|grain| height(grain.position)).fold(f64::NEG_INFINITY, f64::max);
+    let bottom = floors.fold(smallest(grains, |grain| height(grain.position)), f64::min);
+    let top = -smallest(grains, |grain| -height(grain.position));
     top - bottom
 }
 
@@ -332,8 +336,9 @@ fn fastest(assembly: &Assembly) -> f64 {
         Surface::Cylinder { radius, .. } => wall.velocity.length() + wall.spin.abs() * radius,
         Surface::Plane { .. } => wall.velocity.length(),
     };
-    let moving = assembly.grains.iter().map(|grain| grain.velocity.length()).chain(assembly.walls.iter().map(surface));
-    moving.fold(0.0, f64::max) + (2.0 * assembly.gravity.length() * height(assembly)).sqrt()
+    let grains = -smallest(&assembly.grains, |grain| -grain.velocity.length());
+    assembly.walls.iter().map(surface).fold(grains.max(0.0), f64::max)
+        + (2.0 * assembly.gravity.length() * height(assembly)).sqrt()
 }
 
 /// The step of rigid grains, which nothing bounds but what is seen of them: the smallest grain takes 20 steps to fall by
@@ -344,7 +349,7 @@ fn fastest(assembly: &Assembly) -> f64 {
 fn rigid_step(assembly: &Assembly) -> Result<f64> {
     let grains = &assembly.grains;
     let g = assembly.gravity.length();
-    let smallest = grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
+    let smallest = smallest(grains, |grain| grain.radius);
     let fall = (4.0 * smallest / g).sqrt() / 20.0;
     let dt = fall.min(longest_stride(assembly));
     if dt.is_finite() {

@@ -161,8 +161,8 @@ struct Run {
     history: Clock,
     snapshots: Option<Clock>,
     start: Instant,
-    /// When and at which step the last row was written.
-    row: (Instant, u64),
+    /// When the last row was written, and what it says.
+    row: (Instant, Option<Sample>),
     /// Over the radius: with a larger overlap the time step is above its bound.
     stable_overlap: f64,
 }
@@ -179,7 +179,7 @@ impl Run {
             history: Clock::new(history_interval(assembly, dt, end)),
             snapshots: assembly.output.snapshots.map(|seconds| Clock::new(seconds / dt)),
             start,
-            row: (start, 0),
+            row: (start, None),
             stable_overlap: if assembly.solver.allow_unstable { f64::INFINITY } else { simulation.stable_overlap() },
             simulation,
         })
@@ -242,11 +242,12 @@ impl Run {
     /// A row of the history.
     fn record(&mut self) -> packstone::Result<Sample> {
         let sample = self.simulation.sample()?;
-        let (then, step) = self.row;
-        let work = (sample.step - step) as f64 * self.simulation.assembly().grains.len() as f64;
+        let (then, last) = &self.row;
+        let steps = sample.step - last.as_ref().map_or(0, |last| last.step);
+        let work = steps as f64 * self.simulation.assembly().grains.len() as f64;
         let rate = if work > 0.0 { work / then.elapsed().as_secs_f64() } else { 0.0 };
         self.results.history(&sample, rate)?;
-        self.row = (Instant::now(), sample.step);
+        self.row = (Instant::now(), Some(sample.clone()));
         Ok(sample)
     }
 
@@ -290,10 +291,10 @@ impl Run {
     fn write(mut self, scene: &str, end: &End) -> packstone::Result<Summary> {
         let wall_seconds = self.start.elapsed().as_secs_f64();
         let step = self.simulation.step();
-        if self.row.1 != step {
-            self.record()?;
-        }
-        let sample = self.simulation.sample()?;
+        let sample = match self.row.1.take().filter(|sample| sample.step == step) {
+            Some(sample) => sample,
+            None => self.record()?,
+        };
         let (converged, stopped) = match end {
             End::Reached | End::AtRest => (self.is_at_rest(&sample), None),
             End::Interrupted => (false, Some(format!("interrupted at step {step}"))),

@@ -74,7 +74,7 @@ impl Gpu {
         let layouts = layouts_of(model.dims(), &programs)?;
         let possible = Possible::of(plans, &programs);
         let placements = possible.choose(&device, &programs, &layouts, &state.sizes)?;
-        check_memory(&device, bytes(model, &layouts, &state.sizes), &placements)?;
+        check_memory(&device, bytes(model, &layouts, &state.sizes), &placements, state.sizes.bodies)?;
         let kernels = compiled(&device, model, &stages, &placements)?;
         let of_stage = |(stage, program): &(&'static Stage, Program)| {
             let written = program.bindings.iter().filter(|b| b.written);
@@ -278,6 +278,7 @@ fn check_memory(
     device: &Device,
     bytes: impl Iterator<Item = (&'static Array, u64)> + Clone,
     placements: &HashMap<&'static Array, Placement>,
+    bodies: usize,
 ) -> Result<()> {
     let limit = device.summary.max_array_bytes;
     let total: u64 = bytes.clone().map(|(_, b)| b).sum();
@@ -290,10 +291,8 @@ fn check_memory(
             array.name, device.summary.name
         )));
     }
-    if device.software {
-        memory::check_host(total)?;
-    }
-    Ok(())
+    let of_host = if device.software { total } else { 0 };
+    memory::check_host(of_host.saturating_add(memory::of_grains(bodies as u64)))
 }
 
 impl Engine for Gpu {

@@ -19,7 +19,7 @@ pub struct PackingFraction {
 /// count with what they fill. Where everything repeats and nothing falls, all space is inside, and the fraction is
 /// exact as long as no point is inside three grains.
 pub fn packing_fraction(assembly: &Assembly, grains: &[Grain], walls: &[Wall]) -> Option<PackingFraction> {
-    let free = free(grains)?;
+    free(grains).next()?;
     let dims = assembly.dimension;
     if assembly.domain.periodic[..dims].iter().all(|periodic| *periodic)
         && walls.is_empty()
@@ -30,8 +30,8 @@ pub fn packing_fraction(assembly: &Assembly, grains: &[Grain], walls: &[Wall]) -
         return Some(PackingFraction { value: solid_volume(assembly, grains) / space, error: 0.0 });
     }
     let inset = 2.0 * largest(grains);
-    let (lower, upper) = extent(assembly, &free, |up| if up { 0.0 } else { inset });
-    let surface = Skyline::new(assembly, &free, inset, 2.0 * inset);
+    let (lower, upper) = extent(assembly, grains, |up| if up { 0.0 } else { inset });
+    let surface = Skyline::new(assembly, grains, inset, 2.0 * inset);
     sampled(assembly, grains, lower, upper, |x| {
         surface.depth(x) >= inset && walls.iter().all(|w| w.surface.distance(x) >= inset)
     })
@@ -41,18 +41,17 @@ pub fn packing_fraction(assembly: &Assembly, grains: &[Grain], walls: &[Wall]) -
 /// grains and, under gravity, below the centre of the highest of them that others reach up to. It is what there is of a
 /// vessel too slender for an inside.
 pub fn overall_packing_fraction(assembly: &Assembly, grains: &[Grain], walls: &[Wall]) -> Option<PackingFraction> {
-    let free = free(grains)?;
+    free(grains).next()?;
     let radius = largest(grains);
-    let (lower, upper) = extent(assembly, &free, |_| -radius);
-    let surface = Skyline::new(assembly, &free, f64::INFINITY, 4.0 * radius);
+    let (lower, upper) = extent(assembly, grains, |_| -radius);
+    let surface = Skyline::new(assembly, grains, f64::INFINITY, 4.0 * radius);
     sampled(assembly, grains, lower, upper, |x| {
         surface.depth(x) >= 0.0 && walls.iter().all(|w| w.surface.distance(x) >= 0.0)
     })
 }
 
-fn free(grains: &[Grain]) -> Option<Vec<Grain>> {
-    let free: Vec<Grain> = grains.iter().filter(|g| !g.fixed).copied().collect();
-    (!free.is_empty()).then_some(free)
+fn free(grains: &[Grain]) -> impl Iterator<Item = &Grain> + Clone {
+    grains.iter().filter(|g| !g.fixed)
 }
 
 fn largest(grains: &[Grain]) -> f64 {
@@ -75,8 +74,7 @@ fn sampled(
     if (0..dims).any(|a| upper[a] <= lower[a]) {
         return None;
     }
-    let mut spheres = Neighbours::new(assembly.domain, dims, largest(grains));
-    grains.iter().for_each(|g| spheres.insert(g.position, g.radius));
+    let spheres = Neighbours::of_grains(assembly.domain, dims, grains);
     // Additive recurrence with the generalised golden ratio: even coverage in any number of dimensions.
     let phi: f64 = if dims == 2 { 1.324_717_957_244_746 } else { 1.220_744_084_605_759_5 };
     let mut parts = [[0.0; 2]; PARTS];
@@ -156,14 +154,14 @@ fn vertical(assembly: &Assembly) -> Option<(usize, bool)> {
 }
 
 /// Box of the free grains' centres; along axes that do not repeat less an inset, of the vertical one and of others.
-fn extent(assembly: &Assembly, free: &[Grain], inset: impl Fn(bool) -> f64) -> (DVec3, DVec3) {
+fn extent(assembly: &Assembly, grains: &[Grain], inset: impl Fn(bool) -> f64) -> (DVec3, DVec3) {
     let (mut lower, mut upper) = (DVec3::ZERO, DVec3::ZERO);
     for axis in 0..assembly.dimension {
         if assembly.domain.periodic[axis] {
             (lower[axis], upper[axis]) = (assembly.domain.lower[axis], assembly.domain.upper[axis]);
             continue;
         }
-        let ends = free.iter().map(|g| g.position[axis]);
+        let ends = free(grains).map(|g| g.position[axis]);
         let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
         let inset = inset(vertical(assembly).is_some_and(|(up, _)| up == axis));
         (lower[axis], upper[axis]) = (low + inset, high - inset);
@@ -181,10 +179,10 @@ struct Skyline {
 
 impl Skyline {
     /// Of columns of this width; what is further above the next grain than `reach` is a stray.
-    fn new(assembly: &Assembly, free: &[Grain], width: f64, reach: f64) -> Skyline {
+    fn new(assembly: &Assembly, grains: &[Grain], width: f64, reach: f64) -> Skyline {
         let mut skyline = Skyline { vertical: vertical(assembly), width, tops: HashMap::new() };
         let mut columns: HashMap<[i64; 2], Vec<f64>> = HashMap::new();
-        for (column, height) in free.iter().filter_map(|g| skyline.column(g.position)) {
+        for (column, height) in free(grains).filter_map(|g| skyline.column(g.position)) {
             columns.entry(column).or_default().push(height);
         }
         for (column, mut heights) in columns {

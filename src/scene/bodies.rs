@@ -87,7 +87,10 @@ impl<'a> Bodies<'a> {
 
     pub fn append(&mut self, mut placed: Placed) {
         let Some(poses) = &placed.poses else {
-            self.grains.append(&mut placed.grains);
+            match self.grains.is_empty() {
+                true => self.grains = placed.grains,
+                false => self.grains.append(&mut placed.grains),
+            }
             return;
         };
         placed.grains.iter().zip(poses).for_each(|(grain, pose)| self.push(grain, pose));

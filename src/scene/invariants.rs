@@ -1,10 +1,11 @@
 //! What holds of every [`Assembly`], whoever made it.
 
 use glam::{DQuat, DVec3};
+use rayon::prelude::*;
 
 use super::check::{self, Check, show};
 use super::origin::Origin;
-use super::validate::{check_count, check_output, check_solver, check_start, check_stop, fold_ends};
+use super::validate::{check_count, check_output, check_solver, check_start, check_stop, first_error, fold_ends};
 use super::walls::not_periodic;
 use super::{Assembly, Clump, Dashpot, Grain, Method, Shape, Surface};
 use crate::Result;
@@ -39,9 +40,7 @@ impl Assembly {
         check_stop(&self.stop, check)?;
         check_output(&self.output, check)?;
         check_count(self.grains.len(), check)?;
-        for (id, grain) in self.grains.iter().enumerate() {
-            self.check_grain(id, grain, check)?;
-        }
+        first_error(self.grains.par_iter().enumerate().map(|(id, grain)| self.check_grain(id, grain, check)))?;
         self.shapes.iter().enumerate().try_for_each(|(k, shape)| check_shape(k, shape, check))?;
         self.check_clumps(check)?;
         check_start(self, check)

@@ -1,6 +1,7 @@
 //! Grains of like size, for the levels of the hierarchical grid.
 
-use super::Assembly;
+use super::{Assembly, Grain};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Median radii from which on a grain is large: so many neighbours fit around it that workgroups serve it.
@@ -13,6 +14,16 @@ pub struct SizeLevel {
     pub smallest: f64,
     pub largest: f64,
     pub grains: usize,
+}
+
+impl SizeLevel {
+    fn with(self, other: SizeLevel) -> SizeLevel {
+        SizeLevel {
+            smallest: self.smallest.min(other.smallest),
+            largest: self.largest.max(other.largest),
+            grains: self.grains + other.grains,
+        }
+    }
 }
 
 impl Assembly {
@@ -28,15 +39,18 @@ impl Assembly {
         let margin = self.solver.margin * self.mean_radius();
         let width = |radius: f64| 2.0 * radius + margin;
         let widest = self.grains.iter().map(|g| width(g.radius)).fold(0.0, f64::max);
-        let (limit, mut levels) = (self.largest_common_radius(), BTreeMap::new());
-        for grain in &self.grains {
+        let limit = self.largest_common_radius();
+        let alone = |grain: &Grain| {
             let halvings = (widest / width(grain.radius)).log2() as i32;
-            let none = SizeLevel { smallest: f64::INFINITY, largest: 0.0, grains: 0 };
-            let level = levels.entry((grain.radius > limit, -halvings)).or_insert(none);
-            level.smallest = level.smallest.min(grain.radius);
-            level.largest = level.largest.max(grain.radius);
-            level.grains += 1;
-        }
+            let level = SizeLevel { smallest: grain.radius, largest: grain.radius, grains: 1 };
+            ((grain.radius > limit, -halvings), level)
+        };
+        let with = |mut levels: BTreeMap<_, SizeLevel>, (key, more): (_, SizeLevel)| {
+            levels.entry(key).and_modify(|level| *level = level.with(more)).or_insert(more);
+            levels
+        };
+        let levels = self.grains.par_iter().map(alone).fold(BTreeMap::new, with);
+        let levels = levels.reduce(BTreeMap::new, |levels, more| more.into_iter().fold(levels, with));
         levels.into_values().collect()
     }
 

@@ -1,11 +1,12 @@
 //! Finds grains near a point. Grains are sorted by size into levels, each with a hashed grid of its own,
 //! so that a few large grains among many small ones cost no more than equal grains.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
+use rayon::prelude::*;
 
-use super::Domain;
+use super::{Domain, Grain};
 
 const END: u32 = u32::MAX;
 
@@ -39,6 +40,30 @@ impl Neighbours {
         Neighbours { domain, dimension, largest, levels: BTreeMap::new(), spheres: Vec::new(), next: Vec::new() }
     }
 
+    /// Of many spheres at once.
+    pub fn of(domain: Domain, dimension: usize, spheres: Vec<(DVec3, f64)>) -> Neighbours {
+        let largest = spheres.iter().map(|(_, radius)| *radius).fold(0.0, f64::max);
+        let mut all = Neighbours { spheres, ..Neighbours::new(domain, dimension, largest) };
+        all.next = vec![END; all.spheres.len()];
+        let numbers: Vec<i32> = all.spheres.par_iter().map(|(_, radius)| all.level_of(*radius)).collect();
+        for number in BTreeSet::from_iter(numbers.iter().copied()) {
+            let mut level = all.new_level(number);
+            level.members = (0..).zip(&numbers).filter(|(_, of)| **of == number).map(|(id, _)| id).collect();
+            level.buckets = vec![END; (2 * level.members.len()).next_power_of_two()];
+            let places = level.members.par_iter().map(|id| all.bucket_of(&level, *id));
+            let places: Vec<u32> = places.map(|bucket| bucket as u32).collect();
+            for (id, bucket) in level.members.iter().zip(places) {
+                all.next[*id as usize] = std::mem::replace(&mut level.buckets[bucket as usize], *id);
+            }
+            all.levels.insert(number, level);
+        }
+        all
+    }
+
+    pub fn of_grains(domain: Domain, dimension: usize, grains: &[Grain]) -> Neighbours {
+        Neighbours::of(domain, dimension, grains.par_iter().map(|grain| (grain.position, grain.radius)).collect())
+    }
+
     pub fn insert(&mut self, position: DVec3, radius: f64) {
         let number = self.level_of(radius);
         let mut level = match self.levels.remove(&number) {
@@ -51,21 +76,24 @@ impl Neighbours {
         level.members.push(id);
         if level.members.len() * 2 > level.buckets.len() {
             level.buckets = vec![END; level.buckets.len() * 4];
-            for &member in &level.members {
-                self.link(&mut level.buckets, level.cell, level.cells, member);
-            }
+            let members = std::mem::take(&mut level.members);
+            members.iter().for_each(|member| self.link(&mut level, *member));
+            level.members = members;
         } else {
-            self.link(&mut level.buckets, level.cell, level.cells, id);
+            self.link(&mut level, id);
         }
         self.levels.insert(number, level);
     }
 
-    fn link(&mut self, buckets: &mut [u32], cell: DVec3, cells: [Option<i64>; 3], id: u32) {
+    fn link(&mut self, level: &mut Level, id: u32) {
+        let bucket = self.bucket_of(level, id);
+        self.next[id as usize] = std::mem::replace(&mut level.buckets[bucket], id);
+    }
+
+    fn bucket_of(&self, level: &Level, id: u32) -> usize {
         let relative = self.spheres[id as usize].0 - self.origin();
-        let place = cell_of(relative, cell).to_array();
-        let place = std::array::from_fn(|axis| wrap(place[axis] as i64, cells[axis]));
-        let head = &mut buckets[bucket(place, buckets.len())];
-        self.next[id as usize] = std::mem::replace(head, id);
+        let place = cell_of(relative, level.cell).to_array();
+        bucket(std::array::from_fn(|axis| wrap(place[axis] as i64, level.cells[axis])), level.buckets.len())
     }
 
     fn level_of(&self, radius: f64) -> i32 {
@@ -95,15 +123,15 @@ impl Neighbours {
     }
 
     /// The first sphere for which `wanted(index, overlap in m)` holds, among those that overlap the given one.
-    /// With `not_smaller` only spheres of the same or a higher level of size are looked at.
+    /// To look at `pairs` from all spheres is to see every two that overlap at least once, from the smaller one.
     pub fn find_overlap(
         &self,
         position: DVec3,
         radius: f64,
-        not_smaller: bool,
+        pairs: bool,
         mut wanted: impl FnMut(usize, f64) -> bool,
     ) -> Option<(usize, f64)> {
-        let last = match not_smaller {
+        let last = match pairs {
             true => self.level_of(radius),
             false => i32::MAX,
         };
@@ -112,8 +140,10 @@ impl Neighbours {
             let overlap = radius + other_radius - self.domain.nearest(position - other).length();
             (overlap > 0.0 && wanted(id as usize, overlap)).then_some((id as usize, overlap))
         };
-        let mut levels = self.levels.range(..=last).map(|(_, level)| level);
-        levels.find_map(|level| self.find_in_level(level, position, radius, &mut test))
+        let mut levels = self.levels.range(..=last);
+        levels.find_map(|(number, level)| {
+            self.find_in_level(level, position, radius, pairs && *number == last, &mut test)
+        })
     }
 
     fn find_in_level<T>(
@@ -121,6 +151,7 @@ impl Neighbours {
         level: &Level,
         position: DVec3,
         radius: f64,
+        ahead: bool,
         test: &mut impl FnMut(u32) -> Option<T>,
     ) -> Option<T> {
         let reach = DVec3::splat(radius + level.radius);
@@ -128,22 +159,27 @@ impl Neighbours {
         let first = cell_of(relative - reach, level.cell);
         let last = cell_of(relative + reach, level.cell);
         let mut first = first.to_array().map(|v| v as i64);
+        let own = cell_of(relative, level.cell).to_array().map(|v| v as i64);
+        // Cells behind this one are left to the spheres there.
+        let mut from = if ahead { own } else { first };
         let mut count = [0; 3];
         for axis in 0..3 {
             count[axis] = last[axis] as i64 - first[axis] + 1;
             if let Some(cells) = level.cells[axis].filter(|&cells| cells < count[axis]) {
                 (first[axis], count[axis]) = (0, cells);
+                from = [i64::MIN; 3];
             }
         }
         let volume: f64 = count.iter().map(|&n| n as f64).product();
         if volume > level.members.len() as f64 {
             return level.members.iter().find_map(|&id| test(id));
         }
-        for z in first[2]..first[2] + count[2] {
-            let z = wrap(z, level.cells[2]);
-            for y in first[1]..first[1] + count[1] {
-                let y = wrap(y, level.cells[1]);
-                for x in first[0]..first[0] + count[0] {
+        for z in first[2].max(from[2])..first[2] + count[2] {
+            let row = if z == from[2] { from[1] } else { i64::MIN };
+            for y in first[1].max(row)..first[1] + count[1] {
+                let place = if y == row { from[0] } else { i64::MIN };
+                let (y, z) = (wrap(y, level.cells[1]), wrap(z, level.cells[2]));
+                for x in first[0].max(place)..first[0] + count[0] {
                     let x = wrap(x, level.cells[0]);
                     let mut id = level.buckets[bucket([x, y, z], level.buckets.len())];
                     while id != END {

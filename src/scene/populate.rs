@@ -6,6 +6,7 @@ use glam::{DQuat, DVec3};
 use rand::{Rng, SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
 
 use super::apportion::apportioned;
 use super::bodies::{Bodies, Placed, Pose, orientation};
@@ -14,7 +15,7 @@ use super::neighbours::Neighbours;
 use super::schema::{Mixture, Placement, Population};
 use super::shape::{Shape, Shapes};
 use super::{Domain, Grain, Surface, Wall, grain_file, radius, table};
-use crate::{Result, container::is_container};
+use crate::{Result, container::is_container, memory};
 
 /// Trials per grain of random insertion.
 const ATTEMPTS: usize = 10_000;
@@ -120,12 +121,12 @@ fn place(
     let name = population.material.as_ref().ok_or_else(|| missing("material"))?;
     let material = check.material(&format!("{key}.material"), name)?;
     let count = population.count.ok_or_else(|| missing("count"))?;
-    crate::memory::check_host(count as u64 * crate::memory::BYTES_PER_GRAIN)?;
+    memory::check_host(memory::of_grains(count as u64))?;
     let law = population.radius.as_ref().ok_or_else(|| missing("radius"))?;
     let radius::Drawn { radii, notices } = radius::draw(law, &format!("{key}.radius"), count, rng, check)?;
     earlier.notices.extend(notices);
-    for &radius in &radii {
-        check.body(&format!("{key}.radius"), radius, material)?;
+    if let Some(radius) = radii.par_iter().find_first(|radius| check.fault_of_body(**radius, material).is_some()) {
+        check.body(&format!("{key}.radius"), *radius, material)?;
     }
     let gap = population.gap.unwrap_or(0.05);
     check.not_negative(&format!("{key}.gap"), gap, " (a fraction of the diameter)")?;
@@ -133,7 +134,7 @@ fn place(
     let poses = poses(population, key, count, &mut earlier.shapes, rng, check)?;
     let shapes = &earlier.shapes.all;
     let members = poses.iter().flatten().map(|pose| shapes[pose.shape as usize].members.len() as u64).sum::<u64>();
-    crate::memory::check_host(members * crate::memory::BYTES_PER_GRAIN)?;
+    memory::check_host(memory::of_grains(members))?;
     let grain = |radius: &f64| Grain {
         position: DVec3::ZERO,
         velocity: DVec3::ZERO,

@@ -340,16 +340,20 @@ fn check_grains(assembly: &Assembly, check: &Check) -> Result<()> {
     check_periods(domain, largest, check)?;
     // Members may stand out of a period that the centre of their clump is in.
     let bounded = domain.periodic.map(|periodic| !periodic || clumps.is_empty());
-    for (id, grain) in grains.iter().enumerate() {
+    let place = |(id, grain): (usize, &Grain)| {
         check_in_domain("grain", id, grain.position, domain, bounded, check)?;
-        for wall in walls {
-            check_at_wall(id, grain, wall, *allow_overlap, check)?;
-        }
-    }
+        walls.iter().try_for_each(|wall| check_at_wall(id, grain, wall, *allow_overlap, check))
+    };
+    first_error(grains.par_iter().enumerate().map(place))?;
     match allow_overlap {
         true => Ok(()),
-        false => check_overlaps(grains, clumps, domain, largest, check),
+        false => check_overlaps(grains, clumps, domain, check),
     }
+}
+
+/// The first of many checks that fails.
+pub fn first_error(checks: impl IndexedParallelIterator<Item = Result<()>>) -> Result<()> {
+    checks.find_map_first(Result::err).map_or(Ok(()), Err)
 }
 
 /// A grain must not meet two images of the same neighbour.
@@ -419,10 +423,8 @@ impl Assembly {
     /// The largest overlap of free grains with others and with walls, over the radius of the smaller one.
     pub(crate) fn largest_overlap(&self) -> f64 {
         let grains = &self.grains;
-        let largest = grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
         let owners = self.owners();
-        let mut neighbours = Neighbours::new(self.domain, self.dimension, largest);
-        grains.iter().for_each(|grain| neighbours.insert(grain.position, grain.radius));
+        let neighbours = Neighbours::of_grains(self.domain, self.dimension, grains);
         let of_grain = |(id, grain): (usize, &Grain)| {
             let mut deepest = 0.0_f64;
             neighbours.find_overlap(grain.position, grain.radius, true, |other, overlap| {
@@ -439,14 +441,11 @@ impl Assembly {
     }
 }
 
-fn check_overlaps(grains: &[Grain], clumps: &[Clump], domain: &Domain, largest: f64, check: &Check) -> Result<()> {
+fn check_overlaps(grains: &[Grain], clumps: &[Clump], domain: &Domain, check: &Check) -> Result<()> {
     // Members of a clump may overlap as they like.
     let owner = |id: usize| clumps.partition_point(|clump| clump.first as usize <= id);
     let together = |a: usize, b: usize| !clumps.is_empty() && owner(a) == owner(b);
-    let mut neighbours = Neighbours::new(*domain, check.dimension, largest);
-    for grain in grains {
-        neighbours.insert(grain.position, grain.radius);
-    }
+    let neighbours = Neighbours::of_grains(*domain, check.dimension, grains);
     // Each pair is found from its smaller grain, so that no grain has to visit many small ones.
     let found = grains.par_iter().enumerate().find_map_first(|(id, grain)| {
         let deep = |other: usize, overlap: f64| {

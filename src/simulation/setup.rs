@@ -60,9 +60,11 @@ impl Setup {
             contacts: (guess / 2).max(LEAST_LENGTH),
             colors: LEAST_LENGTH,
         };
-        memory::check_host(bodies as u64 * memory::BYTES_PER_GRAIN)?;
         let range = range(&params, &model, assembly);
         let mut state = State { units, range, ..State::bare(model, sizes, params) };
+        if options.engine == EngineChoice::Cpu {
+            memory::check_host(state.bytes().saturating_add(memory::of_grains(bodies as u64)))?;
+        }
         state.level = level;
         if precision == Precision::Single {
             // As the grains on it have it.
