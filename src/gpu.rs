@@ -11,7 +11,7 @@ pub(crate) mod stopwatch;
 
 pub use checks::Checks;
 pub use compose::{Program, compose};
-pub use device::{AdapterSummary, Arrays, Device, DeviceOptions, adapters};
+pub use device::{AdapterSummary, Arrays, Device, DeviceOptions, adapter_facts, adapters};
 pub use layout::{Binding, Layout};
 pub use pipeline::{folded, workgroups};
 pub use restrictions::Restrictions;

@@ -240,6 +240,10 @@ impl Gpu {
         Ok(gpu)
     }
 
+    pub fn device(&self) -> &Device {
+        &self.device
+    }
+
     /// Arrays that a stage writes.
     pub fn written(&self, stage: &Stage) -> &[&'static Array] {
         &self.kernels[stage].written
