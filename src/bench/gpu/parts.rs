@@ -31,8 +31,10 @@ const LIFE: u64 = 50;
 /// A measurement takes so long at least, s, and is the median of so many.
 const STRETCH: f64 = 0.3;
 const REPEATS: usize = 3;
+/// Steps whose stages are timed at least: lists are made in them.
+const PROFILED: u64 = 75;
 /// Grains up to which warps are replayed on the host.
-const REPLAYED: usize = 100_000;
+const REPLAYED: usize = 150_000;
 
 /// Measure a part of the benchmark; `say` gets every finding as it comes.
 ///
@@ -211,7 +213,7 @@ fn speed(case: Case, grains: usize, options: Options, say: &mut dyn FnMut(Findin
         particle_steps_per_second: (grains as u64 * steps) as f64 / wall,
         bytes_per_grain: simulation.bytes_per_particle()?,
     }));
-    let profile = simulation.profile(LIFE.max(steps / 10))?;
+    let profile = simulation.profile(PROFILED.max(steps / 10))?;
     let rows = profile.stages.iter().map(|stage| Stage {
         stage: stage.name.to_owned(),
         calls: stage.calls,
