@@ -10,7 +10,7 @@ mod rules;
 
 use crate::{
     contact::overlap::deepest,
-    engine::{Engine, Gpu, cpu::apply},
+    engine::{ALL, Engine, Gpu, cpu::apply},
     error::Result,
     measure::Sample,
     model::{Method, Precision},
@@ -183,14 +183,15 @@ impl Checker {
         let overlap = deepest(&self.state);
         (stage.twin)(&mut self.state);
         let mut device = self.state.clone();
-        self.gpu.read(&written, &mut device)?;
+        self.gpu.read(&written, ALL, &mut device)?;
         for &array in &written {
             let tolerance = self.tolerance(stage, array, overlap);
             let (worst, rms) = compare(&self.state, &device, stage, array, &undecided);
             self.record(stage, array, worst, rms, tolerance);
         }
         for array in written {
-            self.state.column_mut(array).replace(device.column(array).duplicate());
+            let column = device.column(array);
+            self.state.column_mut(array).replace(column.duplicate(0..column.len()));
         }
         Ok(())
     }

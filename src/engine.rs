@@ -1,7 +1,10 @@
 //! Engines run a plan on a state. `Cpu` and `Gpu` are the only two.
 
+mod arrays;
 pub mod cpu;
 pub mod gpu;
+mod placements;
+pub mod programs;
 pub mod times;
 pub mod traffic;
 
@@ -14,7 +17,12 @@ use crate::{
     plan::Op,
     state::{Array, Counters, Params, State},
 };
-use std::any::Any;
+use std::{any::Any, ops::Range};
+
+/// Elements that are moved between host and engine at a time, so that the host needs little memory of its own.
+pub const PIECE: usize = 1 << 15;
+/// Of a range: all elements.
+pub const ALL: Range<usize> = 0..usize::MAX;
 
 /// What a simulation needs from the machine it runs on. It can go to another thread.
 pub trait Engine: Any + Send {
@@ -28,14 +36,19 @@ pub trait Engine: Any + Send {
     fn counters(&mut self) -> Result<Counters>;
     /// Give an array another length; its content is lost.
     fn resize(&mut self, array: &'static Array, len: usize) -> Result<()>;
-    /// Overwrite arrays of the engine from the state.
-    fn write(&mut self, arrays: &[&'static Array], state: &State) -> Result<()>;
-    /// Overwrite arrays of the state from the engine.
-    fn read(&mut self, arrays: &[&'static Array], state: &mut State) -> Result<()>;
+    /// Overwrite elements of the engine's arrays, from number `first` on, with all that the state has.
+    fn write(&mut self, arrays: &[&'static Array], first: usize, state: &State) -> Result<()>;
+    /// Overwrite arrays of the state with elements of the engine's, those of this range that there are.
+    fn read(&mut self, arrays: &[&'static Array], elements: Range<usize>, state: &mut State) -> Result<()>;
     /// Where the times of stages are gathered; None: nowhere, and nothing is timed. Timing costs some speed.
     fn times(&mut self) -> &mut Option<Times>;
     /// What tells the times of stages.
     fn clock(&self) -> &'static str;
     /// Bytes from one element of an array to the next.
     fn stride(&self, array: &'static Array) -> usize;
+}
+
+/// The part of a range that is below `len`.
+fn within(elements: &Range<usize>, len: usize) -> Range<usize> {
+    elements.start.min(len)..elements.end.min(len)
 }

@@ -10,7 +10,10 @@ pub mod vtp;
 use crate::{
     error::Result,
     measure::Sample,
-    scene::{Assembly, Clump, Grain, Material, Output, Shape},
+    scene::{
+        Assembly, Material, Output, Shape,
+        grain_file::{self, Moment, Names},
+    },
 };
 pub(crate) use files::at;
 pub use files::replace;
@@ -24,6 +27,7 @@ use summary::Summary;
 
 pub const HISTORY: &str = "history.csv";
 pub const FINAL: &str = "final.csv";
+pub const FINAL_BIN: &str = "final.bin";
 pub const MEMBERS: &str = "members.csv";
 pub const SUMMARY: &str = "summary.json";
 pub const SERIES: &str = "packstone.pvd";
@@ -32,13 +36,14 @@ pub const SERIES: &str = "packstone.pvd";
 pub struct Results {
     folder: PathBuf,
     output: Output,
+    dimension: usize,
     materials: Vec<Material>,
     shapes: Vec<Shape>,
     /// The clumps of the grains; empty without clumps.
     owners: Vec<u32>,
     history: csv::History,
-    /// Snapshots so far: time and file name.
-    series: Vec<(f64, String)>,
+    /// Steps of the snapshots so far, and their times, s.
+    snapshots: Vec<(u64, f64)>,
 }
 
 impl Results {
@@ -58,11 +63,12 @@ impl Results {
         Ok(Results {
             folder: folder.to_owned(),
             output: assembly.output,
+            dimension: assembly.dimension,
             materials: assembly.materials.clone(),
             shapes: assembly.shapes.clone(),
             owners: assembly.owners(),
             history,
-            series: Vec::new(),
+            snapshots: Vec::new(),
         })
     }
 
@@ -71,19 +77,35 @@ impl Results {
         self.history.row(sample, rate)
     }
 
-    /// A snapshot, if the scene wants any.
-    pub fn snapshot(&mut self, time: f64, grains: &[Grain]) -> Result<()> {
+    /// A snapshot, in the formats that the scene wants of those that have them.
+    pub fn snapshot(&mut self, moment: &Moment) -> Result<()> {
+        let number = self.snapshots.len();
         if self.output.vtp {
-            let name = format!("snapshot_{:06}.vtp", self.series.len());
-            write(&self.folder.join(&name), |file| vtp::write(file, time, grains, &self.owners))?;
-            self.series.push((time, name));
+            self.write_vtp(&snapshot_name(number, "vtp"), moment)?;
         }
+        if self.output.bin {
+            self.write_bin(&snapshot_name(number, "bin"), moment)?;
+        }
+        self.snapshots.push((moment.step, moment.time));
         Ok(())
     }
 
     /// Everything that is written once, at the end. With clumps `final.csv` has them, and `members.csv` their members.
-    pub fn finish(self, summary: &Summary, grains: &[Grain], clumps: &[Clump]) -> Result<()> {
+    pub fn finish(mut self, summary: &Summary, moment: &Moment) -> Result<()> {
         self.history.finish()?;
+        let Moment { grains, clumps, .. } = *moment;
+        if self.output.vtp {
+            if self.snapshots.last().is_none_or(|(step, _)| *step != moment.step) {
+                self.write_vtp(&snapshot_name(self.snapshots.len(), "vtp"), moment)?;
+                self.snapshots.push((moment.step, moment.time));
+            }
+            let file = |(number, (_, time)): (usize, &(u64, f64))| (*time, snapshot_name(number, "vtp"));
+            let series: Vec<_> = self.snapshots.iter().enumerate().map(file).collect();
+            write(&self.folder.join(SERIES), |file| vtp::write_series(file, &series))?;
+        }
+        if self.output.bin {
+            self.write_bin(FINAL_BIN, moment)?;
+        }
         if self.output.csv {
             let grains_file = if clumps.is_empty() { FINAL } else { MEMBERS };
             csv::write_grains(&self.folder.join(grains_file), grains, &self.materials)?;
@@ -91,21 +113,34 @@ impl Results {
         if self.output.csv && !clumps.is_empty() {
             csv::write_clumps(&self.folder.join(FINAL), clumps, &self.shapes, &self.materials)?;
         }
-        if self.output.vtp {
-            write(&self.folder.join(SERIES), |file| vtp::write_series(file, &self.series))?;
-        }
         write(&self.folder.join(SUMMARY), |file| {
             serde_json::to_writer_pretty(&mut *file, summary)?;
             writeln!(file)
         })
     }
+
+    fn write_vtp(&self, name: &str, moment: &Moment) -> Result<()> {
+        write(&self.folder.join(name), |file| vtp::write(file, moment.time, moment.grains, &self.owners))
+    }
+
+    fn write_bin(&self, name: &str, moment: &Moment) -> Result<()> {
+        let Results { dimension, materials, shapes, owners, .. } = self;
+        let names = Names { dimension: *dimension, materials, shapes, owners };
+        write(&self.folder.join(name), |file| grain_file::write(file, moment, &names))
+    }
+}
+
+fn snapshot_name(number: usize, extension: &str) -> String {
+    format!("snapshot_{number:06}.{extension}")
 }
 
 /// Whether a run may have written a file of this name.
 fn is_ours(name: &str) -> bool {
     let name = name.strip_suffix(".part").unwrap_or(name);
-    let number = name.strip_prefix("snapshot_").and_then(|rest| rest.strip_suffix(".vtp"));
-    [HISTORY, FINAL, MEMBERS, SUMMARY, SERIES].contains(&name) || number.is_some_and(|n| n.parse::<u64>().is_ok())
+    let of_snapshot = name.strip_suffix(".vtp").or_else(|| name.strip_suffix(".bin"));
+    let number = of_snapshot.and_then(|name| name.strip_prefix("snapshot_"));
+    [HISTORY, FINAL, MEMBERS, FINAL_BIN, SUMMARY, SERIES].contains(&name)
+        || number.is_some_and(|n| n.parse::<u64>().is_ok())
 }
 
 #[cfg(test)]
@@ -114,7 +149,11 @@ mod tests {
 
     #[test]
     fn only_files_of_a_run_are_ours() {
-        assert!(["summary.json", "snapshot_000012.vtp", "history.csv.part"].into_iter().all(is_ours));
+        assert!(
+            ["summary.json", "snapshot_000012.vtp", "snapshot_000012.bin.part", "final.bin", "history.csv.part"]
+                .into_iter()
+                .all(is_ours)
+        );
         assert!(!["picture.png", "snapshot_mine.vtp", "notes.csv", "summary.json.bak"].into_iter().any(is_ours));
     }
 }

@@ -54,6 +54,7 @@ pub mod body;
 pub mod check;
 #[doc(hidden)] // kernels and their twins: for the tests
 pub mod contact;
+pub mod container;
 #[doc(hidden)] // kernels and their twins: for the tests
 pub mod dem;
 pub mod engine;

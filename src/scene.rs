@@ -5,6 +5,7 @@ mod assembly;
 mod bodies;
 pub mod builder;
 mod check;
+pub mod grain_file;
 mod invariants;
 mod law;
 mod levels;

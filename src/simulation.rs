@@ -12,6 +12,7 @@ pub mod profile;
 mod runner;
 mod samples;
 mod setup;
+mod start;
 mod stops;
 mod works;
 
@@ -22,7 +23,7 @@ pub use runner::params_of_step;
 pub use setup::Setup;
 
 use crate::{
-    engine::{Cpu, Engine, Gpu, gpu},
+    engine::{Cpu, Engine, Gpu, programs},
     error::{Error, Result},
     gpu::Device,
     model::{Model, Precision},
@@ -63,11 +64,14 @@ enum Stepper {
 /// Set-up and engine for a choice, and one line that says which engine and why.
 fn build(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engine>, String)> {
     let double = options.precision == Precision::Double;
+    let filled = |setup: &Setup, mut engine: Box<dyn Engine>| {
+        setup.fill(assembly, &mut |arrays, first, piece| engine.write(arrays, first, piece)).map(|()| engine)
+    };
     let on_cpu = |why: &str| -> Result<(Setup, Box<dyn Engine>, String)> {
         let setup = Setup::new(assembly, &Options { engine: EngineChoice::Cpu, ..*options })?;
-        let engine = Cpu::new(setup.state.clone());
+        let engine = filled(&setup, Box::new(Cpu::new(setup.state.clone())))?;
         let notice = format!("engine cpu (f64, {}): {why}", engine.adapter());
-        Ok((setup, Box::new(engine), notice))
+        Ok((setup, engine, notice))
     };
     let on_gpu = || -> Result<(Setup, Box<dyn Engine>, String)> {
         let device = Device::open(options.device())?;
@@ -82,7 +86,8 @@ fn build(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engin
         let real = if double { "f64" } else { "f32" };
         let why = if options.engine == EngineChoice::Gpu { "asked for" } else { "best adapter found" };
         let notice = format!("engine gpu ({real}, {}): {why}", gpu.adapter());
-        Ok((setup, Box::new(gpu), notice))
+        let engine = filled(&setup, Box::new(gpu))?;
+        Ok((setup, engine, notice))
     };
     let of_host = match assembly.solver.method {
         Method::ContactDynamics(r) if r.solver.is_of_host() => Some(r.solver),
@@ -141,23 +146,11 @@ impl Simulation {
     pub fn rewind(&mut self) -> Result<()> {
         let Simulation { runner, lists, stepper, assembly, .. } = self;
         lists.rewind(&mut runner.state.params);
-        setup::fill(&mut runner.state, assembly);
-        let bodies = [&POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &ID, &WALL];
-        let clumps = [
-            &CENTER,
-            &CENTER_LOW,
-            &ORIENTATION,
-            &ORIENTATION_LOW,
-            &ORIENTATION_REST,
-            &VELOCITY_LOW,
-            &CLUMP_VELOCITY_LOW,
-            &CLUMP_VELOCITY,
-            &CLUMP_SPIN,
-            &SPIN_INCREMENT,
-            &ROTATION_ITERATIONS,
-        ];
-        let moved = present(&runner.state.model, bodies.iter().chain(&clumps));
-        runner.engine.write(&moved, &runner.state)?;
+        start::fill_small(&mut runner.state, assembly);
+        runner.write_zeros(&[&ROTATION_ITERATIONS], 1)?;
+        let Runner { engine, state, .. } = runner;
+        engine.write(&present(&state.model, &[&WALL]), 0, state)?;
+        start::fill(state, assembly, &mut |arrays, first, piece| engine.write(arrays, first, piece))?;
         // Lists without entries leave no history.
         runner.execute(&[Op::Clear(&LIST_START)], 1)?;
         runner.step = 0;
@@ -235,9 +228,9 @@ impl Simulation {
     /// Bytes per grain of all arrays as they are now.
     pub fn bytes_per_particle(&self) -> Result<f64> {
         let s = &self.runner.state;
-        let layouts = gpu::layouts(&s.model, &self.plans)?;
+        let layouts = programs::layouts(&s.model, &self.plans)?;
         let sizes = Sizes { entries: self.lists.entries(), history: self.lists.history().0, ..s.sizes };
-        let total: u64 = gpu::bytes(&s.model, &layouts, &sizes).map(|(_, b)| b).sum();
+        let total: u64 = programs::bytes(&s.model, &layouts, &sizes).map(|(_, b)| b).sum();
         Ok(total as f64 / s.sizes.bodies as f64)
     }
 

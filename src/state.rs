@@ -286,7 +286,7 @@ impl Params {
 }
 
 /// An array behind its name: what engines need to move it between host and device.
-pub trait Column {
+pub trait Column: Any {
     /// Number of elements.
     fn len(&self) -> usize;
     /// Whether there are none.
@@ -309,8 +309,10 @@ pub trait Column {
     fn lanes(&self, dims: usize, sink: &mut dyn FnMut(f64));
     /// Overwrite all elements from lanes.
     fn fill(&mut self, dims: usize, source: &mut dyn FnMut() -> f64);
-    /// A copy of the content.
-    fn duplicate(&self) -> Box<dyn Any>;
+    /// A copy of some elements.
+    fn duplicate(&self, elements: Range<usize>) -> Box<dyn Any>;
+    /// Overwrite elements, from number `first` on, with all of another array of this kind.
+    fn overwrite(&mut self, first: usize, content: &dyn Column);
     /// Put another array's content here and hand the old content back; anything but an array of this kind empties it.
     fn replace(&mut self, content: Box<dyn Any>) -> Box<dyn Any>;
 }
@@ -343,8 +345,12 @@ impl<T: Element> Column for Vec<T> {
     fn fill(&mut self, dims: usize, source: &mut dyn FnMut() -> f64) {
         self.iter_mut().for_each(|e| *e = T::take(dims, &mut || source()));
     }
-    fn duplicate(&self) -> Box<dyn Any> {
-        Box::new(self.clone())
+    fn duplicate(&self, elements: Range<usize>) -> Box<dyn Any> {
+        Box::new(self[elements].to_vec())
+    }
+    fn overwrite(&mut self, first: usize, content: &dyn Column) {
+        let content = (content as &dyn Any).downcast_ref::<Vec<T>>().expect("an array of the same kind");
+        self[first..first + content.len()].clone_from_slice(content);
     }
     fn replace(&mut self, content: Box<dyn Any>) -> Box<dyn Any> {
         let content = content.downcast::<Vec<T>>().map(|v| *v).unwrap_or_default();
@@ -522,7 +528,8 @@ macro_rules! state {
     (@quantity -) => { Quantity::Number };
     (@quantity $quantity:ident) => { Quantity::$quantity };
     ($($handle:ident $name:ident: $ty:ty, $length:ident, $quantity:tt, $note:literal, $needed:expr;)*) => {
-        /// All arrays, with what the scene chose and the numbers kernels may know.
+        /// All arrays, with what the scene chose and the numbers kernels may know. An array may be missing, or be a
+        /// piece of what an engine has.
         #[derive(Clone, Debug)]
         pub struct State {
             pub model: Model,
@@ -553,23 +560,40 @@ macro_rules! state {
         pub static ARRAYS: &[&Array] = &[$(&array::$handle,)*];
 
         impl State {
-            /// A state of zeros with exactly the arrays that the model needs.
-            pub fn new(model: Model, sizes: Sizes, params: Params) -> State {
-                let len = |array: &Array| if (array.needed)(&model) { sizes.of(array.length) } else { 0 };
-                State {
-                    model,
-                    sizes,
-                    params,
-                    units: Units::default(),
-                    range: f64::INFINITY,
-                    $($name: vec![Default::default(); len(&array::$handle)],)*
-                }
+            /// A state without arrays.
+            pub fn bare(model: Model, sizes: Sizes, params: Params) -> State {
+                let (units, range) = (Units::default(), f64::INFINITY);
+                State { model, sizes, params, units, range, $($name: Vec::new(),)* }
             }
         }
     };
 }
 
 impl State {
+    /// A state of zeros with exactly the arrays that the model needs.
+    pub fn new(model: Model, sizes: Sizes, params: Params) -> State {
+        let mut state = State::bare(model, sizes, params);
+        state.complete();
+        state
+    }
+
+    /// Arrays of zeros in place of those that the model needs and that are not here.
+    pub fn complete(&mut self) {
+        for array in present(&self.model, ARRAYS) {
+            if self.column(array).is_empty() {
+                let len = self.sizes.of(array.length);
+                self.column_mut(array).resize(len);
+            }
+        }
+    }
+
+    /// Let go of arrays.
+    pub fn release(&mut self, arrays: &[&'static Array]) {
+        for array in arrays {
+            self.column_mut(array).replace(Box::new(()));
+        }
+    }
+
     pub fn column(&self, array: &Array) -> &dyn Column {
         (array.column)(self)
     }

@@ -161,7 +161,8 @@ fn both_clocks_see_the_same_stages() {
         return;
     };
     let scene = Scene::load(Path::new("examples/scenes/two_grains.toml"), &[]).unwrap().assemble().unwrap();
-    let Setup { state, plans, .. } = Setup::new(&scene, &Options::default()).unwrap();
+    let setup = Setup::new(&scene, &Options::default()).unwrap();
+    let (state, plans) = (setup.whole(&scene).unwrap(), setup.plans);
     let timed = |device: Device| {
         let mut gpu = Gpu::new(device, &plans, &state).unwrap();
         *gpu.times() = Some(Times::default());

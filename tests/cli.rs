@@ -1,5 +1,6 @@
 //! The program as its users see it: arguments in; files, words and exit codes out.
 
+use packstone::{container::Container, scene::Scene};
 use serde_json::Value;
 use std::{
     fs,
@@ -226,7 +227,7 @@ fn decode(text: &str) -> Vec<u8> {
 #[test]
 fn the_last_state_can_be_the_first() {
     let place = Place::new(HUNDRED_DISKS);
-    place.run(&[], 0);
+    place.run(&["--set=output.formats=[\"csv\", \"bin\"]"], 0);
     let first = place.text("final.csv");
     let (header, rows) = table(&first);
     assert_eq!(header.join(","), "id,x,y,z,vx,vy,vz,wx,wy,wz,radius,material");
@@ -234,15 +235,67 @@ fn the_last_state_can_be_the_first() {
     assert!(rows.iter().zip(0..).all(|(row, id)| row[0] == id.to_string() && row[11] == "glass"));
 
     // Without forces and in a step too short to matter, every number must come back as it was.
-    let scene = HUNDRED_DISKS
-        .replace("radius = { uniform = [0.8e-3, 1.2e-3] }", "file = \"out/scene/final.csv\"")
-        .replace("time = 0.02", "steps = 1")
-        .replace("dimension = 2", "dimension = 2\ngravity = [0, 0]\nsolver = { dt = 1e-100 }");
+    for file in ["final.csv", "final.bin"] {
+        let scene = HUNDRED_DISKS
+            .replace("radius = { uniform = [0.8e-3, 1.2e-3] }", &format!("file = \"out/scene/{file}\""))
+            .replace("time = 0.02", "steps = 1")
+            .replace("dimension = 2", "dimension = 2\ngravity = [0, 0]\nsolver = { dt = 1e-100 }");
+        fs::write(place.path("again.toml"), scene).unwrap();
+        let output = place.packstone(&["run", "again.toml", "--engine", "cpu", "--out", "again"]);
+        assert!(output.status.success(), "{output:?}");
+        let second = fs::read_to_string(place.path("again/final.csv")).unwrap();
+        assert_eq!(first, second, "{file}");
+    }
+}
+
+/// Of clumps the binary file has what the table has, and their members besides.
+#[test]
+fn clumps_come_back_from_binary_files_as_from_tables() {
+    let example = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/scenes/clumps.toml")).unwrap();
+    let place = Place::new(&example);
+    place.run(&["--steps=20", "--set=output.formats=[\"csv\", \"bin\"]", "--set=output.snapshots=1"], 0);
+    assert_eq!(
+        place.results(),
+        ["final.bin", "final.csv", "history.csv", "members.csv", "snapshot_000000.bin", "summary.json"]
+    );
+    let scene = Scene::parse(&example, "scene.toml", place.0.path(), &[]).unwrap();
+    let read = |file: &str| {
+        let population = format!("[[population]]\nfile = \"out/scene/{file}\"\n");
+        let (start, rest) = example.split_once("[[population]]").unwrap();
+        let rest = rest.split_once("\n\n").map_or("", |(_, rest)| rest);
+        let text = format!("{start}{population}\n{rest}");
+        Scene::parse(&text, "scene.toml", place.0.path(), &[]).unwrap().assemble().unwrap()
+    };
+    let (table, binary) = (read("final.csv"), read("final.bin"));
+    assert_eq!(table.clumps.len(), scene.assemble().unwrap().clumps.len());
+    assert_eq!(table, binary);
+    assert_ne!(read("snapshot_000000.bin"), binary);
+    let mut members = Vec::new();
+    let mut file = Container::<Value>::open(&place.path("out/scene/final.bin")).unwrap();
+    file.read("member_position", |_, x: [f64; 3]| members.push(x[2])).unwrap();
+    assert_eq!(members, column(&place.text("members.csv"), "z"));
+}
+
+/// A file that a full disk or a hasty hand has spoilt stops a scene before it begins.
+#[test]
+fn spoilt_binary_files_are_refused() {
+    let place = Place::new(HUNDRED_DISKS);
+    place.run(&["--steps=1", "--set=output.formats=[\"bin\"]"], 0);
+    let whole = fs::read(place.path("out/scene/final.bin")).unwrap();
+    let scene = HUNDRED_DISKS.replace("radius = { uniform = [0.8e-3, 1.2e-3] }", "file = \"grains.bin\"");
     fs::write(place.path("again.toml"), scene).unwrap();
-    let output = place.packstone(&["run", "again.toml", "--engine", "cpu", "--out", "again"]);
-    assert!(output.status.success(), "{output:?}");
-    let second = fs::read_to_string(place.path("again/final.csv")).unwrap();
-    assert_eq!(first, second);
+    let message = |bytes: &[u8], more: &[&str]| {
+        fs::write(place.path("grains.bin"), bytes).unwrap();
+        let output = place.packstone(&[&["describe", "again.toml"], more].concat());
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        errors(&output)
+    };
+    let (cut, mut altered) = (&whole[..whole.len() - 1], whole.clone());
+    altered[whole.len() - 1000] ^= 1;
+    assert!(message(cut, &[]).contains("grains.bin: is cut off: it has"));
+    assert!(message(&altered, &[]).contains("grains.bin: is damaged: the checksum of column"));
+    assert!(message(&whole, &["--set=population.0.count=101"]).contains("has 100 rows, but count = 101"));
+    assert!(message(&whole, &["--set=dimension=3"]).contains("dimension"));
 }
 
 #[test]

@@ -37,6 +37,7 @@ const LAYERS: &[(&str, u32)] = &[
     ("units", 0),
     ("record", 1),
     ("memory", 1),
+    ("container", 1),
     ("gpu", 1),
     ("solve", 2),
     ("scene", 3),

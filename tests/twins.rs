@@ -8,7 +8,7 @@ use glam::{DQuat, DVec3, EulerRot};
 use packstone::{
     Result,
     check::{Report, check},
-    engine::{Cpu, Engine, cpu::apply, gpu::layouts},
+    engine::{ALL, Cpu, Engine, cpu::apply, programs::layouts},
     gpu::{Arrays, Checks},
     model::{
         Boundary, Damping as DampingSlot, Dimension, Grains, Gyroscopic, History, Levels, Materials,
@@ -138,7 +138,7 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
             },
         },
         stop: Stop { steps: Some(1), ..Stop::default() },
-        output: Output { history: None, snapshots: None, works: model.works, csv: false, vtp: false },
+        output: Output { history: None, snapshots: None, works: model.works, csv: false, bin: false, vtp: false },
     };
     if model.grains == Grains::Clumps {
         stick_together(&mut scene);
@@ -289,6 +289,11 @@ fn kernels_agree_with_their_twins_if_arrays_are_images() {
 }
 
 #[test]
+fn kernels_agree_with_their_twins_if_arrays_are_packed() {
+    twins_agree(Options { precision: Precision::Single, arrays: Arrays::Packed, ..Options::default() }, 4);
+}
+
+#[test]
 fn double_precision_kernels_agree_with_their_twins() {
     twins_agree(Options { precision: Precision::Double, arrays: Arrays::Buffers, ..Options::default() }, 1);
 }
@@ -297,7 +302,8 @@ fn double_precision_kernels_agree_with_their_twins() {
 /// have the same numbers, to the last bit.
 fn steps_are_those_of_the_twins(scene: &Assembly) {
     let options = Options { engine: EngineChoice::Cpu, entries: Some(100_000), ..Options::default() };
-    let Setup { mut state, plans, .. } = Setup::new(scene, &options).unwrap();
+    let setup = Setup::new(scene, &options).unwrap();
+    let (mut state, plans) = (setup.whole(scene).unwrap(), setup.plans);
     let model = state.model;
     for array in present(&model, ARRAYS).into_iter().filter(|array| array.length == Length::History) {
         state.column_mut(array).resize(100_000);
@@ -312,7 +318,7 @@ fn steps_are_those_of_the_twins(scene: &Assembly) {
         ops.iter().for_each(|op| apply(op, &mut state));
         let arrays = present(&model, ARRAYS);
         let mut found = state.clone();
-        engine.read(&arrays, &mut found).unwrap();
+        engine.read(&arrays, ALL, &mut found).unwrap();
         assert!(state.halt[0] < HALTED, "{model:?}: halted");
         let active = |entry: usize| state.neighbour[entry] & ACTIVE != 0;
         for array in arrays {

@@ -303,7 +303,8 @@ struct Cost {
 
 fn cost(scene: &Assembly) -> Cost {
     let options = Options { entries: Some(40 * scene.grains.len()), ..CPU.options() };
-    let Setup { mut state, plans, .. } = Setup::new(scene, &options).unwrap();
+    let setup = Setup::new(scene, &options).unwrap();
+    let (mut state, plans) = (setup.whole(scene).unwrap(), setup.plans);
     plans.lists.ops().iter().for_each(|op| apply(op, &mut state));
     let (s, bodies) = (&state, state.sizes.bodies);
     assert!(s.lists_fit());

@@ -9,7 +9,7 @@
 
 use crate::{
     dem::ADVANCE,
-    engine::gpu::{Layouts, layouts, programs},
+    engine::programs::{Layouts, layouts, programs},
     error::Result,
     model::{Method, Model, Precision},
     nscd::{JACOBI_PASS, RESIDUAL},

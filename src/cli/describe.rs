@@ -4,7 +4,7 @@ use super::common::{SceneArgs, say};
 use super::table::table;
 use glam::UVec3;
 use packstone::{
-    engine::gpu::{bytes, layouts},
+    engine::programs::{bytes, layouts},
     measure::{Percentiles, Sizes},
     scene::{Assembly, Scene},
     simulation::Setup,
@@ -26,6 +26,8 @@ pub fn describe(args: &DescribeArgs) -> anyhow::Result<ExitCode> {
     let (scene, assembly) = args.scene.load(&[])?;
     let options = args.scene.options();
     let setup = Setup::new(&assembly, &options)?;
+    // Where a run would refuse a grain, it is said here, too.
+    setup.fill(&assembly, &mut |_, _, _| Ok(()))?;
     say(contents(&scene, &assembly, &setup));
     say(format!("\nModel\n{}", indent(&model(&setup))));
     say(format!("\nPlans\n{}", indent(&setup.plans.to_string())));

@@ -9,7 +9,7 @@ use packstone::{
         summary::{Ending, Relaxation, Summary},
     },
     measure::Sample,
-    scene::{Assembly, Stop},
+    scene::{Assembly, Stop, grain_file::Moment},
     simulation::{EngineChoice, Options, Simulation},
 };
 use std::{
@@ -163,8 +163,6 @@ struct Run {
     start: Instant,
     /// When and at which step the last row was written.
     row: (Instant, u64),
-    /// Step of the last snapshot.
-    snapshot: Option<u64>,
     /// Over the radius: with a larger overlap the time step is above its bound.
     stable_overlap: f64,
 }
@@ -182,7 +180,6 @@ impl Run {
             snapshots: assembly.output.snapshots.map(|seconds| Clock::new(seconds / dt)),
             start,
             row: (start, 0),
-            snapshot: None,
             stable_overlap: if assembly.solver.allow_unstable { f64::INFINITY } else { simulation.stable_overlap() },
             simulation,
         })
@@ -280,9 +277,9 @@ impl Run {
     }
 
     fn snapshot(&mut self) -> packstone::Result<()> {
-        let grains = self.simulation.grains()?;
-        self.snapshot = Some(self.simulation.step());
-        self.results.snapshot(self.simulation.time(), &grains)
+        let (grains, clumps) = (self.simulation.grains()?, self.simulation.clumps()?);
+        let (step, time) = (self.simulation.step(), self.simulation.time());
+        self.results.snapshot(&Moment { step, time, grains: &grains, clumps: &clumps })
     }
 
     fn is_at_rest(&self, sample: &Sample) -> bool {
@@ -296,9 +293,6 @@ impl Run {
         if self.row.1 != step {
             self.record()?;
         }
-        if self.snapshot != Some(step) {
-            self.snapshot()?;
-        }
         let sample = self.simulation.sample()?;
         let (converged, stopped) = match end {
             End::Reached | End::AtRest => (self.is_at_rest(&sample), None),
@@ -308,7 +302,8 @@ impl Run {
         let (grains, clumps) = (self.simulation.grains()?, self.simulation.clumps()?);
         let ending = Ending { wall_seconds, converged, stopped };
         let summary = Summary::new(scene, &mut self.simulation, &sample, &grains, &clumps, ending)?;
-        self.results.finish(&summary, &grains, &clumps)?;
+        let time = self.simulation.time();
+        self.results.finish(&summary, &Moment { step, time, grains: &grains, clumps: &clumps })?;
         Ok(summary)
     }
 }

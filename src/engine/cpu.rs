@@ -1,13 +1,13 @@
 //! The f64 engine: the twins, on all cores; where the time goes, [`Blocks`] stand in for them.
 
-use super::{Engine, Times};
+use super::{Engine, Times, within};
 use crate::{
     dem::blocks::Blocks,
     error::Result,
     plan::Op,
     state::{Array, Counters, Params, State},
 };
-use std::time::Instant;
+use std::{ops::Range, time::Instant};
 
 /// Runs the twins in f64 on a state of its own.
 pub struct Cpu {
@@ -17,8 +17,9 @@ pub struct Cpu {
 }
 
 impl Cpu {
-    /// An engine that starts from a copy of the state.
-    pub fn new(state: State) -> Cpu {
+    /// An engine that starts from the state; arrays that are missing are zero.
+    pub fn new(mut state: State) -> Cpu {
+        state.complete();
         Cpu { state, blocks: Blocks::default(), times: None }
     }
 
@@ -76,18 +77,18 @@ impl Engine for Cpu {
         Ok(())
     }
 
-    fn write(&mut self, arrays: &[&'static Array], state: &State) -> Result<()> {
+    fn write(&mut self, arrays: &[&'static Array], first: usize, state: &State) -> Result<()> {
         for array in arrays {
             self.blocks.forget(array);
-            let content = state.column(array).duplicate();
-            self.state.column_mut(array).replace(content);
+            self.state.column_mut(array).overwrite(first, state.column(array));
         }
         Ok(())
     }
 
-    fn read(&mut self, arrays: &[&'static Array], state: &mut State) -> Result<()> {
+    fn read(&mut self, arrays: &[&'static Array], elements: Range<usize>, state: &mut State) -> Result<()> {
         for array in arrays {
-            let content = self.state.column(array).duplicate();
+            let column = self.state.column(array);
+            let content = column.duplicate(within(&elements, column.len()));
             state.column_mut(array).replace(content);
         }
         Ok(())

@@ -3,6 +3,7 @@
 use super::{checks::Checks, images::ROW, restrictions::Restrictions};
 use crate::error::{Error, Result};
 use std::{
+    ops::Range,
     panic::{AssertUnwindSafe, catch_unwind},
     sync::{
         Arc, Mutex,
@@ -35,13 +36,16 @@ pub struct AdapterSummary {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Arrays {
-    /// Images on software drivers, otherwise buffers.
+    /// Images on software drivers that are faster with them; packed where kernels may not see as many buffers as they
+    /// have arrays; otherwise buffers.
     #[default]
     Auto,
-    /// Storage buffers.
+    /// A storage buffer each; several where one would be longer than a kernel may see.
     Buffers,
     /// Storage images where the kernels allow it.
     Images,
+    /// In two storage buffers that all share, where the kernels allow it.
+    Packed,
 }
 
 /// How to open a device.
@@ -65,8 +69,10 @@ pub struct Device {
     pub summary: AdapterSummary,
     /// Runs on the host's processor and memory.
     pub software: bool,
-    /// How it was opened; `arrays` are images only where the device can have them.
+    /// How it was opened.
     pub options: DeviceOptions,
+    /// Whether kernels may have images, and should where the options leave it open.
+    pub images: bool,
     shared: Arc<Shared>,
 }
 
@@ -148,6 +154,13 @@ fn summary(adapter: &wgpu::Adapter, restrictions: &Restrictions) -> AdapterSumma
     }
 }
 
+/// Whether loads from buffers are slow: lavapipe's are a loop over lanes before Mesa 25, and with images the published
+/// bed steps 1.3 times as fast; from then on buffers are as fast.
+fn loads_lane_by_lane(driver: &str) -> bool {
+    let version = driver.split_once("Mesa ").and_then(|(_, version)| version.split('.').next()?.parse::<u32>().ok());
+    version.is_some_and(|major| major < 25)
+}
+
 /// All adapters of this machine, best first.
 pub fn adapters() -> Vec<AdapterSummary> {
     candidates().iter().map(|adapter| summary(adapter, &Restrictions::default())).collect()
@@ -205,15 +218,14 @@ impl Device {
         let wide = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
         // Only Vulkan promises that an invocation reads back what it wrote to an image.
         let able = adapter.features().contains(wide) && adapter.get_info().backend == wgpu::Backend::Vulkan;
-        let arrays = match arrays {
-            Arrays::Auto if !(able && software) => Arrays::Buffers,
+        let images = match arrays {
+            Arrays::Auto => able && software && loads_lane_by_lane(&summary.driver),
             Arrays::Images if !able => {
                 let message = format!("{} has no images for arrays; use --arrays buffers", summary.name);
                 return Err(Error::Device(message));
             }
-            possible => possible,
+            other => other == Arrays::Images,
         };
-        let images = arrays != Arrays::Buffers;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("packstone"),
             required_features: [(double, wanted), (images, wide), (summary.timestamps, Features::TIMESTAMP_QUERY)]
@@ -231,7 +243,7 @@ impl Device {
         // Calls to a lost device fail without a word.
         let known = Arc::clone(&shared);
         device.set_device_lost_callback(move |_, why| known.lose(&why));
-        Ok(Device { device, queue, summary, software, options: DeviceOptions { arrays, ..options }, shared })
+        Ok(Device { device, queue, summary, software, options, images, shared })
     }
 
     /// Create a buffer of zeros.
@@ -348,41 +360,64 @@ impl Device {
         [&self.shared.submitting, &self.shared.waiting].map(|time| Duration::from_nanos(time.load(Ordering::Relaxed)))
     }
 
-    /// Copy the first `bytes` of a buffer to the host.
-    pub fn read(&self, buffer: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>> {
-        self.fetch(bytes, bytes, |encoder, staging| {
-            encoder.copy_buffer_to_buffer(buffer, 0, staging, 0, bytes.next_multiple_of(4));
+    /// A uniform buffer with this content, whose length is a multiple of 4.
+    pub fn uniform(&self, label: &str, content: &[u8]) -> wgpu::Buffer {
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: content.len() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        self.queue.write_buffer(&buffer, 0, content);
+        buffer
+    }
+
+    /// Copy so many bytes of a buffer, from `begin` on, to the host.
+    pub fn read(&self, buffer: &wgpu::Buffer, begin: u64, bytes: u64) -> Result<Vec<u8>> {
+        self.fetch(bytes, 0..bytes, |encoder, staging| {
+            encoder.copy_buffer_to_buffer(buffer, begin, staging, 0, bytes.next_multiple_of(4));
         })
     }
 
-    /// Copy the first `bytes` of an image to the host.
+    /// Copy so many bytes of an image, from `begin` on, to the host.
     ///
     /// # Errors
     /// [`Error::Device`] if there is no memory for the copy, or the device is lost.
-    pub fn read_image(&self, image: &wgpu::Texture, bytes: u64) -> Result<Vec<u8>> {
-        let layout = image_layout(image);
-        let size = u64::from(layout.bytes_per_row.unwrap_or_default()) * u64::from(image.height());
-        self.fetch(size, bytes, |encoder, staging| {
+    pub fn read_image(&self, image: &wgpu::Texture, begin: u64, bytes: u64) -> Result<Vec<u8>> {
+        let (layout, row) = (image_layout(image), row_bytes(image));
+        // Rows as wholes: parts of them would have to be aligned.
+        let rows = (begin / row) as u32..(begin + bytes).div_ceil(row) as u32;
+        let begin = begin - u64::from(rows.start) * row;
+        self.fetch(rows.len() as u64 * row, begin..begin + bytes, |encoder, staging| {
             let to = wgpu::TexelCopyBufferInfo { buffer: staging, layout };
-            encoder.copy_texture_to_buffer(image.as_image_copy(), to, image.size());
+            let size = wgpu::Extent3d { height: rows.len() as u32, ..image.size() };
+            encoder.copy_texture_to_buffer(from_texel(image, 0, rows.start), to, size);
         })
     }
 
-    /// Overwrite an image from its first texel on, with no more bytes than it has; what is left of the last row becomes
-    /// zero.
-    pub fn write_image(&self, image: &wgpu::Texture, mut bytes: Vec<u8>) {
-        let layout = image_layout(image);
-        let row = layout.bytes_per_row.unwrap_or_default() as usize;
-        bytes.resize(bytes.len().next_multiple_of(row), 0);
-        let size = wgpu::Extent3d { height: (bytes.len() / row) as u32, ..image.size() };
-        self.queue.write_texture(image.as_image_copy(), &bytes, layout, size);
+    /// Overwrite texels of an image, those from byte `begin` on.
+    pub fn write_image(&self, image: &wgpu::Texture, mut begin: u64, mut bytes: &[u8]) {
+        let (layout, row) = (image_layout(image), row_bytes(image));
+        // What is left of a row, rows as wholes, and the beginning of one.
+        while !bytes.is_empty() {
+            let (in_row, len) = (begin % row, bytes.len() as u64);
+            let now = if in_row > 0 || len < row { len.min(row - in_row) } else { len - len % row };
+            let size = match now < row {
+                true => wgpu::Extent3d { width: (now / (row / ROW as u64)) as u32, height: 1, ..image.size() },
+                false => wgpu::Extent3d { height: (now / row) as u32, ..image.size() },
+            };
+            let texel = from_texel(image, (in_row / (row / ROW as u64)) as u32, (begin / row) as u32);
+            let (piece, rest) = bytes.split_at(now as usize);
+            self.queue.write_texture(texel, piece, layout, size);
+            (begin, bytes) = (begin + now, rest);
+        }
     }
 
-    /// The first `bytes` of the `size` bytes that are copied to the staging buffer.
+    /// Those of the `size` bytes that are copied to the staging buffer which lie in `range`.
     fn fetch(
         &self,
         size: u64,
-        bytes: u64,
+        range: Range<u64>,
         copy: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::Buffer),
     ) -> Result<Vec<u8>> {
         let small = size <= KEPT_STAGING;
@@ -407,7 +442,7 @@ impl Device {
         self.check()?; // what failed has left an older content
         receiver.recv().map_err(|e| lost(e.to_string()))?.map_err(|e| lost(e.to_string()))?;
         let view = staging.slice(..).get_mapped_range().map_err(|e| lost(e.to_string()))?;
-        let content = view[..bytes as usize].to_vec();
+        let content = view[range.start as usize..range.end as usize].to_vec();
         drop(view);
         if let (true, Ok(mut kept)) = (small, self.shared.staging.lock()) {
             staging.unmap();
@@ -421,4 +456,25 @@ impl Device {
 fn image_layout(image: &wgpu::Texture) -> wgpu::TexelCopyBufferLayout {
     let texel = image.format().block_copy_size(None).expect("images of arrays have a plain format");
     wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(ROW as u32 * texel), rows_per_image: None }
+}
+
+fn row_bytes(image: &wgpu::Texture) -> u64 {
+    u64::from(image_layout(image).bytes_per_row.unwrap_or_default())
+}
+
+/// An image from a texel on.
+fn from_texel(image: &wgpu::Texture, x: u32, y: u32) -> wgpu::TexelCopyTextureInfo<'_> {
+    wgpu::TexelCopyTextureInfo { origin: wgpu::Origin3d { x, y, z: 0 }, ..image.as_image_copy() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::loads_lane_by_lane;
+
+    #[test]
+    fn only_old_drivers_load_lane_by_lane() {
+        assert!(loads_lane_by_lane("llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"));
+        assert!(!loads_lane_by_lane("llvmpipe Mesa 25.0.7-2~bpo12+1 (LLVM 15.0.6)"));
+        assert!(!loads_lane_by_lane("SwiftShader driver 5.0.0"));
+    }
 }

@@ -55,7 +55,7 @@ impl Stopwatch {
         }
         encoder.resolve_query_set(&self.queries, 0..count, &self.ticks, 0);
         device.submit(encoder);
-        let bytes = device.read(&self.ticks, u64::from(count * QUERY_SIZE))?;
+        let bytes = device.read(&self.ticks, 0, u64::from(count * QUERY_SIZE))?;
         let tick = |b: &[u8]| u64::from_ne_bytes(b.try_into().expect("eight bytes"));
         let seconds = 1e-9 * f64::from(device.queue.get_timestamp_period());
         let (pairs, size) = (bytes.chunks_exact(2 * QUERY_SIZE as usize), QUERY_SIZE as usize);

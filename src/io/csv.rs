@@ -38,7 +38,7 @@ impl History {
         written.map_err(at(&self.path))
     }
 
-    pub(super) fn finish(self) -> Result<()> {
+    pub(super) fn finish(&self) -> Result<()> {
         fs::rename(part(&self.path), &self.path).map_err(at(&self.path))
     }
 }

@@ -244,12 +244,14 @@ pub struct Stop {
 pub struct Output {
     /// Simulated time between rows of `history.csv`, s. None: 100 rows over the run (or every 1,000 steps).
     pub history: Option<f64>,
-    /// Simulated time between `.vtp` snapshots, s. None: only the last state.
+    /// Simulated time between snapshots, s. None: only the last state.
     pub snapshots: Option<f64>,
     /// Add up dissipation and works in every step, for `history.csv`.
     pub works: bool,
     /// Write `final.csv`.
     pub csv: bool,
+    /// Write `final.bin`, and snapshots like it.
+    pub bin: bool,
     /// Write `.vtp` and `.pvd`.
     pub vtp: bool,
 }

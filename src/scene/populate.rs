@@ -13,8 +13,8 @@ use super::check::{AXES, Check, show, show_vector};
 use super::neighbours::Neighbours;
 use super::schema::{Mixture, Placement, Population};
 use super::shape::{Shape, Shapes};
-use super::{Domain, Grain, Surface, Wall, radius, table};
-use crate::Result;
+use super::{Domain, Grain, Surface, Wall, grain_file, radius, table};
+use crate::{Result, container::is_container};
 
 /// Trials per grain of random insertion.
 const ATTEMPTS: usize = 10_000;
@@ -50,7 +50,11 @@ pub fn populate(population: &Population, number: usize, site: &Site, bodies: &mu
             material: material.map(|name| check.material(&format!("{key}.material"), name)).transpose()?,
         };
         let path = check.origin.directory.join(file);
-        table::read(&path, &options, &mut bodies.shapes, check)?
+        if is_container(&path) {
+            grain_file::read(&path, &options, &mut bodies.shapes, check)?
+        } else {
+            table::read(&path, &options, &mut bodies.shapes, check)?
+        }
     } else {
         place(population, &key, site, bodies, &mut rng, check)?
     };

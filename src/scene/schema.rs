@@ -366,6 +366,8 @@ impl Default for Output {
 pub enum Format {
     /// `final.csv`.
     Csv,
+    /// `final.bin`, which costs a fraction of the time.
+    Bin,
     /// `.vtp` and `.pvd` for ParaView.
     Vtp,
 }

@@ -207,6 +207,7 @@ fn output(output: &schema::Output, check: &Check) -> Result<Output> {
         snapshots: output.snapshots,
         works: output.works,
         csv: output.formats.contains(&Format::Csv),
+        bin: output.formats.contains(&Format::Bin),
         vtp: output.formats.contains(&Format::Vtp),
     };
     check_output(&output, check)?;

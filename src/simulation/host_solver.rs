@@ -322,11 +322,13 @@ pub fn solve_step(runner: &mut Runner, relaxation: &Relaxation, began: Instant) 
         &FREE_CONTACT_VELOCITY,
         &INVERSE_EFFECTIVE_MASS,
         &IMPULSE,
+        &PASS_VELOCITY,
+        &PASS_SPIN,
         &SOLVER_STATE,
     ];
     let model = runner.state.model;
     runner.read(&present(&model, &needed))?;
     let solution = solve_state(&mut runner.state, relaxation, runner.step, began)?;
-    runner.engine.write(&present(&model, &[&IMPULSE, &PASS_VELOCITY, &PASS_SPIN]), &runner.state)?;
+    runner.engine.write(&present(&model, &[&IMPULSE, &PASS_VELOCITY, &PASS_SPIN]), 0, &runner.state)?;
     Ok(solution)
 }

@@ -2,7 +2,7 @@
 
 use super::stops::{self, Known};
 use crate::{
-    engine::Engine,
+    engine::{ALL, Engine, PIECE},
     error::{Error, Result},
     plan::{Op, Plan},
     state::{Array, Counters, Params, State, array::*, present},
@@ -15,7 +15,7 @@ pub fn params_of_step(p: &Params, step: u64) -> Params {
 
 pub struct Runner {
     pub engine: Box<dyn Engine>,
-    /// The host's mirror; only as fresh as the last read.
+    /// The host's mirror: arrays that have been read, as fresh as that, and parameters.
     pub state: State,
     /// Steps done.
     pub step: u64,
@@ -61,8 +61,37 @@ impl Runner {
 
     /// Read arrays into the host's mirror.
     pub fn read(&mut self, arrays: &[&'static Array]) -> Result<&State> {
-        self.engine.read(arrays, &mut self.state)?;
+        self.engine.read(arrays, ALL, &mut self.state)?;
         Ok(&self.state)
+    }
+
+    /// Look at arrays of so many elements piece by piece: the number of the first element, and a state that has these
+    /// elements alone. The mirror has nothing of the arrays afterwards.
+    pub fn read_pieces(
+        &mut self,
+        arrays: &[&'static Array],
+        len: usize,
+        mut see: impl FnMut(usize, &State),
+    ) -> Result<()> {
+        let arrays = present(&self.state.model, arrays);
+        for first in (0..len).step_by(PIECE) {
+            self.engine.read(&arrays, first..(first + PIECE).min(len), &mut self.state)?;
+            see(first, &self.state);
+        }
+        self.state.release(&arrays);
+        Ok(())
+    }
+
+    /// Make so many elements of arrays zero, those of them that there are.
+    pub fn write_zeros(&mut self, arrays: &[&'static Array], len: usize) -> Result<()> {
+        let arrays = present(&self.state.model, arrays);
+        self.state.release(&arrays);
+        for first in (0..len).step_by(PIECE) {
+            arrays.iter().for_each(|array| self.state.column_mut(array).resize(PIECE.min(len - first)));
+            self.engine.write(&arrays, first, &self.state)?;
+        }
+        self.state.release(&arrays);
+        Ok(())
     }
 
     /// An error if the device says that a grain is lost.
@@ -75,10 +104,12 @@ impl Runner {
 
     /// Why the run cannot go on after this step, from the device's mark of the grain.
     pub fn lost_grain(&mut self, mark: u32, step: u64) -> Result<Error> {
-        let arrays = [&POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &ID, &WALL];
-        self.read(&present(&self.state.model, &arrays))?;
+        let arrays = [&POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &ID, &CLUMP_OF_ID, &WALL];
+        let arrays = present(&self.state.model, &arrays);
+        self.read(&arrays)?;
         let dt = self.state.params.dt;
         let reason = stops::reason(&self.state, self.state.params.bodies - mark, &self.known);
+        self.state.release(&arrays);
         Ok(Error::Run { step, time: step as f64 * dt, reason })
     }
 }

@@ -9,10 +9,10 @@ use crate::{
     plan::swap_again,
     scene::{Clump, Grain, Surface, Wall},
     space::precision::{low_of, position_low_of, spin_low_of},
-    state::{Array, RotationIterations, array::*, present},
+    state::{Array, RotationIterations, array::*},
     units::Quantity,
 };
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec3, DVec4};
 
 impl Simulation {
     /// Lists that reach, for a look at the contacts between two chunks.
@@ -59,16 +59,17 @@ impl Simulation {
         self.refresh()?;
         self.runner.execute_plan(&self.plans.velocities)?;
         let arrays = [&POSITION, &POSITION_LOW, &VELOCITY_NEXT, &SPIN_NEXT, &VELOCITY_LOW_NEXT, &ID];
-        let s = self.runner.read(&present(&self.runner.state.model, &arrays))?;
         let mut grains = self.assembly.grains.clone();
-        for i in 0..s.sizes.bodies {
-            let grain = &mut grains[s.id[i] as usize];
-            grain.position = s.position[i].x + position_low_of(s, i).x;
-            let low = s.velocity_low_next.get(i).copied().unwrap_or_default();
-            let v = s.velocity_next[i].v;
-            grain.velocity = v + low_of(s, Quantity::Velocity, v, low.v);
-            grain.spin = s.spin_next.get(i).map_or(grain.spin, |spin| spin.0 + spin_low_of(s, spin.0, low.spin));
-        }
+        self.runner.read_pieces(&arrays, grains.len(), |_, s| {
+            for (i, id) in s.id.iter().enumerate() {
+                let grain = &mut grains[*id as usize];
+                grain.position = s.position[i].x + position_low_of(s, i).x;
+                let low = s.velocity_low_next.get(i).copied().unwrap_or_default();
+                let v = s.velocity_next[i].v;
+                grain.velocity = v + low_of(s, Quantity::Velocity, v, low.v);
+                grain.spin = s.spin_next.get(i).map_or(grain.spin, |spin| spin.0 + spin_low_of(s, spin.0, low.spin));
+            }
+        })?;
         Ok(grains)
     }
 
@@ -96,20 +97,22 @@ impl Simulation {
             &CLUMP_VELOCITY_NEXT,
             &CLUMP_SPIN_NEXT,
             &CLUMP_VELOCITY_LOW_NEXT,
+            &INVERSE_MOMENTS,
         ];
-        let s = self.runner.read(&present(&self.runner.state.model, &arrays))?;
         let mut clumps = self.assembly.clumps.clone();
-        for (c, clump) in clumps.iter_mut().enumerate() {
-            let here = grains::clump(s, c);
-            let principal = DQuat::from_vec4(here.orientation).normalize();
-            clump.position = here.center.x + here.center.low;
-            let low = s.clump_velocity_low_next.get(c).copied().unwrap_or_default();
-            let (v, w) = (s.clump_velocity_next[c].v, s.clump_spin_next[c].0);
-            clump.velocity = v + low_of(s, Quantity::Velocity, v, low.v);
-            let w = w + spin_low_of(s, w, low.spin);
-            clump.spin = grains::global_spin(s, here.inverse_moments, here.orientation, w);
-            clump.orientation = principal * self.assembly.shapes[clump.shape as usize].frame.inverse();
-        }
+        self.runner.read_pieces(&arrays, clumps.len(), |first, s| {
+            for (c, clump) in clumps[first..].iter_mut().take(s.center.len()).enumerate() {
+                let orientation = s.orientation[c].0 + s.orientation_low.get(c).map_or(DVec4::ZERO, |low| low.0);
+                clump.position = s.center[c] + s.center_low.get(c).copied().unwrap_or_default();
+                let low = s.clump_velocity_low_next.get(c).copied().unwrap_or_default();
+                let (v, w) = (s.clump_velocity_next[c].v, s.clump_spin_next[c].0);
+                clump.velocity = v + low_of(s, Quantity::Velocity, v, low.v);
+                let w = w + spin_low_of(s, w, low.spin);
+                clump.spin = grains::global_spin(s, s.inverse_moments[c].0, orientation, w);
+                let principal = DQuat::from_vec4(orientation).normalize();
+                clump.orientation = principal * self.assembly.shapes[clump.shape as usize].frame.inverse();
+            }
+        })?;
         Ok(clumps)
     }
 
@@ -149,13 +152,13 @@ impl Simulation {
         let arrays: &[&'static Array] = if rotating { &[&FORCE, &TORQUE] } else { &[&FORCE] };
         arrays.iter().try_for_each(|array| self.runner.engine.resize(array, bodies))?;
         self.runner.execute_plan(&self.plans.forces)?;
-        self.runner.read(&[arrays, &[&ID]].concat())?;
-        arrays.iter().try_for_each(|array| self.runner.engine.resize(array, 1))?;
-        let s = &self.runner.state;
         let mut forces = vec![(DVec3::ZERO, DVec3::ZERO); bodies];
-        for i in 0..bodies {
-            forces[s.id[i] as usize] = (s.force[i], s.torque.get(i).map_or(DVec3::ZERO, |t| t.0));
-        }
+        self.runner.read_pieces(&[arrays, &[&ID]].concat(), bodies, |_, s| {
+            for (i, id) in s.id.iter().enumerate() {
+                forces[*id as usize] = (s.force[i], s.torque.get(i).map_or(DVec3::ZERO, |t| t.0));
+            }
+        })?;
+        arrays.iter().try_for_each(|array| self.runner.engine.resize(array, 1))?;
         Ok(forces)
     }
 

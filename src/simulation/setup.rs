@@ -4,39 +4,27 @@ use super::{
     grid,
     lists::LEAST_LENGTH,
     options::{EngineChoice, Options},
+    start::{self, anchor, middle},
 };
 use crate::{
-    body::{
-        blocks::BLOCK,
-        bodies::{NextVelocities, Velocities},
-        grains::spins_in_scene,
-        rotation::inverse_inertia,
-    },
-    contact::{cohesion, materials::parameters, rolling},
-    error::{Error, Result},
+    body::blocks::BLOCK,
+    contact::{cohesion, materials::parameters},
+    error::Result,
     memory,
-    model::{self, Grains, Model, Precision},
+    model::{self, Model, Precision},
     plans::Plans,
-    scene::{Assembly, Clump, Grain, Method, Surface},
+    scene::{Assembly, Clump, Grain, Method},
     solve,
-    space::{
-        boundary::wrap,
-        precision::{
-            Point, QUANTA_OF_SLACK, SplitOrientation, add_rotation, arm_end, extent_of, quantised, quantum,
-            set_quantum, split,
-        },
-    },
-    state::{
-        ARRAYS, Column, Length, Level, Orientation, PARTIAL_SUMS, Packed, Params, Position, PositionLow,
-        RotationIterations, Sizes, Spin, State, Velocity, VelocityLow, Wall, present,
-    },
+    space::precision::{QUANTA_OF_SLACK, extent_of, quantised, quantum, set_quantum, split},
+    state::{Array, Level, PARTIAL_SUMS, Params, Sizes, State},
     time_step,
     units::{Quantity, Units, power_of_two},
 };
-use glam::{DVec3, DVec4};
+use glam::DVec3;
 
 /// Everything a scene implies before an engine is chosen: the state at time 0, its plans, and the time step's bound.
 pub struct Setup {
+    /// Without grains, which [`Setup::fill`] hands out.
     pub state: State,
     pub plans: Plans,
     pub dt_bound: f64,
@@ -46,7 +34,7 @@ impl Setup {
     /// Arrays, parameters and plans of a scene.
     ///
     /// # Errors
-    /// [`Error::Scene`] if the time step is above its bound, [`Error::Device`] if the host's memory cannot hold it.
+    /// [`Error::Scene`](crate::Error::Scene) if the time step is above its bound, [`Error::Device`](crate::Error::Device) if the host's memory cannot hold it.
     pub fn new(assembly: &Assembly, options: &Options) -> Result<Setup> {
         let (dt, dt_bound) = time_step::choose(assembly)?;
         // The CPU engine has only f64.
@@ -74,17 +62,44 @@ impl Setup {
         };
         memory::check_host(bodies as u64 * memory::BYTES_PER_GRAIN)?;
         let range = range(&params, &model, assembly);
-        let mut state = State { units, range, ..State::new(model, sizes, params) };
+        let mut state = State { units, range, ..State::bare(model, sizes, params) };
         state.level = level;
         if precision == Precision::Single {
             // As the grains on it have it.
             state.level.iter_mut().for_each(|l| l.radius = state.units.rounded(Quantity::Length, l.radius));
         }
-        fill(&mut state, assembly);
+        start::fill_small(&mut state, assembly);
         if precision == Precision::Single {
-            check_range(&state)?;
+            start::check_range(&state, 0, 0)?;
         }
         Ok(Setup { plans: Plans::new(&model), state, dt_bound })
+    }
+
+    /// Hand out the grains at time 0, piece by piece: arrays, the number of the first element, and a state with these
+    /// alone.
+    ///
+    /// # Errors
+    /// [`Error::Scene`](crate::Error::Scene) for what single precision cannot hold, and what `put` says.
+    pub fn fill(
+        &self,
+        assembly: &Assembly,
+        put: &mut dyn FnMut(&[&'static Array], usize, &State) -> Result<()>,
+    ) -> Result<()> {
+        start::fill(&self.state, assembly, put)
+    }
+
+    /// The state at time 0 with all arrays that the model needs.
+    ///
+    /// # Errors
+    /// As [`Setup::fill`].
+    pub fn whole(&self, assembly: &Assembly) -> Result<State> {
+        let mut state = self.state.clone();
+        state.complete();
+        self.fill(assembly, &mut |arrays, first, piece| {
+            arrays.iter().for_each(|array| state.column_mut(array).overwrite(first, piece.column(array)));
+            Ok(())
+        })?;
+        Ok(state)
     }
 }
 
@@ -228,230 +243,4 @@ fn landmarks(assembly: &Assembly) -> impl Iterator<Item = DVec3> {
     let middle = middle(assembly);
     let walls = assembly.walls.iter().map(move |wall| anchor(&wall.surface, middle));
     assembly.grains.iter().map(|g| g.position).chain(corners).chain(walls)
-}
-
-/// The middle of the box around the grains.
-fn middle(assembly: &Assembly) -> DVec3 {
-    let bounds = |(low, high): (DVec3, DVec3), g: &Grain| (low.min(g.position), high.max(g.position));
-    let (low, high) = assembly.grains.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), bounds);
-    0.5 * (low + high)
-}
-
-/// A point of a plane, or of the axis of a cylinder, close to the grains: coordinates that go farther than they must
-/// cost digits in single precision.
-fn anchor(surface: &Surface, middle: DVec3) -> DVec3 {
-    match *surface {
-        Surface::Plane { point, normal } => middle - (middle - point).dot(normal) * normal,
-        Surface::Cylinder { center, .. } => center,
-    }
-}
-
-/// The grains, walls and materials of a scene.
-pub(super) fn fill(state: &mut State, assembly: &Assembly) {
-    let dimension = state.model.dimension;
-    for (i, grain) in assembly.grains.iter().enumerate() {
-        let density = assembly.materials[grain.material as usize].density;
-        let mass = time_step::mass(dimension, density, grain.radius);
-        state.position[i] = Position { x: grain.position, radius: grain.radius };
-        if let Some(low) = state.position_low.get_mut(i) {
-            let whole = Position {
-                x: quantised(&state.params, grain.position),
-                radius: state.units.rounded(Quantity::Length, grain.radius),
-            };
-            *low = PositionLow { x: grain.position - whole.x, radius: grain.radius - whole.radius };
-            state.position[i] = whole;
-        }
-        state.id[i] = i as u32;
-        let inverse_mass = if grain.fixed { 0.0 } else { 1.0 / mass };
-        let start = started(state, grain.velocity, grain.spin, inverse_mass);
-        let (velocity, spin, low) = (&mut state.velocity, &mut state.spin, &mut state.velocity_low);
-        NextVelocities { velocity, spin, low }.store(i, start);
-    }
-    if state.model.grains == Grains::Clumps {
-        fill_clumps(state, assembly);
-    }
-    let single = state.model.precision == Precision::Single;
-    let middle = middle(assembly);
-    for (wall, given) in state.wall.iter_mut().zip(&assembly.walls) {
-        let point = anchor(&given.surface, middle);
-        let (normal, radius) = match given.surface {
-            Surface::Plane { normal, .. } => (normal, 0.0),
-            Surface::Cylinder { radius, .. } => (DVec3::ZERO, radius),
-        };
-        let whole = if single { quantised(&state.params, point) } else { point };
-        let low = point - whole;
-        let number = |x| if single { state.units.rounded(Quantity::Number, x) } else { x };
-        let whole_normal = normal.map(number);
-        let whole_radius = if single { state.units.rounded(Quantity::Length, radius) } else { radius };
-        *wall = Wall {
-            point: whole,
-            low,
-            normal: whole_normal,
-            normal_low: normal - whole_normal,
-            velocity: given.velocity,
-            radius: whole_radius,
-            radius_low: radius - whole_radius,
-            spin: given.spin,
-        };
-    }
-    if !state.material.is_empty() {
-        let materials = assembly.grains.iter().map(|g| g.material).chain(assembly.walls.iter().map(|w| w.material));
-        state.material = materials.collect();
-        state.pair = assembly.pairs.iter().map(parameters).collect();
-    }
-    rolling::fill(state, assembly);
-}
-
-/// The velocities at the start, with what single precision leaves out of them.
-fn started(state: &State, v: DVec3, spin: DVec3, inverse_mass: f64) -> Velocities {
-    let rest = Velocity { v: DVec3::ZERO, inverse_mass };
-    Velocities::changed(state, rest, DVec3::ZERO, VelocityLow::default(), [v, spin])
-}
-
-/// The clumps of a scene, and what their members know of them.
-fn fill_clumps(state: &mut State, assembly: &Assembly) {
-    let (dimension, precision) = (state.model.dimension, state.model.precision);
-    state.clump_of_id = assembly.owners();
-    let units = state.units;
-    let rounded = |quantity, v: DVec3| DVec3::from_array(v.to_array().map(|x| units.rounded(quantity, x)));
-    for (c, clump) in assembly.clumps.iter().enumerate() {
-        let shape = &assembly.shapes[clump.shape as usize];
-        let density = assembly.materials[clump.material as usize].density;
-        let mass = time_step::mass(dimension, density, clump.radius);
-        let inverse_mass = if clump.fixed { 0.0 } else { 1.0 / mass };
-        let inverse_moments = (1.0 / shape.gyration) * inverse_mass / (clump.radius * clump.radius);
-        // Whether a clump is round is asked of these numbers on both sides, so both must have the same.
-        let inverse_moments = match precision {
-            Precision::Single => rounded(Quantity::InverseInertia, inverse_moments),
-            Precision::Double => inverse_moments,
-        };
-        let principal = (clump.orientation * shape.frame).normalize();
-        state.inverse_moments[c] = Spin(inverse_moments);
-        let in_scene = spins_in_scene(&state.model, inverse_moments);
-        let spin = if in_scene { clump.spin } else { principal.inverse() * clump.spin };
-        let start = started(state, clump.velocity, spin, inverse_mass);
-        (state.clump_velocity[c], state.clump_spin[c]) = (start.velocity, start.spin);
-        if let Some(low) = state.clump_velocity_low.get_mut(c) {
-            *low = start.low;
-        }
-        if let Some(gain) = state.spin_increment.get_mut(c) {
-            *gain = Spin::default();
-        }
-        state.rotation_iterations[0] = RotationIterations::default();
-        let turning = add_rotation(state, &SplitOrientation::default(), DVec4::from(principal));
-        state.orientation[c] = Orientation(turning.q);
-        state.center[c] = clump.position;
-        if precision == Precision::Single {
-            state.orientation_low[c] = Orientation(turning.low);
-            state.orientation_rest[c] = Orientation(turning.rest);
-            state.center[c] = quantised(&state.params, clump.position);
-            state.center_low[c] = clump.position - state.center[c];
-        }
-        let members = assembly.members(c);
-        state.first_member[c] = members.start as u32;
-        state.first_member[c + 1] = members.end as u32;
-        for (member_id, member) in members.zip(&shape.members) {
-            state.velocity[member_id].inverse_mass = inverse_mass;
-            let arm = clump.radius * member.arm;
-            state.member_offset[member_id] = Packed(arm);
-            if precision == Precision::Single {
-                // As the device will have them, so that no member jumps in the first step.
-                state.member_offset[member_id] = Packed(rounded(Quantity::Length, arm));
-                let center = Point { x: state.center[c], low: state.center_low[c] };
-                let arm = state.member_offset[member_id].0;
-                let point = arm_end(state, center, state.orientation[c].0, state.orientation_low[c].0, arm);
-                let point = wrap(state, point);
-                (state.position[member_id].x, state.position_low[member_id].x) = (point.x, point.low);
-            }
-        }
-    }
-}
-
-/// In units of the scene: numbers up to this may be squared and multiplied in single precision, and what is divided by is
-/// at least its inverse.
-const RANGE: f64 = 1e15;
-
-/// What leaves the range of f32 must not get to a device that computes in it.
-///
-/// # Errors
-/// [`Error::Scene`] with the number and whose it is.
-fn check_range(state: &State) -> Result<()> {
-    check_lanes(state, |_| "scene".to_owned(), "", &vec![state.params], Quantity::Number)?;
-    for array in present(&state.model, ARRAYS).into_iter().filter(|array| array.original() == array.name) {
-        let owner = match array.length {
-            Length::Bodies => "grain",
-            Length::Clumps => "clump",
-            Length::Walls => "wall",
-            Length::MaterialsSquared => "pair of materials",
-            _ => continue,
-        };
-        check_lanes(state, |k| format!("{owner} {k}"), array.name, state.column(array), array.quantity)?;
-    }
-    // A member turns with its clump, whose moments have been looked at.
-    if state.model.grains == Grains::Spheres {
-        for (i, (position, velocity)) in state.position.iter().zip(&state.velocity).enumerate() {
-            let inertia = inverse_inertia(state, position, velocity.inverse_mass);
-            if !in_range(state, Quantity::InverseInertia, inertia) {
-                return Err(beyond(
-                    &format!("grain {i}"),
-                    "inverse moment of inertia",
-                    inertia,
-                    Quantity::InverseInertia,
-                ));
-            }
-        }
-    }
-    Ok(())
-}
-
-/// The same of an array.
-fn check_lanes(
-    state: &State,
-    owner: impl Fn(usize) -> String,
-    name: &str,
-    column: &dyn Column,
-    of: Quantity,
-) -> Result<()> {
-    let dims = state.model.dims();
-    let (quantities, members) = (column.quantities(of, dims), column.names(dims));
-    let (mut lane, mut found) = (0, None);
-    column.lanes(dims, &mut |x| {
-        if found.is_none() && !in_range(state, quantities[lane % quantities.len()], x) {
-            found = Some((lane, x));
-        }
-        lane += 1;
-    });
-    let Some((lane, x)) = found else { return Ok(()) };
-    let (element, lane) = (lane / quantities.len(), lane % quantities.len());
-    let ends = column.widths(dims).into_iter().scan(0, |end, width| {
-        *end += width;
-        Some(*end)
-    });
-    let member = members.get(ends.take_while(|end| *end <= lane).count()).copied();
-    let what = [Some(name), member].into_iter().flatten().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(".");
-    Err(beyond(&owner(element), &what.replace('_', " "), x, quantities[lane]))
-}
-
-/// Whether single precision can compute with a number. Bounds that there are none of are infinite, and become the
-/// largest number.
-fn in_range(state: &State, quantity: Quantity, x: f64) -> bool {
-    // What is no number stops the run, and not because of its size.
-    let size = (x / state.units.of(quantity)).abs();
-    let divides = matches!(
-        quantity,
-        Quantity::Time
-            | Quantity::InverseMass
-            | Quantity::InverseInertia
-            | Quantity::NormalStiffness
-            | Quantity::TangentialStiffness
-    );
-    size == 0.0 || !size.is_finite() || size <= RANGE && (size >= 1.0 / RANGE || !divides)
-}
-
-fn beyond(owner: &str, what: &str, x: f64, quantity: Quantity) -> Error {
-    Error::Scene(format!(
-        "{owner}: {what} = {x:e} {} is beyond single precision beside the other numbers of the scene; use --precision \
-         double or --engine cpu",
-        quantity.unit()
-    ))
 }

@@ -28,8 +28,7 @@ fn powers(sample: &Sample) -> Works {
 impl Totals {
     /// At time 0.
     pub fn start(runner: &mut Runner, sample: &Sample) -> Result<Totals> {
-        runner.state.works.fill(Works::default());
-        runner.engine.write(&[&WORKS], &runner.state)?;
+        runner.write_zeros(&[&WORKS], runner.state.sizes.bodies)?;
         Ok(Totals { first: powers(sample), ..Totals::default() })
     }
 
@@ -39,15 +38,15 @@ impl Totals {
     }
 
     fn collect(&mut self, runner: &mut Runner) -> Result<()> {
-        runner.read(&[&WORKS])?;
-        let works = &mut runner.state.works;
-        for of_body in works.iter_mut() {
-            self.sum.dissipated += of_body.dissipated;
-            self.sum.walls += of_body.walls;
-            self.sum.fixed += of_body.fixed;
-            *of_body = Works::default();
-        }
-        runner.engine.write(&[&WORKS], &runner.state)?;
+        let bodies = runner.state.sizes.bodies;
+        runner.read_pieces(&[&WORKS], bodies, |_, s| {
+            for of_body in &s.works {
+                self.sum.dissipated += of_body.dissipated;
+                self.sum.walls += of_body.walls;
+                self.sum.fixed += of_body.fixed;
+            }
+        })?;
+        runner.write_zeros(&[&WORKS], bodies)?;
         self.step = runner.step;
         Ok(())
     }

@@ -20,7 +20,7 @@ use crate::solve::{
 };
 use crate::{
     error::{Error, Result},
-    gpu::{Arrays, Device, DeviceOptions, Layout, Program, compose, workgroups},
+    gpu::{Arrays, Device, DeviceOptions, Layout, Placement, Program, compose, workgroups},
     record::Element,
     shaders,
 };
@@ -240,7 +240,7 @@ impl<'a> Relaxation<'a> {
 
     fn read(&self, name: &str, length: usize) -> Result<Vec<f64>> {
         let layout = &self.layouts[name];
-        let bytes = self.device.read(&self.buffers[name], (length * layout.stride) as u64)?;
+        let bytes = self.device.read(&self.buffers[name], 0, (length * layout.stride) as u64)?;
         let units = vec![1.0; layout.lanes.len()];
         let mut next = layout.decode(&bytes, &units);
         Ok((0..length * layout.lanes.len()).map(|_| next()).collect())
@@ -295,7 +295,7 @@ fn programs(dims: usize, double: bool) -> Result<Vec<Program>> {
         .map(|name| shaders::file(&format!("{name}.wgsl")));
     let shared: Vec<_> = [scalar, dimension].map(shaders::file).into_iter().chain(shared).collect();
     let kernels = PASS.map(|kernel| (kernel, shaders::file(&format!("solve/{kernel}.wgsl"))));
-    compose(&shared, &kernels, |_, _| false)
+    compose(&shared, &kernels, |_, _| Placement::Buffer)
 }
 
 /// Whether single precision can tell the contacts apart from nothing.
@@ -336,6 +336,6 @@ mod tests {
         jacobi.device.summary.max_arrays = 4;
         jacobi.device.summary.max_array_bytes = 1 << 20;
         let said = jacobi.solve(&problem, &Options::default()).unwrap_err().to_string();
-        assert!(said.contains("uses") && said.contains("arrays"), "{said}");
+        assert!(said.contains("uses") && said.contains("storage buffers"), "{said}");
     }
 }

@@ -1,0 +1,347 @@
+//! Columns of numbers in a binary file, named, typed and checksummed: `docs/output.md` has it byte by byte.
+//!
+//! A file says what it holds before it holds it, so that it is written in one go, without a second copy of the content,
+//! and what is missing or altered shows when it is read.
+
+use crate::error::{Error, Result};
+use crc32fast::Hasher;
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use std::{
+    fs::File,
+    io::{self, BufReader, Read, Seek, SeekFrom, Write},
+    path::{Path, PathBuf},
+};
+
+/// What every such file begins with. Its first byte is no ASCII, and whoever changes the ends of lines changes it.
+pub const MAGIC: [u8; 8] = *b"\x89PACK\r\n\x1a";
+/// Of the format; readers know this one and none above.
+const VERSION: u32 = 1;
+/// Bytes of magic number, version and the header's length.
+const PREAMBLE: usize = 16;
+/// A header is no longer, whatever an altered file says.
+const LONGEST_HEADER: u32 = 1 << 24;
+/// Bytes that are encoded, or decoded, at a time.
+const BLOCK: usize = 1 << 16;
+
+/// A type of numbers, little-endian.
+pub trait Number: Copy {
+    /// As the header has it: the name in Rust and numpy.
+    const TYPE: &'static str;
+    const BYTES: usize;
+    fn encode(self, bytes: &mut Vec<u8>);
+    fn decode(bytes: &[u8]) -> Self;
+}
+
+macro_rules! number {
+    ($($type:ty = $name:literal),*) => {
+        $(impl Number for $type {
+            const TYPE: &'static str = $name;
+            const BYTES: usize = size_of::<$type>();
+            fn encode(self, bytes: &mut Vec<u8>) {
+                bytes.extend(self.to_le_bytes());
+            }
+            fn decode(bytes: &[u8]) -> $type {
+                <$type>::from_le_bytes(bytes.try_into().expect("as many bytes as the type has"))
+            }
+        })*
+    };
+}
+
+number!(f64 = "float64", u32 = "uint32");
+
+/// What the header says of a column.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Description {
+    pub name: String,
+    #[serde(rename = "type")]
+    pub number: String,
+    /// Numbers in a row.
+    pub components: u64,
+    pub rows: u64,
+    pub unit: String,
+}
+
+impl Description {
+    /// Bytes of the column without its checksum; None if no file can be as long.
+    fn bytes(&self) -> Option<u64> {
+        let of_number = match &*self.number {
+            f64::TYPE => f64::BYTES,
+            u32::TYPE => u32::BYTES,
+            _ => return None,
+        };
+        self.rows.checked_mul(self.components)?.checked_mul(of_number as u64)
+    }
+}
+
+/// A column to be written.
+pub struct Column<'a> {
+    description: Description,
+    /// Feeds blocks of its bytes.
+    encode: Box<dyn Fn(&mut dyn FnMut(&[u8]) -> io::Result<()>) -> io::Result<()> + 'a>,
+}
+
+impl<'a> Column<'a> {
+    /// What `of` makes of each of the rows.
+    pub fn new<R, T: Number, const N: usize>(
+        name: &str,
+        unit: &str,
+        rows: &'a [R],
+        of: impl Fn(&R) -> [T; N] + 'a,
+    ) -> Column<'a> {
+        let description = Description {
+            name: name.to_owned(),
+            number: T::TYPE.to_owned(),
+            components: N as u64,
+            rows: rows.len() as u64,
+            unit: unit.to_owned(),
+        };
+        let encode = move |sink: &mut dyn FnMut(&[u8]) -> io::Result<()>| {
+            let mut block = Vec::with_capacity(BLOCK);
+            rows.chunks(BLOCK / (N * T::BYTES)).try_for_each(|rows| {
+                block.clear();
+                rows.iter().flat_map(&of).for_each(|number| number.encode(&mut block));
+                sink(&block)
+            })
+        };
+        Column { description, encode: Box::new(encode) }
+    }
+}
+
+/// A header: what the kind of file has to say besides, then the columns.
+#[derive(Serialize, Deserialize)]
+struct Header<A> {
+    #[serde(flatten)]
+    about: A,
+    columns: Vec<Description>,
+}
+
+/// Write a file: what there is to say besides the columns, and these.
+pub fn write(out: &mut impl Write, about: &impl Serialize, columns: &[Column]) -> io::Result<()> {
+    let descriptions = columns.iter().map(|column| column.description.clone()).collect();
+    let header = serde_json::to_vec(&Header { about, columns: descriptions })?;
+    let mut hasher = Hasher::new();
+    let mut hashed = |hasher: &mut Hasher, bytes: &[u8]| {
+        hasher.update(bytes);
+        out.write_all(bytes)
+    };
+    for part in [&MAGIC[..], &VERSION.to_le_bytes(), &(header.len() as u32).to_le_bytes(), &header] {
+        hashed(&mut hasher, part)?;
+    }
+    for column in columns {
+        let checksum = std::mem::take(&mut hasher).finalize();
+        hashed(&mut Hasher::new(), &checksum.to_le_bytes())?;
+        (column.encode)(&mut |block| hashed(&mut hasher, block))?;
+    }
+    out.write_all(&hasher.finalize().to_le_bytes())
+}
+
+/// Whether there is a file that begins as these do.
+pub fn is_container(path: &Path) -> bool {
+    let mut begin = [0; MAGIC.len()];
+    File::open(path).is_ok_and(|mut file| file.read_exact(&mut begin).is_ok()) && begin == MAGIC
+}
+
+/// A file whose header has been read.
+#[derive(Debug)]
+pub struct Container<A> {
+    path: PathBuf,
+    file: BufReader<File>,
+    pub about: A,
+    /// With their places in the file.
+    columns: Vec<(Description, u64)>,
+}
+
+impl<A: DeserializeOwned> Container<A> {
+    /// Read a header, and see whether the file is as long as it says.
+    ///
+    /// # Errors
+    /// [`Error::Io`] if the file cannot be read, [`Error::Scene`] if it is something else, is cut off or altered.
+    pub fn open(path: &Path) -> Result<Container<A>> {
+        let io = |source| Error::Io { path: path.to_owned(), source };
+        let wrong = |message: String| Error::Scene(format!("{}: {message}", path.display()));
+        let file = File::open(path).map_err(io)?;
+        let length = file.metadata().map_err(io)?.len();
+        let mut file = BufReader::with_capacity(BLOCK, file);
+        let mut bytes = vec![0; PREAMBLE];
+        let cut = |needed: u64| wrong(format!("is cut off: it has {length} bytes, and {needed} or more are needed"));
+        if length < PREAMBLE as u64 {
+            return Err(cut(PREAMBLE as u64));
+        }
+        file.read_exact(&mut bytes).map_err(io)?;
+        if bytes[..8] != MAGIC {
+            return Err(wrong("is no binary file of packstone, or has been changed as if it were text".to_owned()));
+        }
+        let (version, header) = (u32::decode(&bytes[8..12]), u32::decode(&bytes[12..]));
+        if version > VERSION {
+            return Err(wrong(format!("has version {version} of the format; this packstone reads up to {VERSION}")));
+        }
+        let begin = PREAMBLE as u64 + u64::from(header) + 4;
+        if length < begin && header <= LONGEST_HEADER {
+            return Err(cut(begin));
+        }
+        let damaged = || wrong("is damaged: the checksum of its header is another".to_owned());
+        if header > LONGEST_HEADER {
+            return Err(damaged());
+        }
+        bytes.resize(PREAMBLE + header as usize, 0);
+        file.read_exact(&mut bytes[PREAMBLE..]).map_err(io)?;
+        let mut checksum = [0; 4];
+        file.read_exact(&mut checksum).map_err(io)?;
+        if crc32fast::hash(&bytes) != u32::decode(&checksum) {
+            return Err(damaged());
+        }
+        let header: Header<A> =
+            serde_json::from_slice(&bytes[PREAMBLE..]).map_err(|e| wrong(format!("header: {e}")))?;
+        let mut columns = Vec::new();
+        let mut end = begin;
+        for column in header.columns {
+            let long =
+                || wrong(format!("column \"{}\" is of a type or length that this packstone cannot read", column.name));
+            let next = column.bytes().and_then(|bytes| end.checked_add(bytes)?.checked_add(4)).ok_or_else(long)?;
+            columns.push((column, end));
+            end = next;
+        }
+        match length {
+            _ if length < end => Err(wrong(format!("is cut off: it has {length} of {end} bytes"))),
+            _ if length > end => Err(wrong(format!("has {length} bytes, but should have {end}"))),
+            _ => Ok(Container { path: path.to_owned(), file, about: header.about, columns }),
+        }
+    }
+}
+
+impl<A> Container<A> {
+    /// Rows of a column, if it is there.
+    pub fn rows(&self, name: &str) -> Option<u64> {
+        self.columns.iter().find(|(column, _)| column.name == name).map(|(column, _)| column.rows)
+    }
+
+    /// Read a column, row by row. Whether it has been altered is known in the end only.
+    ///
+    /// # Errors
+    /// [`Error::Io`] if it cannot be read, [`Error::Scene`] if it is not there, of another type, or altered.
+    pub fn read<T: Number, const N: usize>(&mut self, name: &str, mut row: impl FnMut(usize, [T; N])) -> Result<()> {
+        let wrong = |message: String| Error::Scene(format!("{}: {message}", self.path.display()));
+        let (column, begin) = self
+            .columns
+            .iter()
+            .find(|(column, _)| column.name == name)
+            .ok_or_else(|| wrong(format!("has no column \"{name}\"")))?;
+        if column.number != T::TYPE || column.components != N as u64 {
+            let Description { number, components, .. } = column;
+            let message = format!("column \"{name}\" is {number} x {components}, must be {} x {N}", T::TYPE);
+            return Err(wrong(message));
+        }
+        let io = |source| Error::Io { path: self.path.clone(), source };
+        self.file.seek(SeekFrom::Start(*begin)).map_err(io)?;
+        let (of_row, rows) = (N * T::BYTES, column.rows as usize);
+        let mut block = vec![0; BLOCK / of_row * of_row];
+        let (mut hasher, mut at) = (Hasher::new(), 0);
+        while at < rows {
+            let bytes = &mut block[..(rows - at).min(BLOCK / of_row) * of_row];
+            self.file.read_exact(bytes).map_err(io)?;
+            hasher.update(bytes);
+            for numbers in bytes.chunks_exact(of_row) {
+                row(at, std::array::from_fn(|k| T::decode(&numbers[k * T::BYTES..][..T::BYTES])));
+                at += 1;
+            }
+        }
+        let mut checksum = [0; 4];
+        self.file.read_exact(&mut checksum).map_err(io)?;
+        match hasher.finalize() == u32::decode(&checksum) {
+            true => Ok(()),
+            false => Err(wrong(format!("is damaged: the checksum of column \"{name}\" is another"))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::{Value, json};
+    use std::fs;
+
+    const POINTS: [[f64; 3]; 2] = [[0.1, -0.0, f64::MIN_POSITIVE], [1e300, f64::NAN, 5e-324]];
+
+    fn file() -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let columns = [
+            Column::new("point", "m", &POINTS, |p| *p),
+            Column::new("number", "", &[7_u32, u32::MAX, 0], |n| [*n]),
+            Column::new("nothing", "", &[], |n: &u32| [*n]),
+        ];
+        write(&mut bytes, &json!({ "kind": "test" }), &columns).unwrap();
+        bytes
+    }
+
+    /// What a file of these bytes holds.
+    fn content(bytes: &[u8]) -> Result<(Value, Vec<u64>, Vec<u32>)> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("some.bin");
+        fs::write(&path, bytes).unwrap();
+        let mut file = Container::<Value>::open(&path)?;
+        let (mut points, mut numbers) = (Vec::new(), Vec::new());
+        file.read("number", |_, [n]: [u32; 1]| numbers.push(n))?;
+        file.read("point", |k, point: [f64; 3]| {
+            assert_eq!(points.len(), 3 * k);
+            points.extend(point.map(f64::to_bits));
+        })?;
+        file.read("nothing", |_, [_]: [u32; 1]| panic!("has no rows"))?;
+        Ok((file.about, points, numbers))
+    }
+
+    #[test]
+    fn every_bit_survives() {
+        let (about, points, numbers) = content(&file()).unwrap();
+        assert_eq!(about["kind"], "test");
+        assert_eq!(points, POINTS.concat().iter().map(|x| x.to_bits()).collect::<Vec<_>>());
+        assert_eq!(numbers, [7, u32::MAX, 0]);
+    }
+
+    #[test]
+    fn columns_longer_than_a_block_are_whole() {
+        let rows: Vec<u32> = (0..100_000).collect();
+        let mut bytes = Vec::new();
+        write(&mut bytes, &json!({}), &[Column::new("row", "", &rows, |row| [*row, 2 * row, 3 * row])]).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("long.bin");
+        fs::write(&path, bytes).unwrap();
+        let (mut file, mut seen) = (Container::<Value>::open(&path).unwrap(), 0);
+        file.read("row", |k, row: [u32; 3]| {
+            assert_eq!(row, [k as u32, 2 * k as u32, 3 * k as u32]);
+            seen += 1;
+        })
+        .unwrap();
+        assert_eq!(seen, rows.len());
+    }
+
+    #[test]
+    fn nothing_is_read_of_a_file_that_is_cut_off_or_altered() {
+        let whole = file();
+        for length in 0..whole.len() {
+            let message = content(&whole[..length]).unwrap_err().to_string();
+            assert!(message.contains("some.bin: is cut off"), "{length} bytes: {message}");
+        }
+        let message = content(&[&whole[..], &[0]].concat()).unwrap_err().to_string();
+        assert!(message.contains("bytes, but should have"), "{message}");
+        for (at, bit) in (0..whole.len()).flat_map(|at| (0..8).map(move |bit| (at, bit))) {
+            let mut altered = whole.clone();
+            altered[at] ^= 1 << bit;
+            let message = content(&altered).unwrap_err().to_string();
+            let known = ["is damaged", "is cut off", "is no binary file", "has version"];
+            assert!(known.iter().any(|part| message.contains(part)), "bit {bit} of byte {at}: {message}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_there_is_said() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("some.bin");
+        fs::write(&path, file()).unwrap();
+        let mut file = Container::<Value>::open(&path).unwrap();
+        assert_eq!((file.rows("number"), file.rows("mass")), (Some(3), None));
+        let missing = file.read("mass", |_, [_]: [f64; 1]| ()).unwrap_err().to_string();
+        assert!(missing.contains("has no column \"mass\""), "{missing}");
+        let other = file.read("point", |_, [_]: [u32; 1]| ()).unwrap_err().to_string();
+        assert!(other.contains("column \"point\" is float64 x 3, must be uint32 x 1"), "{other}");
+    }
+}

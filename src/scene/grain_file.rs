@@ -1,0 +1,195 @@
+//! Grains in the binary files of runs.
+
+use super::bodies::{Placed, Pose};
+use super::check::{Check, show};
+use super::shape::Shapes;
+use super::table::Options;
+use super::{Clump, Grain, Material, Shape};
+use crate::container::{self, Column, Container};
+use crate::{Error, Result};
+use glam::{DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+use std::{io, path::Path};
+
+/// What such a file says of itself.
+const KIND: &str = "grains";
+
+/// What it says besides its columns.
+#[derive(Debug, Serialize, Deserialize)]
+struct About {
+    kind: String,
+    version: String,
+    dimension: usize,
+    step: u64,
+    /// s
+    time: f64,
+    /// What the columns of materials and shapes count, from 0.
+    materials: Vec<String>,
+    shapes: Vec<String>,
+}
+
+/// Grains at one time; in a scene with clumps these, and the grains are their members.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment<'a> {
+    pub step: u64,
+    /// s
+    pub time: f64,
+    pub grains: &'a [Grain],
+    pub clumps: &'a [Clump],
+}
+
+/// What the numbers of grains and clumps refer to.
+#[derive(Clone, Copy, Debug)]
+pub struct Names<'a> {
+    pub dimension: usize,
+    pub materials: &'a [Material],
+    pub shapes: &'a [Shape],
+    /// The clumps of the grains; empty without clumps.
+    pub owners: &'a [u32],
+}
+
+/// Write the grains of a moment.
+pub(crate) fn write(out: &mut impl io::Write, moment: &Moment, names: &Names) -> io::Result<()> {
+    let about = About {
+        kind: KIND.to_owned(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        dimension: names.dimension,
+        step: moment.step,
+        time: moment.time,
+        materials: names.materials.iter().map(|material| material.name.clone()).collect(),
+        shapes: names.shapes.iter().map(|shape| shape.name.clone()).collect(),
+    };
+    let Moment { grains, clumps, .. } = *moment;
+    if clumps.is_empty() {
+        let columns = [
+            Column::new("position", "m", grains, |g| g.position.to_array()),
+            Column::new("velocity", "m/s", grains, |g| g.velocity.to_array()),
+            Column::new("angular_velocity", "rad/s", grains, |g| g.spin.to_array()),
+            Column::new("radius", "m", grains, |g| [g.radius]),
+            Column::new("material", "", grains, |g| [g.material]),
+        ];
+        return container::write(out, &about, &columns);
+    }
+    let columns = [
+        Column::new("position", "m", clumps, |c| c.position.to_array()),
+        Column::new("velocity", "m/s", clumps, |c| c.velocity.to_array()),
+        Column::new("angular_velocity", "rad/s", clumps, |c| c.spin.to_array()),
+        Column::new("radius", "m", clumps, |c| [c.radius]),
+        Column::new("material", "", clumps, |c| [c.material]),
+        Column::new("shape", "", clumps, |c| [c.shape]),
+        Column::new("orientation", "", clumps, |c| c.orientation.to_array()),
+        Column::new("member_position", "m", grains, |g| g.position.to_array()),
+        Column::new("member_velocity", "m/s", grains, |g| g.velocity.to_array()),
+        Column::new("member_radius", "m", grains, |g| [g.radius]),
+        Column::new("member_clump", "", names.owners, |owner| [*owner]),
+    ];
+    container::write(out, &about, &columns)
+}
+
+/// Reads the grains or clumps of a file.
+pub(super) fn read(path: &Path, options: &Options, shapes: &mut Shapes, check: &Check) -> Result<Placed> {
+    let wrong = |message: String| Error::Scene(format!("{}: {message}", path.display()));
+    let mut file = Container::<About>::open(path)?;
+    if file.about.kind != KIND {
+        return Err(wrong(format!("holds {}, not {KIND}", file.about.kind)));
+    }
+    if file.about.dimension != check.dimension {
+        return Err(wrong(format!(
+            "has grains of dimension = {}, the scene {}",
+            file.about.dimension, check.dimension
+        )));
+    }
+    let rows = file.rows("position").unwrap_or(0);
+    let count = options.count.map_or(rows, |count| count as u64);
+    if rows < count {
+        return Err(wrong(format!("has {rows} rows, but count = {count} are asked for")));
+    }
+    if count == 0 {
+        return Err(wrong("has no rows".to_owned()));
+    }
+    let clumped = file.rows("shape").is_some();
+    let needed = ["velocity", "angular_velocity", "radius", "material"];
+    let of_clumps = ["shape", "orientation"].into_iter().filter(|_| clumped);
+    if let Some(name) = needed.into_iter().chain(of_clumps).find(|name| file.rows(name) != Some(rows)) {
+        return Err(wrong(format!("lacks {rows} rows of the column \"{name}\"")));
+    }
+    let none = Grain {
+        position: DVec3::ZERO,
+        velocity: DVec3::ZERO,
+        spin: DVec3::ZERO,
+        radius: 0.0,
+        material: 0,
+        fixed: false,
+    };
+    let mut grains = vec![none; count as usize];
+    file.vectors("position", &mut grains, |grain, x| grain.position = options.scale * x)?;
+    file.vectors("velocity", &mut grains, |grain, v| grain.velocity = v)?;
+    file.vectors("angular_velocity", &mut grains, |grain, spin| grain.spin = spin)?;
+    file.read("radius", |k, [radius]: [f64; 1]| {
+        if_there(&mut grains, k, |grain| grain.radius = options.scale * radius)
+    })?;
+    file.read("material", |k, [material]| if_there(&mut grains, k, |grain| grain.material = material))?;
+
+    let names = |names: &[String], index: u32| names.get(index as usize).cloned().unwrap_or_default();
+    let materials: Vec<_> = file.about.materials.iter().map(|name| check.material_index(name)).collect();
+    for (k, grain) in grains.iter_mut().enumerate() {
+        let unknown = || {
+            let name = names(&file.about.materials, grain.material);
+            wrong(format!("row {k}: material = \"{name}\": is no material; {}", check.known_materials()))
+        };
+        grain.material = materials.get(grain.material as usize).copied().flatten().ok_or_else(unknown)?;
+        if let Some(fault) = fault(grain, check) {
+            return Err(wrong(format!("row {k}: {fault}")));
+        }
+    }
+    if !clumped {
+        return Ok(Placed { grains, poses: None });
+    }
+    let mut poses = vec![Pose { shape: 0, orientation: DQuat::IDENTITY }; grains.len()];
+    file.read("orientation", |k, q| if_there(&mut poses, k, |pose| pose.orientation = DQuat::from_array(q)))?;
+    file.read("shape", |k, [shape]| if_there(&mut poses, k, |pose| pose.shape = shape))?;
+    for (k, pose) in poses.iter_mut().enumerate() {
+        let q = pose.orientation;
+        let flat = check.dimension == 2 && (q.x != 0.0 || q.y != 0.0);
+        if flat || (q.length() - 1.0).abs() >= 1e-3 || !q.is_finite() {
+            return Err(wrong(format!(
+                "row {k}: orientation = {q}: must be a unit quaternion, about z in two dimensions"
+            )));
+        }
+        let key = || format!("{}: row {k}: shape", path.display());
+        let shape = shapes.named(key, &names(&file.about.shapes, pose.shape))?;
+        *pose = Pose { shape, orientation: q.normalize() };
+    }
+    Ok(Placed { grains, poses: Some(poses) })
+}
+
+/// A file may have more rows than are asked for.
+fn if_there<T>(rows: &mut [T], k: usize, set: impl FnOnce(&mut T)) {
+    if let Some(row) = rows.get_mut(k) {
+        set(row);
+    }
+}
+
+impl<A> Container<A> {
+    fn vectors(&mut self, name: &str, grains: &mut [Grain], set: impl Fn(&mut Grain, DVec3)) -> Result<()> {
+        self.read(name, |k, x| if_there(grains, k, |grain| set(grain, DVec3::from_array(x))))
+    }
+}
+
+/// What is wrong with a row.
+fn fault(grain: &Grain, check: &Check) -> Option<String> {
+    let vectors = [("position", grain.position), ("velocity", grain.velocity), ("angular_velocity", grain.spin)];
+    let flat = [DVec3::Z, DVec3::Z, DVec3::new(1.0, 1.0, 0.0)];
+    for ((name, vector), must_be_zero) in vectors.into_iter().zip(flat) {
+        if !vector.is_finite() {
+            return Some(format!("{name} = {vector}: must be finite numbers"));
+        }
+        if check.dimension == 2 && vector * must_be_zero != DVec3::ZERO {
+            return Some(format!("{name} = {vector}: must be in the plane in two dimensions"));
+        }
+    }
+    if !(grain.radius > 0.0 && grain.radius.is_finite()) {
+        return Some(format!("radius = {}: must be a positive number of m", show(grain.radius)));
+    }
+    check.fault_of_body(grain.radius, grain.material).map(|rule| format!("radius = {}: {rule}", show(grain.radius)))
+}

@@ -1,0 +1,347 @@
+//! The state at time 0, made of a scene piece by piece, so that nobody needs room for all of it at once.
+
+use crate::{
+    body::{
+        bodies::{NextVelocities, Velocities},
+        grains::spins_in_scene,
+        rotation::inverse_inertia,
+    },
+    contact::{materials::parameters, rolling},
+    engine::PIECE,
+    error::{Error, Result},
+    model::{Grains, Precision},
+    scene::{self, Assembly, Grain, Surface},
+    space::{
+        boundary::wrap,
+        precision::{Point, SplitOrientation, add_rotation, arm_end, quantised},
+    },
+    state::{
+        ARRAYS, Array, Column, Length, Orientation, Packed, Position, PositionLow, Sizes, Spin, State, Velocity,
+        VelocityLow, Wall, array::*, present,
+    },
+    time_step,
+    units::Quantity,
+};
+use glam::{DVec3, DVec4};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// What the scene says of its bodies.
+const OF_BODIES: [&Array; 9] =
+    [&POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &VELOCITY_LOW, &ID, &CLUMP_OF_ID, &MEMBER_OFFSET, &MATERIAL];
+
+/// The same of clumps.
+const OF_CLUMPS: [&Array; 11] = [
+    &FIRST_MEMBER,
+    &INVERSE_MOMENTS,
+    &CENTER,
+    &CENTER_LOW,
+    &ORIENTATION,
+    &ORIENTATION_LOW,
+    &ORIENTATION_REST,
+    &CLUMP_VELOCITY,
+    &CLUMP_SPIN,
+    &CLUMP_VELOCITY_LOW,
+    &SPIN_INCREMENT,
+];
+
+/// Walls and materials: the few numbers that do not become more with the grains.
+pub fn fill_small(state: &mut State, assembly: &Assembly) {
+    if (WALL.needed)(&state.model) {
+        state.wall = walls(state, assembly);
+    }
+    if (PAIR.needed)(&state.model) {
+        state.pair = assembly.pairs.iter().map(parameters).collect();
+    }
+    rolling::fill(state, assembly);
+}
+
+/// Hand out the grains of a scene, piece by piece: arrays, the number of the first element, and a state with these alone.
+///
+/// # Errors
+/// [`Error::Scene`] for what single precision cannot hold, and what `put` says.
+pub fn fill(
+    like: &State,
+    assembly: &Assembly,
+    put: &mut dyn FnMut(&[&'static Array], usize, &State) -> Result<()>,
+) -> Result<()> {
+    let model = &like.model;
+    let pieces = pieces(assembly);
+    for several in pieces.chunks(rayon::current_num_threads()) {
+        let states: Vec<Result<State>> = several.par_iter().map(|piece| filled(like, assembly, piece)).collect();
+        for (piece, state) in several.iter().zip(states) {
+            let state = state?;
+            put(&present(model, &OF_BODIES), piece.bodies.start, &state)?;
+            put(&present(model, &OF_CLUMPS), piece.clumps.start, &state)?;
+        }
+    }
+    let mut of_walls = State::bare(*model, like.sizes, like.params);
+    of_walls.material = assembly.walls.iter().map(|wall| wall.material).collect();
+    put(&present(model, &[&MATERIAL]), assembly.grains.len(), &of_walls)
+}
+
+/// Bodies, in a scene with clumps those of whole clumps.
+struct Piece {
+    bodies: Range<usize>,
+    clumps: Range<usize>,
+}
+
+fn pieces(assembly: &Assembly) -> Vec<Piece> {
+    let (bodies, clumps) = (assembly.grains.len(), assembly.clumps.len());
+    let mut pieces: Vec<Piece> = Vec::new();
+    loop {
+        let (body, clump) = pieces.last().map_or((0, 0), |last| (last.bodies.end, last.clumps.end));
+        if body == bodies {
+            return pieces;
+        }
+        let piece = match clumps {
+            0 => Piece { bodies: body..(body + PIECE).min(bodies), clumps: 0..0 },
+            _ => {
+                let end = assembly.clumps.partition_point(|c| (c.first as usize) < body + PIECE);
+                Piece { bodies: body..assembly.members(end - 1).end, clumps: clump..end }
+            }
+        };
+        pieces.push(piece);
+    }
+}
+
+/// A state of these bodies alone.
+fn filled(like: &State, assembly: &Assembly, piece: &Piece) -> Result<State> {
+    let sizes = Sizes { bodies: piece.bodies.len(), clumps: piece.clumps.len(), walls: 0, ..like.sizes };
+    let mut state = State { units: like.units, range: like.range, ..State::bare(like.model, sizes, like.params) };
+    for array in present(&like.model, OF_BODIES.iter().chain(&OF_CLUMPS)) {
+        state.column_mut(array).resize(sizes.of(array.length));
+    }
+    fill_bodies(&mut state, assembly, piece.bodies.clone());
+    if state.model.grains == Grains::Clumps {
+        fill_clumps(&mut state, assembly, piece);
+    }
+    if state.model.precision == Precision::Single {
+        check_range(&state, piece.bodies.start, piece.clumps.start)?;
+    }
+    Ok(state)
+}
+
+fn fill_bodies(state: &mut State, assembly: &Assembly, bodies: Range<usize>) {
+    let dimension = state.model.dimension;
+    for (i, grain) in assembly.grains[bodies.clone()].iter().enumerate() {
+        let density = assembly.materials[grain.material as usize].density;
+        let mass = time_step::mass(dimension, density, grain.radius);
+        state.position[i] = Position { x: grain.position, radius: grain.radius };
+        if let Some(low) = state.position_low.get_mut(i) {
+            let whole = Position {
+                x: quantised(&state.params, grain.position),
+                radius: state.units.rounded(Quantity::Length, grain.radius),
+            };
+            *low = PositionLow { x: grain.position - whole.x, radius: grain.radius - whole.radius };
+            state.position[i] = whole;
+        }
+        state.id[i] = (bodies.start + i) as u32;
+        let inverse_mass = if grain.fixed { 0.0 } else { 1.0 / mass };
+        let start = started(state, grain.velocity, grain.spin, inverse_mass);
+        let (velocity, spin, low) = (&mut state.velocity, &mut state.spin, &mut state.velocity_low);
+        NextVelocities { velocity, spin, low }.store(i, start);
+    }
+    state.material.iter_mut().zip(&assembly.grains[bodies]).for_each(|(material, grain)| *material = grain.material);
+}
+
+/// The velocities at the start, with what single precision leaves out of them.
+fn started(state: &State, v: DVec3, spin: DVec3, inverse_mass: f64) -> Velocities {
+    let rest = Velocity { v: DVec3::ZERO, inverse_mass };
+    Velocities::changed(state, rest, DVec3::ZERO, VelocityLow::default(), [v, spin])
+}
+
+/// The clumps of a piece, and what their members know of them.
+fn fill_clumps(state: &mut State, assembly: &Assembly, piece: &Piece) {
+    let (dimension, precision) = (state.model.dimension, state.model.precision);
+    let units = state.units;
+    let rounded = |quantity, v: DVec3| DVec3::from_array(v.to_array().map(|x| units.rounded(quantity, x)));
+    for (c, number) in piece.clumps.clone().enumerate() {
+        let clump = &assembly.clumps[number];
+        let shape = &assembly.shapes[clump.shape as usize];
+        let density = assembly.materials[clump.material as usize].density;
+        let mass = time_step::mass(dimension, density, clump.radius);
+        let inverse_mass = if clump.fixed { 0.0 } else { 1.0 / mass };
+        let inverse_moments = (1.0 / shape.gyration) * inverse_mass / (clump.radius * clump.radius);
+        // Whether a clump is round is asked of these numbers on both sides, so both must have the same.
+        let inverse_moments = match precision {
+            Precision::Single => rounded(Quantity::InverseInertia, inverse_moments),
+            Precision::Double => inverse_moments,
+        };
+        let principal = (clump.orientation * shape.frame).normalize();
+        state.inverse_moments[c] = Spin(inverse_moments);
+        let in_scene = spins_in_scene(&state.model, inverse_moments);
+        let spin = if in_scene { clump.spin } else { principal.inverse() * clump.spin };
+        let start = started(state, clump.velocity, spin, inverse_mass);
+        (state.clump_velocity[c], state.clump_spin[c]) = (start.velocity, start.spin);
+        if let Some(low) = state.clump_velocity_low.get_mut(c) {
+            *low = start.low;
+        }
+        let turning = add_rotation(state, &SplitOrientation::default(), DVec4::from(principal));
+        state.orientation[c] = Orientation(turning.q);
+        state.center[c] = clump.position;
+        if precision == Precision::Single {
+            state.orientation_low[c] = Orientation(turning.low);
+            state.orientation_rest[c] = Orientation(turning.rest);
+            state.center[c] = quantised(&state.params, clump.position);
+            state.center_low[c] = clump.position - state.center[c];
+        }
+        let members = assembly.members(number);
+        state.first_member[c] = members.start as u32;
+        state.first_member[c + 1] = members.end as u32;
+        for (member_id, member) in members.zip(&shape.members) {
+            let i = member_id - piece.bodies.start;
+            state.clump_of_id[i] = number as u32;
+            state.velocity[i].inverse_mass = inverse_mass;
+            let arm = clump.radius * member.arm;
+            state.member_offset[i] = Packed(arm);
+            if precision == Precision::Single {
+                // As the device will have them, so that no member jumps in the first step.
+                state.member_offset[i] = Packed(rounded(Quantity::Length, arm));
+                let center = Point { x: state.center[c], low: state.center_low[c] };
+                let arm = state.member_offset[i].0;
+                let point = arm_end(state, center, state.orientation[c].0, state.orientation_low[c].0, arm);
+                let point = wrap(state, point);
+                (state.position[i].x, state.position_low[i].x) = (point.x, point.low);
+            }
+        }
+    }
+}
+
+fn walls(state: &State, assembly: &Assembly) -> Vec<Wall> {
+    let single = state.model.precision == Precision::Single;
+    let middle = middle(assembly);
+    let wall = |given: &scene::Wall| {
+        let point = anchor(&given.surface, middle);
+        let (normal, radius) = match given.surface {
+            Surface::Plane { normal, .. } => (normal, 0.0),
+            Surface::Cylinder { radius, .. } => (DVec3::ZERO, radius),
+        };
+        let whole = if single { quantised(&state.params, point) } else { point };
+        let low = point - whole;
+        let number = |x| if single { state.units.rounded(Quantity::Number, x) } else { x };
+        let whole_normal = normal.map(number);
+        let whole_radius = if single { state.units.rounded(Quantity::Length, radius) } else { radius };
+        Wall {
+            point: whole,
+            low,
+            normal: whole_normal,
+            normal_low: normal - whole_normal,
+            velocity: given.velocity,
+            radius: whole_radius,
+            radius_low: radius - whole_radius,
+            spin: given.spin,
+        }
+    };
+    assembly.walls.iter().map(wall).collect()
+}
+
+/// The middle of the box around the grains.
+pub fn middle(assembly: &Assembly) -> DVec3 {
+    let bounds = |(low, high): (DVec3, DVec3), g: &Grain| (low.min(g.position), high.max(g.position));
+    let (low, high) = assembly.grains.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), bounds);
+    0.5 * (low + high)
+}
+
+/// A point of a plane, or of the axis of a cylinder, close to the grains: coordinates that go farther than they must
+/// cost digits in single precision.
+pub fn anchor(surface: &Surface, middle: DVec3) -> DVec3 {
+    match *surface {
+        Surface::Plane { point, normal } => middle - (middle - point).dot(normal) * normal,
+        Surface::Cylinder { center, .. } => center,
+    }
+}
+
+/// In units of the scene: numbers up to this may be squared and multiplied in single precision, and what is divided by is
+/// at least its inverse.
+const RANGE: f64 = 1e15;
+
+/// What leaves the range of f32 must not get to a device that computes in it: parameters, and the arrays that there are,
+/// of bodies and clumps from these on.
+///
+/// # Errors
+/// [`Error::Scene`] with the number and whose it is.
+pub fn check_range(state: &State, first_body: usize, first_clump: usize) -> Result<()> {
+    check_lanes(state, |_| "scene".to_owned(), "", &vec![state.params], Quantity::Number)?;
+    for array in present(&state.model, ARRAYS).into_iter().filter(|array| array.original() == array.name) {
+        let (owner, first) = match array.length {
+            Length::Bodies => ("grain", first_body),
+            Length::Clumps => ("clump", first_clump),
+            Length::Walls => ("wall", 0),
+            Length::MaterialsSquared => ("pair of materials", 0),
+            _ => continue,
+        };
+        check_lanes(state, |k| format!("{owner} {}", first + k), array.name, state.column(array), array.quantity)?;
+    }
+    // A member turns with its clump, whose moments have been looked at.
+    if state.model.grains == Grains::Spheres {
+        let unit = state.units.of(Quantity::InverseInertia);
+        for (i, (position, velocity)) in state.position.iter().zip(&state.velocity).enumerate() {
+            let inertia = inverse_inertia(state, position, velocity.inverse_mass);
+            if !in_range(unit, Quantity::InverseInertia, inertia) {
+                return Err(beyond(
+                    &format!("grain {}", first_body + i),
+                    "inverse moment of inertia",
+                    inertia,
+                    Quantity::InverseInertia,
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The same of an array.
+fn check_lanes(
+    state: &State,
+    owner: impl Fn(usize) -> String,
+    name: &str,
+    column: &dyn Column,
+    of: Quantity,
+) -> Result<()> {
+    let dims = state.model.dims();
+    let (quantities, members) = (column.quantities(of, dims), column.names(dims));
+    let units: Vec<f64> = quantities.iter().map(|quantity| state.units.of(*quantity)).collect();
+    let (mut element, mut lane, mut found) = (0, 0, None);
+    column.lanes(dims, &mut |x| {
+        if found.is_none() && !in_range(units[lane], quantities[lane], x) {
+            found = Some((element, lane, x));
+        }
+        lane += 1;
+        if lane == units.len() {
+            (element, lane) = (element + 1, 0);
+        }
+    });
+    let Some((element, lane, x)) = found else { return Ok(()) };
+    let ends = column.widths(dims).into_iter().scan(0, |end, width| {
+        *end += width;
+        Some(*end)
+    });
+    let member = members.get(ends.take_while(|end| *end <= lane).count()).copied();
+    let what = [Some(name), member].into_iter().flatten().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(".");
+    Err(beyond(&owner(element), &what.replace('_', " "), x, quantities[lane]))
+}
+
+/// Whether single precision can compute with a number in a unit. Bounds that there are none of are infinite, and become the
+/// largest number.
+fn in_range(unit: f64, quantity: Quantity, x: f64) -> bool {
+    // What is no number stops the run, and not because of its size.
+    let size = (x / unit).abs();
+    let divides = matches!(
+        quantity,
+        Quantity::Time
+            | Quantity::InverseMass
+            | Quantity::InverseInertia
+            | Quantity::NormalStiffness
+            | Quantity::TangentialStiffness
+    );
+    size == 0.0 || !size.is_finite() || size <= RANGE && (size >= 1.0 / RANGE || !divides)
+}
+
+fn beyond(owner: &str, what: &str, x: f64, quantity: Quantity) -> Error {
+    Error::Scene(format!(
+        "{owner}: {what} = {x:e} {} is beyond single precision beside the other numbers of the scene; use --precision \
+         double or --engine cpu",
+        quantity.unit()
+    ))
+}
