@@ -14,7 +14,7 @@ mod values;
 
 pub use checks::Checks;
 pub use compose::{Program, compose};
-pub use device::{AdapterSummary, Arrays, Device, DeviceOptions, adapters};
+pub use device::{AdapterSummary, Arrays, Device, DeviceOptions, adapter_facts, adapters};
 pub use layout::{Binding, Layout, Pack, Resource};
 pub use pipeline::{folded, workgroups};
 pub use placement::{Parts, Placement};

@@ -135,6 +135,10 @@ impl Gpu {
         Ok(gpu)
     }
 
+    pub fn device(&self) -> &Device {
+        &self.device
+    }
+
     /// Where an array lies.
     pub fn placement(&self, array: &Array) -> Placement {
         self.arrays.placements().get(array).copied().unwrap_or_default()

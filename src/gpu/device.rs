@@ -84,8 +84,14 @@ struct Shared {
     /// Where small reads arrive, so that a run makes no buffer from chunk to chunk.
     staging: Mutex<Option<wgpu::Buffer>>,
     submissions: AtomicU64,
-    /// Time spent in [`Device::wait`], ns.
-    waited: AtomicU64,
+    /// Time spent in [`Device::submit`] and in [`Device::wait`], ns.
+    submitting: AtomicU64,
+    waiting: AtomicU64,
+}
+
+/// Add the time since then.
+fn count(to: &AtomicU64, since: Instant) {
+    to.fetch_add(since.elapsed().as_nanos() as u64, Ordering::Relaxed);
 }
 
 impl Shared {
@@ -158,6 +164,29 @@ fn loads_lane_by_lane(driver: &str) -> bool {
 /// All adapters of this machine, best first.
 pub fn adapters() -> Vec<AdapterSummary> {
     candidates().iter().map(|adapter| summary(adapter, &Restrictions::default())).collect()
+}
+
+/// All adapters of this machine, best first, with the names and values of what they say of themselves.
+pub fn adapter_facts() -> Vec<Vec<(String, String)>> {
+    let fact = |name: &str, value: String| (name.to_owned(), value);
+    let of = |adapter: &wgpu::Adapter| {
+        let (info, limits) = (adapter.get_info(), adapter.limits());
+        let mut facts = vec![
+            fact("name", info.name),
+            fact("kind", format!("{:?}", info.device_type)),
+            fact("backend", info.backend.to_string()),
+            fact("driver", format!("{} {}", info.driver, info.driver_info)),
+            fact("vendor, device", format!("{:#06x}, {:#06x}", info.vendor, info.device)),
+            fact("subgroups", format!("{} to {}", info.subgroup_min_size, info.subgroup_max_size)),
+            fact("features", adapter.features().iter_names().map(|(name, _)| name).collect::<Vec<_>>().join(", ")),
+        ];
+        // `name: value,` on a line each.
+        let limits = format!("{limits:#?}");
+        let lines = limits.lines().filter_map(|line| line.trim().trim_end_matches(',').split_once(": "));
+        facts.extend(lines.map(|(name, value)| fact(name, value.to_owned())));
+        facts
+    };
+    candidates().iter().map(of).collect()
 }
 
 impl Device {
@@ -304,7 +333,9 @@ impl Device {
         if self.options.restrictions.lost_after.is_some_and(|most| before >= most) {
             self.device.destroy();
         }
+        let start = Instant::now();
         self.queue.submit([commands.finish()]);
+        count(&self.shared.submitting, start);
     }
 
     /// Wait for everything submitted.
@@ -315,7 +346,7 @@ impl Device {
         let start = Instant::now();
         // wgpu panics where a driver reports that its device is lost.
         let done = catch_unwind(AssertUnwindSafe(|| self.device.poll(wgpu::PollType::wait_indefinitely())));
-        self.shared.waited.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
+        count(&self.shared.waiting, start);
         let stopped = |why: String| Error::Device(format!("{} stopped answering: {why}", self.summary.name));
         match done {
             Ok(Ok(_)) => Ok(()),
@@ -324,9 +355,9 @@ impl Device {
         }
     }
 
-    /// How long all waits have taken so far.
-    pub fn waited(&self) -> Duration {
-        Duration::from_nanos(self.shared.waited.load(Ordering::Relaxed))
+    /// What the host has spent so far on submissions, which is when software drivers compute, and on waiting.
+    pub fn spent(&self) -> [Duration; 2] {
+        [&self.shared.submitting, &self.shared.waiting].map(|time| Duration::from_nanos(time.load(Ordering::Relaxed)))
     }
 
     /// A uniform buffer with this content, whose length is a multiple of 4.

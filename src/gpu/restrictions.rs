@@ -1,10 +1,10 @@
 //! What a device is taken not to have, so that one can see on any device how packstone fares on a lesser one.
 
-use std::str::FromStr;
+use std::{fmt, str::FromStr};
 use wgpu::{Features, Limits};
 
 /// The default takes nothing away.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Restrictions {
     /// Largest part of a buffer that a kernel can see, bytes.
     pub binding_bytes: Option<u64>,
@@ -32,6 +32,22 @@ impl Restrictions {
     pub fn features(&self, of_adapter: Features) -> Features {
         let taken = [(self.no_timestamps, Features::TIMESTAMP_QUERY), (self.no_subgroups, Features::SUBGROUP)];
         taken.into_iter().filter(|(taken, _)| *taken).fold(of_adapter, |left, (_, feature)| left - feature)
+    }
+}
+
+impl fmt::Display for Restrictions {
+    /// As it is read.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let number = |name, value: Option<u64>| value.map(|value| format!("{name}={value}"));
+        let word = |name: &str, set: bool| set.then(|| name.to_owned());
+        let all = [
+            number("binding-bytes", self.binding_bytes),
+            number("storage-buffers", self.storage_buffers.map(u64::from)),
+            number("lost-after", self.lost_after),
+            word("no-timestamps", self.no_timestamps),
+            word("no-subgroups", self.no_subgroups),
+        ];
+        write!(f, "{}", all.into_iter().flatten().collect::<Vec<_>>().join(","))
     }
 }
 
@@ -79,6 +95,7 @@ mod tests {
         let limits = restrictions.limits(Limits::default());
         assert_eq!((limits.max_storage_buffer_binding_size, limits.max_storage_buffers_per_shader_stage), (1 << 20, 8));
         assert_eq!(restrictions.lost_after, Some(3));
+        assert_eq!(restrictions.to_string().parse(), Ok(restrictions));
         let features = Features::TIMESTAMP_QUERY | Features::SUBGROUP | Features::SHADER_F64;
         assert_eq!(restrictions.features(features), Features::SHADER_F64);
         let more: Restrictions = "binding-bytes=99999999999,storage-buffers=99".parse().unwrap();
