@@ -4,6 +4,7 @@
 mod add_works;
 mod add_works_of_clumps;
 mod analysis;
+pub(crate) mod blocks;
 mod body_sums;
 mod contact_forces;
 pub(crate) mod contacts;

@@ -8,6 +8,7 @@ use crate::{
     },
     contact::{
         geometry::near,
+        history::history_of,
         law::{Contact, forgotten_energy},
     },
     measure::{contacts::contact_of, energies::energies, sums::Energies},
@@ -37,7 +38,7 @@ fn add_body(s: &State, i: usize, sum: &mut PartialSums) {
         return;
     }
     let rigid = s.model.method == Method::ContactDynamics; // rigid grains store nothing
-    let (mut gathered, mut drag) = (ForceTorque::default(), ForceTorque::default());
+    let mut sums = BodySums::default();
     for entry in s.row(i) {
         let tagged = s.neighbour[entry];
         if tagged == NONE {
@@ -48,35 +49,74 @@ fn add_body(s: &State, i: usize, sum: &mut PartialSums) {
             continue;
         }
         let contact = contact_of(s, i, &here, j, entry);
-        let single = s.velocity.get(j).is_none_or(|there| there.inverse_mass == 0.0);
-        let share = if single { 1.0 } else { 0.5 };
-        if !contact.is_active {
-            // Opened since the last step, if it remembers something, whose energy the next step forgets.
-            if was_active && !rigid {
-                let forgotten = share * forgotten_energy(s, i, &here, j, entry) / s.params.dt;
-                sum.dissipation += forgotten;
-                sum.sliding += forgotten;
-            }
-            continue;
+        if contact.is_active {
+            sums.add(s, &here, j, &contact);
+        } else if was_active && !rigid {
+            sums.add_opened(s, j, forgotten_energy(s, i, &here, j, history_of(s, entry)));
         }
-        let smaller = here.position.radius.min(s.position.get(j).map_or(f64::INFINITY, |there| there.radius));
-        gathered.add(&contact);
-        drag.force += contact.damping;
-        drag.torque += contact.couple_damping;
+    }
+    *sum = sums.of_body(s, &here);
+}
+
+/// What contacts add up to for a free body.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BodySums {
+    pub contacts: ForceTorque,
+    pub dashpots: ForceTorque,
+    pub sum: PartialSums,
+}
+
+impl BodySums {
+    /// An active contact with neighbour j.
+    pub fn add(&mut self, s: &State, here: &Body, j: usize, contact: &Contact) {
+        let single = is_single(s, j);
+        let (share, sum) = (share(single), &mut self.sum);
+        self.contacts.add(contact);
+        self.dashpots.force += contact.damping;
+        self.dashpots.torque += contact.couple_damping;
         sum.elastic += share * contact.energy;
         sum.contact_force += share * (contact.force - contact.damping).length();
         sum.dissipation += share * (contact.dashpot + contact.sliding);
         sum.sliding += share * contact.sliding;
-        sum.overlap = sum.overlap.max(-contact.gap / smaller);
+        sum.overlap = sum.overlap.max(relative_overlap(s, here, j, contact));
         sum.sides += 1;
         sum.single_sides += u32::from(single);
         if let Some(w) = j.checked_sub(s.sizes.bodies) {
-            sum.wall_power += wall_power(s, &here, w, &contact);
+            sum.wall_power += wall_power(s, here, w, contact);
         } else if single {
-            sum.fixed_power += fixed_power(s, &here, j, &contact);
+            sum.fixed_power += fixed_power(s, here, j, contact);
         }
     }
-    add_energies(sum, &energies(s, &here, &gathered, &drag));
+
+    /// A contact with neighbour j that has opened since the last step, where it remembers something, whose energy, J, the
+    /// next step forgets.
+    pub fn add_opened(&mut self, s: &State, j: usize, forgotten: f64) {
+        let power = share(is_single(s, j)) * forgotten / s.params.dt;
+        self.sum.dissipation += power;
+        self.sum.sliding += power;
+    }
+
+    /// All that a free body has.
+    pub fn of_body(mut self, s: &State, here: &Body) -> PartialSums {
+        add_energies(&mut self.sum, &energies(s, here, &self.contacts, &self.dashpots));
+        self.sum
+    }
+}
+
+/// Whether only one of two in contact is a free body, if the other is j.
+fn is_single(s: &State, j: usize) -> bool {
+    s.velocity.get(j).is_none_or(|there| there.inverse_mass == 0.0)
+}
+
+/// What part of a contact each of its free bodies counts.
+pub fn share(single: bool) -> f64 {
+    if single { 1.0 } else { 0.5 }
+}
+
+/// Over the smaller radius.
+fn relative_overlap(s: &State, here: &Body, j: usize, contact: &Contact) -> f64 {
+    let other = s.position.get(j).map_or(f64::INFINITY, |there| there.radius);
+    -contact.gap / here.position.radius.min(other)
 }
 
 impl PartialSums {
@@ -117,7 +157,7 @@ fn wall_power(s: &State, here: &Body, w: usize, contact: &Contact) -> f64 {
 }
 
 /// The same of fixed grain j.
-fn fixed_power(s: &State, here: &Body, j: usize, contact: &Contact) -> f64 {
+pub fn fixed_power(s: &State, here: &Body, j: usize, contact: &Contact) -> f64 {
     let (spin, half) = (spin_of(s, j), 0.5 * contact.gap);
     let arm = -contact.arm * ((s.position[j].radius + half) / (here.position.radius + half));
     contact.force.dot(s.velocity[j].v + surface_velocity(spin, arm)) + spin_dot(couple(contact), spin)
