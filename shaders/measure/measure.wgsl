@@ -7,9 +7,9 @@ fn measure(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
     if (p >= params.partial_sums_len) {
         return;
     }
-    var sum = PartialSums();
+    partial_sums[p] = PartialSums();
     for (var number = p; number < params.bodies; number += params.partial_sums_len) {
-        sum = with_body(sum, index_of_id[number]);
+        let more = sums_of_body(index_of_id[number]);
+        partial_sums[p] = sum_of(partial_sums[p], more); // in memory, because a body needs all registers there are
     }
-    partial_sums[p] = sum;
 }

@@ -52,6 +52,18 @@ impl Grain {
 /// Grains that pairs can name: a power of two, so that no index is outside.
 pub const MOST_GRAINS: usize = 4096;
 
+/// Those of the first lanes, in ascending order, of which this holds. (A branch for each of them would be guessed wrong often.)
+#[inline(always)]
+pub fn lanes_of(lanes: usize, holds: impl Fn(usize) -> bool) -> impl Iterator<Item = usize> {
+    let all = (0..LANES).fold(0_u32, |bits, lane| bits | u32::from(holds(lane)) << lane);
+    let mut left = all & ((1 << lanes) - 1);
+    std::iter::from_fn(move || {
+        let lane = left.trailing_zeros() as usize;
+        left &= left.wrapping_sub(1);
+        (lane < LANES).then_some(lane)
+    })
+}
+
 /// Something of each grain.
 pub type OfGrains<T> = [T; MOST_GRAINS];
 
@@ -109,7 +121,7 @@ pub trait Kept: Default {
     fn store(&mut self, lane: usize, pair: &GrainPair, contact: &Contact);
 }
 
-/// What contacts do: the force on the first grains, and the moments on both; nothing, if they are open.
+/// What contacts do: the force on the first grains, and the moments on both.
 #[derive(Default)]
 pub struct Forces {
     force: Rows,
@@ -126,17 +138,17 @@ fn kept(contact: &Contact, v: DVec3) -> DVec3 {
 impl Kept for Forces {
     #[inline(always)]
     fn store(&mut self, lane: usize, _: &GrainPair, contact: &Contact) {
-        set(&mut self.force, lane, kept(contact, contact.force));
-        set(&mut self.torque, lane, kept(contact, contact.torque));
-        set(&mut self.torque_to, lane, kept(contact, contact.torque_to));
+        set(&mut self.force, lane, contact.force);
+        set(&mut self.torque, lane, contact.torque);
+        set(&mut self.torque_to, lane, contact.torque_to);
     }
 }
 
 impl Forces {
     /// What the first grains of the lanes get, and what the second get.
     #[inline(always)]
-    pub fn add(&self, pairs: &Pairs, lanes: usize, sums: &mut OfGrains<ForceTorque>) {
-        for lane in 0..lanes {
+    pub fn add(&self, pairs: &Pairs, lanes: usize, is_active: &[bool; LANES], sums: &mut OfGrains<ForceTorque>) {
+        for lane in lanes_of(lanes, |lane| is_active[lane]) {
             let force = at(&self.force, lane);
             let first = &mut sums[index(pairs[0][lane])];
             first.force += force;

@@ -356,7 +356,6 @@ impl Block {
         }
         sums[..own + self.halo.len()].fill(T::default());
     }
-
     /// How many lanes of a group have a pair.
     #[inline(always)]
     pub fn lanes(&self, group: usize) -> usize {

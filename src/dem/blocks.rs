@@ -102,15 +102,11 @@ impl<T: Pushed> Task for Push<T> {
 fn add_contacts_of_grains(s: &State, block: &mut Block, workspace: &mut Workspace<ForceTorque>) {
     block.begin(s, workspace);
     let mut batch: Batch<Forces> = Batch::new(s);
-    for group in 0..block.pairs.len() {
-        let lanes = block.lanes(group);
-        let pairs = &block.pairs[group];
-        let mut springs = Springs {
-            is_active: &mut block.is_active[group],
-            force: &mut block.force[group],
-            torque: block.torque.get_mut(group),
-        };
+    for (group, pairs) in block.pairs.iter().enumerate() {
+        let (lanes, is_active) = (block.lanes(group), &mut block.is_active[group]);
+        let (force, torque) = (&mut block.force[group], block.torque.get_mut(group));
+        let mut springs = Springs { is_active, force, torque };
         batch.compute(s, &workspace.grains, pairs, block.materials.get(group), &mut springs);
-        batch.contacts.add(pairs, lanes, &mut workspace.sums);
+        batch.contacts.add(pairs, lanes, springs.is_active, &mut workspace.sums);
     }
 }

@@ -2,13 +2,13 @@
 
 use super::{
     add_works,
-    body_sums::{BodySums, fixed_power, share},
+    body_sums::{BodySums, fixed_power, is_single, share},
     measure,
 };
 use crate::{
-    body::{blocks::by_body, bodies::body},
+    body::{ForceTorque, blocks::by_body, bodies::body},
     contact::{
-        batch::{Batch, Kept, LANES, OfGrains, Row, Rows, Springs, at, index, set},
+        batch::{Batch, Kept, LANES, OfGrains, Row, Rows, Springs, at, index, lanes_of, set},
         blocks::{Block, Blocks, Task, Workspace},
         history::History,
         law::{Contact, GrainPair, energy_forgotten_by_grains, forgotten_energy, grain_contact},
@@ -82,21 +82,29 @@ impl Kept for Measured {
 }
 
 impl Measured {
-    /// An active contact, to what one of its grains has: of the first the sign is 1, of the second -1.
+    /// What a contact adds to the sums of its first grain, and to those of the second.
     #[inline(always)]
-    fn add(&self, lane: usize, sign: f64, torque: &Rows, to: &mut BodySums) {
-        to.contacts.force += sign * at(&self.force, lane);
-        to.contacts.torque += at(torque, lane);
-        to.dashpots.force += sign * at(&self.damping, lane);
-        to.dashpots.torque += sign * at(&self.couple_damping, lane);
-        let sum = &mut to.sum;
-        sum.elastic += self.elastic[lane];
-        sum.contact_force += self.contact_force[lane];
-        sum.dissipation += self.dissipation[lane];
-        sum.sliding += self.sliding[lane];
-        sum.overlap = sum.overlap.max(self.overlap[lane]);
-        sum.sides += 1;
-        sum.single_sides += u32::from(self.single[lane]);
+    fn sums(&self, lane: usize) -> [BodySums; 2] {
+        let (force, damping) = (at(&self.force, lane), at(&self.damping, lane));
+        let (torque, couple_damping) = (at(&self.torque, lane), at(&self.couple_damping, lane));
+        let first = BodySums {
+            contacts: ForceTorque { force, torque },
+            dashpots: ForceTorque { force: damping, torque: couple_damping },
+            elastic: self.elastic[lane],
+            contact_force: self.contact_force[lane],
+            dissipation: self.dissipation[lane],
+            sliding: self.sliding[lane],
+            overlap: self.overlap[lane],
+            sides: 1,
+            single_sides: u32::from(self.single[lane]),
+            ..BodySums::default()
+        };
+        let second = BodySums {
+            contacts: ForceTorque { force: -force, torque: at(&self.torque_to, lane) },
+            dashpots: ForceTorque { force: -damping, torque: -couple_damping },
+            ..first
+        };
+        [first, second]
     }
 }
 
@@ -117,9 +125,9 @@ impl Task for AddUp<'_> {
             while let Some(one) = single.next_if(|one| one.grain == k as u32) {
                 let (contact, j) = (one.contact(s, i, &here), one.other as usize);
                 if contact.is_active {
-                    sums.add(s, &here, j, &contact);
+                    sums.add_contact(s, &here, j, &contact);
                 } else if one.is_active {
-                    sums.add_opened(s, j, forgotten_energy(s, i, &here, j, one.history));
+                    sums.add_opened(s, is_single(s, j), forgotten_energy(s, i, &here, j, one.history));
                 }
             }
             if here.velocity.inverse_mass != 0.0 {
@@ -139,24 +147,22 @@ fn add_contacts_of_grains(s: &State, block: &Block, workspace: &mut Workspace<Bo
         let mut torque = block.torque.get(group).copied();
         let mut springs = Springs { is_active: &mut is_active, force: &mut force, torque: torque.as_mut() };
         batch.compute(s, grains, pairs, block.materials.get(group), &mut springs);
-        for lane in 0..block.lanes(group) {
+        let (measured, was_active, lanes) = (&batch.contacts, &block.is_active[group], block.lanes(group));
+        for lane in lanes_of(lanes, |lane| is_active[lane] | was_active[lane]) {
             let [first, second] = pairs.map(|indices| index(indices[lane]));
-            if is_active[lane] {
-                let measured = &batch.contacts;
-                measured.add(lane, 1.0, &measured.torque, &mut sums[first]);
-                measured.add(lane, -1.0, &measured.torque_to, &mut sums[second]);
-                if measured.single[lane] {
-                    let pair = batch.pair(lane, history(block, group, lane));
-                    add_fixed_power(s, block, pairs.map(|indices| indices[lane]), &pair, sums);
-                }
-            } else if block.is_active[group][lane] {
-                let pair = batch.pair(lane, history(block, group, lane));
-                let forgotten = energy_forgotten_by_grains(Law::of(s), &pair);
-                let power = share(batch.contacts.single[lane]) * forgotten / s.params.dt;
+            if !is_active[lane] {
+                let forgotten = energy_forgotten_by_grains(Law::of(s), &batch.pair(lane, history(block, group, lane)));
                 for k in [first, second] {
-                    sums[k].sum.dissipation += power;
-                    sums[k].sum.sliding += power;
+                    sums[k].add_opened(s, measured.single[lane], forgotten);
                 }
+                continue;
+            }
+            let of_contact = measured.sums(lane);
+            sums[first].add(&of_contact[0]);
+            sums[second].add(&of_contact[1]);
+            if measured.single[lane] {
+                let pair = batch.pair(lane, history(block, group, lane));
+                add_fixed_power(s, block, pairs.map(|indices| indices[lane]), &pair, sums);
             }
         }
     }
@@ -166,7 +172,7 @@ fn add_contacts_of_grains(s: &State, block: &Block, workspace: &mut Workspace<Bo
 fn add_fixed_power(s: &State, block: &Block, [a, b]: [u16; 2], pair: &GrainPair, sums: &mut OfGrains<BodySums>) {
     let (free, fixed, seen) = if pair.inverse_mass != 0.0 { (a, b, *pair) } else { (b, a, pair.reversed()) };
     let (here, contact) = (body(s, block.body(free)), grain_contact(Law::of(s), &seen, true));
-    sums[index(free)].sum.fixed_power += fixed_power(s, &here, block.body(fixed), &contact);
+    sums[index(free)].fixed_power += fixed_power(s, &here, block.body(fixed), &contact);
 }
 
 /// What the first of a pair remembers.

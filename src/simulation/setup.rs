@@ -27,7 +27,7 @@ use crate::{
         },
     },
     state::{
-        ARRAYS, Column, Length, Level, Orientation, PARTIAL_SUMS, Packed, Params, Position, PositionLow,
+        ARRAYS, Column, Length, Level, Orientation, Packed, Params, Position, PositionLow,
         RotationIterations, Sizes, Spin, State, Velocity, VelocityLow, Wall, present,
     },
     time_step,
@@ -72,6 +72,7 @@ impl Setup {
             contacts: (guess / 2).max(LEAST_LENGTH),
             colors: LEAST_LENGTH,
         };
+        params.partial_sums_len = sizes.partial_sums() as u32;
         memory::check_host(bodies as u64 * memory::BYTES_PER_GRAIN)?;
         let range = range(&params, &model, assembly);
         let mut state = State { units, range, ..State::new(model, sizes, params) };
@@ -149,7 +150,6 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> (Params, Vec<Level>) {
         clumps: assembly.clumps.len() as u32,
         walls: assembly.walls.len() as u32,
         materials: assembly.materials.len() as u32,
-        partial_sums_len: PARTIAL_SUMS as u32,
         ..Params::default()
     };
     set_relaxation(&mut p, assembly, model.precision, mean_radius);
