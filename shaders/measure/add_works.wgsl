@@ -8,6 +8,6 @@ fn add_works(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgro
     if (i >= params.bodies || halt >= HALTED) {
         return;
     }
-    let sum = sums_of_body(i);
+    let sum = with_body(PartialSums(), i);
     add_to_works(id[i], sum.dissipation, sum.wall_power, sum.fixed_power);
 }

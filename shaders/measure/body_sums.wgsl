@@ -1,9 +1,9 @@
 // twin: src/measure/body_sums.rs
 // What a body adds to the sums over grains, for a row of the history and, where works are added up, for every step.
 
-/// What free body i and its contacts have at step n.
-fn sums_of_body(i: u32) -> PartialSums {
-    var sum = PartialSums();
+/// Sums with what free body i and its contacts have at step n.
+fn with_body(before: PartialSums, i: u32) -> PartialSums {
+    var sum = before;
     let here = body(i);
     if (here.velocity.inverse_mass == 0) {
         return sum;
@@ -54,28 +54,11 @@ fn sums_of_body(i: u32) -> PartialSums {
         }
     }
     let own = energies(here, ForceTorque(force, torque), drag);
-    sum.kinetic = own.kinetic;
-    sum.potential = own.potential;
-    sum.net_force = own.net_force;
+    sum.kinetic += own.kinetic;
+    sum.potential += own.potential;
+    sum.net_force += own.net_force;
     sum.dissipation += own.dissipation;
     return sum;
-}
-
-fn sum_of(a: PartialSums, b: PartialSums) -> PartialSums {
-    return PartialSums(
-        a.kinetic + b.kinetic,
-        a.potential + b.potential,
-        a.elastic + b.elastic,
-        a.net_force + b.net_force,
-        a.contact_force + b.contact_force,
-        a.dissipation + b.dissipation,
-        a.sliding + b.sliding,
-        a.wall_power + b.wall_power,
-        a.fixed_power + b.fixed_power,
-        max(a.overlap, b.overlap),
-        a.sides + b.sides,
-        a.single_sides + b.single_sides,
-    );
 }
 
 /// Work that wall w does on a grain through this contact, per time, W.

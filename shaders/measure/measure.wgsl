@@ -7,9 +7,9 @@ fn measure(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroup
     if (p >= params.partial_sums_len) {
         return;
     }
-    partial_sums[p] = PartialSums();
+    var sum = PartialSums();
     for (var number = p; number < params.bodies; number += params.partial_sums_len) {
-        let more = sums_of_body(index_of_id[number]);
-        partial_sums[p] = sum_of(partial_sums[p], more); // in memory, because a body needs all registers there are
+        sum = with_body(sum, index_of_id[number]);
     }
+    partial_sums[p] = sum;
 }
