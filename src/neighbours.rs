@@ -7,6 +7,7 @@ pub mod displacement_check;
 mod entries;
 mod fill_across_levels;
 mod fill_neighbours;
+pub mod found;
 pub mod grid;
 mod history_count;
 mod history_store;

@@ -74,8 +74,9 @@ impl Blocks {
     pub fn update(&mut self, s: &State) {
         if !self.current {
             let bodies = s.sizes.bodies;
-            let blocks = (0..bodies.div_ceil(BLOCK)).into_par_iter();
-            self.blocks = blocks.map(|k| Block::new(s, k * BLOCK..((k + 1) * BLOCK).min(bodies))).collect();
+            self.blocks.resize_with(bodies.div_ceil(BLOCK), Block::default);
+            let renew = |(k, block): (usize, &mut Block)| block.renew(s, k * BLOCK..((k + 1) * BLOCK).min(bodies));
+            self.blocks.par_iter_mut().enumerate().for_each(renew);
             self.current = true;
         }
     }
@@ -152,6 +153,7 @@ impl<T: Copy + Default> Default for Workspace<T> {
 }
 
 /// A run of grains, and their contacts.
+#[derive(Default)]
 pub struct Block {
     pub grains: Range<usize>,
     /// Where their lists begin.
@@ -197,40 +199,48 @@ impl Single {
     }
 }
 
+/// To sort by a number, and then by what it is of.
+fn key(number: u32, of: usize) -> u64 {
+    u64::from(number) << 32 | of as u64
+}
+
 impl Block {
-    fn new(s: &State, grains: Range<usize>) -> Block {
+    /// Becomes the block of these grains, in the memory that it has.
+    fn renew(&mut self, s: &State, grains: Range<usize>) {
         let row = |i: usize| s.row(i).take_while(|&entry| s.neighbour[entry] != NONE);
         let other = |entry: usize| (s.neighbour[entry] & INDEX) as usize;
         let is_grain = |&entry: &usize| other(entry) < s.sizes.bodies;
-        let mut block = Block::empty(s, grains.clone());
+        self.clear(s, grains.clone());
 
         // Entries of grains of other blocks, by grain: in each run of a halo grain, the grains that may touch it.
         let own = grains.len();
-        let mut across: Vec<(u32, u16)> = Vec::new();
+        let mut across: Vec<u64> = Vec::new();
         for (k, i) in grains.clone().enumerate() {
             let others = row(i).filter(is_grain).map(other).filter(|j| !grains.contains(j));
-            across.extend(others.map(|j| (j as u32, k as u16)));
+            across.extend(others.map(|j| key(j as u32, k)));
         }
         across.sort_unstable();
-        let across: Vec<&[(u32, u16)]> = across.chunk_by(|a, b| a.0 == b.0).collect();
+        let across: Vec<&[u64]> = across.chunk_by(|a, b| a >> 32 == b >> 32).collect();
         if own + across.len() > MOST_GRAINS {
-            grains.for_each(|i| row(i).for_each(|entry| block.push_single(s, i, entry)));
-            return block;
+            grains.for_each(|i| row(i).for_each(|entry| self.push_single(s, i, entry)));
+            return;
         }
-        block.halo = across.iter().map(|run| run[0].0).collect();
+        self.halo.extend(across.iter().map(|run| (run[0] >> 32) as u32));
 
         // Grain by grain in the order of the numbers, each with those of larger numbers. So the next pair of a grain is
         // always that of its next entry.
-        let mut order: Vec<(u32, u16)> = grains.clone().map(|i| s.id[i]).zip(0..).collect();
-        order.extend(block.halo.iter().map(|&j| s.id[j as usize]).zip(own as u16..));
+        let all = grains.clone().chain(self.halo.iter().map(|&j| j as usize));
+        let mut order: Vec<u64> = all.enumerate().map(|(k, j)| key(s.id[j], k)).collect();
         order.sort_unstable();
         let mut next: Vec<usize> = grains.clone().map(|i| s.list_start[i] as usize).collect();
-        for (id, first) in order {
+        for (id, first) in order.into_iter().map(|key| ((key >> 32) as u32, key as u16)) {
             if let Some(run) = usize::from(first).checked_sub(own) {
-                for &(_, second) in across[run].iter().filter(|(_, k)| s.id[grains.start + *k as usize] > id) {
+                for second in across[run].iter().map(|key| *key as u16) {
                     let k = usize::from(second);
-                    block.push(s, [first, second], [None, Some(next[k])]);
-                    next[k] += 1;
+                    if s.id[grains.start + k] > id {
+                        self.push(s, [first, second], [None, Some(next[k])]);
+                        next[k] += 1;
+                    }
                 }
                 continue;
             }
@@ -242,34 +252,31 @@ impl Block {
                 }
                 if grains.contains(&j) {
                     let second = j - grains.start;
-                    block.push(s, [first, second as u16], [Some(entry), Some(next[second])]);
+                    self.push(s, [first, second as u16], [Some(entry), Some(next[second])]);
                     next[second] += 1;
                 } else {
-                    let run = block.halo.partition_point(|&k| (k as usize) < j);
-                    block.push(s, [first, (own + run) as u16], [Some(entry), None]);
+                    let run = self.halo.partition_point(|&k| (k as usize) < j);
+                    self.push(s, [first, (own + run) as u16], [Some(entry), None]);
                 }
             }
         }
         for i in grains {
-            row(i).filter(|entry| !is_grain(entry)).for_each(|entry| block.push_single(s, i, entry));
+            row(i).filter(|entry| !is_grain(entry)).for_each(|entry| self.push_single(s, i, entry));
         }
-        block
     }
 
-    fn empty(s: &State, grains: Range<usize>) -> Block {
-        let first_entry = s.list_start[grains.start];
-        Block {
-            grains,
-            first_entry,
-            halo: Vec::new(),
-            pairs: Vec::new(),
-            entries: Vec::new(),
-            materials: Vec::new(),
-            is_active: Vec::new(),
-            force: Vec::new(),
-            torque: Vec::new(),
-            single: Vec::new(),
-        }
+    /// These grains, without neighbours.
+    fn clear(&mut self, s: &State, grains: Range<usize>) {
+        self.first_entry = s.list_start[grains.start];
+        self.grains = grains;
+        self.halo.clear();
+        self.pairs.clear();
+        self.entries.clear();
+        self.materials.clear();
+        self.is_active.clear();
+        self.force.clear();
+        self.torque.clear();
+        self.single.clear();
     }
 
     /// A contact that is computed by itself.

@@ -9,7 +9,9 @@ use crate::{
     measure::{self, ADD_WORKS, MEASURE},
     model::{Method, Precision},
     neighbours::{
-        DISPLACEMENT_CHECK, ORDER_LONG_LISTS, ORDER_NEIGHBOURS, displacement_check::displacement_check_of_blocks,
+        COUNT_NEIGHBOURS, DISPLACEMENT_CHECK, FILL_NEIGHBOURS, ORDER_LONG_LISTS, ORDER_NEIGHBOURS,
+        displacement_check::displacement_check_of_blocks,
+        found::{self, Found},
     },
     plan::Op,
     space::MOVE_WALLS,
@@ -22,25 +24,30 @@ use std::time::Instant;
 pub struct Cpu {
     state: State,
     blocks: Blocks,
+    found: Found,
     times: Option<Times>,
 }
 
 impl Cpu {
     /// An engine that starts from a copy of the state.
     pub fn new(state: State) -> Cpu {
-        Cpu { state, blocks: Blocks::default(), times: None }
+        Cpu { state, blocks: Blocks::default(), found: Found::default(), times: None }
     }
 
     fn run(&mut self, op: &Op) {
         let start = self.times.as_ref().map(|_| Instant::now());
-        let Cpu { state, blocks, .. } = self;
+        let Cpu { state, blocks, found, .. } = self;
         match op {
             // Of other states blocks know nothing; where lists lie side by side, one is of a device.
             _ if state.model.precision == Precision::Single || state.sizes.slice_shift != 0 => apply(op, state),
             Op::Run(stage) if state.model.method == Method::DiscreteElements && stand_in(stage, blocks, state) => {}
             Op::Run(stage) => {
                 blocks.put_back(state);
-                apply(op, state);
+                match () {
+                    () if **stage == COUNT_NEIGHBOURS => found::count_neighbours(found, state),
+                    () if **stage == FILL_NEIGHBOURS => found::fill_neighbours(found, state),
+                    () => apply(op, state),
+                }
                 if [&ORDER_NEIGHBOURS, &ORDER_LONG_LISTS].contains(stage) {
                     blocks.discard();
                 }
