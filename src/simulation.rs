@@ -45,6 +45,8 @@ pub struct Simulation {
     runner: Runner,
     lists: NeighbourLists,
     stepper: Stepper,
+    /// Grains that are not fixed, or clumps.
+    free: usize,
     /// Where works are added up.
     works: Option<Totals>,
     /// One line on which engine was taken, and why.
@@ -54,6 +56,14 @@ pub struct Simulation {
 
 /// Lists that lie side by side on a GPU: as many as most have lanes in a warp.
 pub const LISTS_ABREAST: u32 = 32;
+
+/// Grains that are not fixed, or clumps.
+fn count_free(assembly: &Assembly) -> usize {
+    match &assembly.clumps[..] {
+        [] => assembly.grains.iter().filter(|grain| !grain.fixed).count(),
+        clumps => clumps.iter().filter(|clump| !clump.fixed).count(),
+    }
+}
 
 /// How steps are done.
 enum Stepper {
@@ -128,6 +138,7 @@ impl Simulation {
                 Method::DiscreteElements => Stepper::Dem,
                 Method::ContactDynamics(relaxation) => Stepper::Nscd(Nscd::new(relaxation)),
             },
+            free: count_free(&assembly),
             assembly,
             plans,
             runner,
