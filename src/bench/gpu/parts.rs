@@ -80,7 +80,7 @@ fn adapter(options: &Options, say: &mut dyn FnMut(Finding)) -> Result<()> {
         ("subgroups", adapter.subgroup.map_or("no".to_owned(), |(least, most)| format!("{least} to {most}"))),
         ("bytes that a kernel sees of a buffer", adapter.max_array_bytes.to_string()),
         ("buffers that a kernel sees", adapter.max_arrays.to_string()),
-        ("arrays", if device.options.arrays == Arrays::Buffers { "buffers" } else { "images" }.to_owned()),
+        ("arrays are images", yes(device.images)),
     ];
     let rows = rows.map(|(name, value)| (name.to_owned(), value));
     say(Finding::Facts { of: "device".to_owned(), rows: rows.into() });
@@ -238,6 +238,7 @@ fn variants(grains: usize, options: Options, say: &mut dyn FnMut(Finding)) -> Re
         ("--checks off", Options { checks: Checks::Off, ..options }),
         ("--arrays buffers", Options { arrays: Arrays::Buffers, ..options }),
         ("--arrays images", Options { arrays: Arrays::Images, ..options }),
+        ("--arrays packed", Options { arrays: Arrays::Packed, ..options }),
         ("lists one after the other", Options { lists_abreast: Some(1), ..options }),
         ("32 lists side by side", Options { lists_abreast: Some(32), ..options }),
         ("64 lists side by side", Options { lists_abreast: Some(64), ..options }),
