@@ -185,7 +185,7 @@ impl Gpu {
                 Err(e) => return Err(e),
             }
         }
-        check_memory(&device, bytes(model, &layouts, &state.sizes), &images, state.sizes.bodies)?;
+        check_memory(&device, model, &layouts, &images, &state.sizes)?;
         let mut kernels = HashMap::new();
         for (stage, program) in composed {
             kernels.insert(stage, Kernel::new(&device, stage, program)?);
@@ -407,24 +407,28 @@ fn fit(
     arrays.try_for_each(|a| device.check_image(a.name, sizes.of(a.length) * images::texels(&layouts.arrays[*a])))
 }
 
+/// Whether the device takes arrays as long as these, and the host's memory what is of them there.
 fn check_memory(
     device: &Device,
-    bytes: impl Iterator<Item = (&'static Array, u64)> + Clone,
+    model: &Model,
+    layouts: &Layouts,
     images: &HashSet<&'static Array>,
-    bodies: usize,
+    sizes: &Sizes,
 ) -> Result<()> {
     let limit = device.summary.max_array_bytes;
-    let total: u64 = bytes.clone().map(|(_, b)| b).sum();
-    let mut buffers = bytes.filter(|(array, _)| !images.contains(*array));
+    let total = |sizes: &Sizes| bytes(model, layouts, sizes).map(|(_, bytes)| bytes).sum::<u64>();
+    let mut buffers = bytes(model, layouts, sizes).filter(|(array, _)| !images.contains(*array));
     if let Some((array, need)) = buffers.find(|(_, b)| *b > limit) {
         return Err(Error::Device(format!(
-            "scene too large: array `{}` needs {need} bytes of {total} in all, but {} allows {limit} bytes per array; use \
+            "scene too large: array `{}` needs {need} bytes of {} in all, but {} allows {limit} bytes per array; use \
              fewer grains or --engine cpu",
-            array.name, device.summary.name
+            array.name,
+            total(sizes),
+            device.summary.name
         )));
     }
-    let of_host = if device.software { total } else { 0 };
-    memory::check_host(of_host.saturating_add(memory::of_grains(bodies as u64)))
+    let of_device = if device.software { total(&sizes.of_dense_packing()) } else { 0 };
+    memory::check_host(of_device + memory::of_grains(sizes.bodies as u64))
 }
 
 impl Engine for Gpu {
