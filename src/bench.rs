@@ -8,6 +8,7 @@ mod copy;
 mod drift;
 mod ensembles;
 mod front;
+pub mod gpu;
 pub mod hard;
 mod invariants;
 mod lattice;

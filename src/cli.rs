@@ -2,6 +2,7 @@
 
 mod adapters;
 mod bench;
+mod bench_gpu;
 mod check;
 mod common;
 mod describe;

@@ -1,6 +1,7 @@
 //! Contact: what two surfaces do to each other, and what they remember.
 
 pub mod batch;
+pub mod blocks;
 pub mod cohesion;
 pub mod contacts;
 pub mod damping;

@@ -1,7 +1,10 @@
 //! Engines run a plan on a state. `Cpu` and `Gpu` are the only two.
 
+mod arrays;
 pub mod cpu;
 pub mod gpu;
+mod placements;
+pub mod programs;
 pub mod times;
 pub mod traffic;
 

@@ -1,4 +1,4 @@
-//! The GPU as a machine: adapters, composed kernels, arrays as images, clocks. Knows no physics.
+//! The GPU as a machine: adapters, composed kernels, where arrays lie, clocks. Knows no physics.
 
 pub(crate) mod checks;
 pub(crate) mod compose;
@@ -6,11 +6,17 @@ pub(crate) mod device;
 pub(crate) mod images;
 pub(crate) mod layout;
 pub(crate) mod pipeline;
+pub(crate) mod placement;
+mod redirect;
+pub(crate) mod restrictions;
 pub(crate) mod stopwatch;
+mod values;
 
 pub use checks::Checks;
 pub use compose::{Program, compose};
-pub use device::{AdapterSummary, Arrays, Device, adapters};
-pub use layout::{Binding, Layout};
+pub use device::{AdapterSummary, Arrays, Device, DeviceOptions, adapter_facts, adapters};
+pub use layout::{Binding, Layout, Pack, Resource};
 pub use pipeline::{folded, workgroups};
+pub use placement::{Parts, Placement};
+pub use restrictions::Restrictions;
 pub use stopwatch::Stopwatch;

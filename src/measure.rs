@@ -4,6 +4,7 @@
 mod add_works;
 mod add_works_of_clumps;
 mod analysis;
+pub(crate) mod blocks;
 mod body_sums;
 mod contact_forces;
 pub(crate) mod contacts;
@@ -35,7 +36,7 @@ use crate::{
     },
     model::Method,
     stage::*,
-    state::{Element, PARTIAL_SUMS, PartialSums, State, Works, array},
+    state::{self, Element, PartialSums, State, Works, array},
 };
 
 /// Grains at rest: what contacts do one by one.
@@ -87,7 +88,7 @@ fn works_at_rest(s: &State) -> Vec<f64> {
 /// Sums over grains.
 pub static MEASURE: Stage = Stage {
     check: Check { member_floors: SUM_FLOORS, ..Check::FORCES },
-    ..Stage::new("measure", "measure", measure::measure, |_| PARTIAL_SUMS)
+    ..Stage::new("measure", "measure", measure::measure, state::Sizes::partial_sums)
 };
 
 /// Velocities at the time of the positions.
@@ -99,7 +100,7 @@ pub static SYNCHRONISE: Stage = Stage {
 /// Sums over clumps.
 pub static MEASURE_CLUMPS: Stage = Stage {
     check: Check { member_floors: SUM_FLOORS, ..Check::FORCES_ON_CLUMPS },
-    ..Stage::new("measure", "measure_clumps", measure_clumps::measure_clumps, |_| PARTIAL_SUMS)
+    ..Stage::new("measure", "measure_clumps", measure_clumps::measure_clumps, state::Sizes::partial_sums)
 };
 
 /// Dissipation and works of a step.

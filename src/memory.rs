@@ -25,7 +25,7 @@ pub fn check_host(need: u64) -> Result<()> {
 }
 
 /// Memory that can be had without swapping, bytes, where the system tells.
-fn available() -> Option<u64> {
+pub fn available() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find(|l| l.starts_with("MemAvailable:"))?;
     Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? * 1024)

@@ -3,10 +3,11 @@
 mod bin;
 mod count_across_levels;
 mod count_neighbours;
-mod displacement_check;
+pub mod displacement_check;
 mod entries;
 mod fill_across_levels;
 mod fill_neighbours;
+pub mod found;
 pub mod grid;
 mod history_count;
 mod history_store;

@@ -23,7 +23,7 @@ pub use runner::params_of_step;
 pub use setup::Setup;
 
 use crate::{
-    engine::{Cpu, Engine, Gpu, gpu},
+    engine::{Cpu, Engine, Gpu, programs},
     error::{Error, Result},
     gpu::Device,
     model::{Model, Precision},
@@ -45,6 +45,8 @@ pub struct Simulation {
     runner: Runner,
     lists: NeighbourLists,
     stepper: Stepper,
+    /// Grains that are not fixed, or clumps.
+    free: usize,
     /// Where works are added up.
     works: Option<Totals>,
     /// One line on which engine was taken, and why.
@@ -54,6 +56,14 @@ pub struct Simulation {
 
 /// Lists that lie side by side on a GPU: as many as most have lanes in a warp.
 pub const LISTS_ABREAST: u32 = 32;
+
+/// Grains that are not fixed, or clumps.
+fn count_free(assembly: &Assembly) -> usize {
+    match &assembly.clumps[..] {
+        [] => assembly.grains.iter().filter(|grain| !grain.fixed).count(),
+        clumps => clumps.iter().filter(|clump| !clump.fixed).count(),
+    }
+}
 
 /// How steps are done.
 enum Stepper {
@@ -74,8 +84,7 @@ fn build(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engin
         Ok((setup, engine, notice))
     };
     let on_gpu = || -> Result<(Setup, Box<dyn Engine>, String)> {
-        let mut device = Device::open(double, options.arrays)?;
-        device.checks = options.checks;
+        let device = Device::open(options.device())?;
         if device.software && options.engine == EngineChoice::Auto {
             return on_cpu(&format!("{} is a software driver; --engine gpu takes it", device.summary.name));
         }
@@ -129,6 +138,7 @@ impl Simulation {
                 Method::DiscreteElements => Stepper::Dem,
                 Method::ContactDynamics(relaxation) => Stepper::Nscd(Nscd::new(relaxation)),
             },
+            free: count_free(&assembly),
             assembly,
             plans,
             runner,
@@ -229,9 +239,9 @@ impl Simulation {
     /// Bytes per grain of all arrays as they are now.
     pub fn bytes_per_particle(&self) -> Result<f64> {
         let s = &self.runner.state;
-        let layouts = gpu::layouts(&s.model, &self.plans)?;
+        let layouts = programs::layouts(&s.model, &self.plans)?;
         let sizes = Sizes { entries: self.lists.entries(), history: self.lists.history().0, ..s.sizes };
-        let total: u64 = gpu::bytes(&s.model, &layouts, &sizes).map(|(_, b)| b).sum();
+        let total: u64 = programs::bytes(&s.model, &layouts, &sizes).map(|(_, b)| b).sum();
         Ok(total as f64 / s.sizes.bodies as f64)
     }
 

@@ -27,8 +27,9 @@ pub const HALTED: u32 = 1 << 31;
 pub const TILE: usize = 256;
 /// Bodies of a workgroup: `GROUP` of `nscd/contact.wgsl`.
 pub const GROUP: usize = 64;
-/// Rows of the measurement.
-pub const PARTIAL_SUMS: usize = 4096;
+/// Bodies that a row of the measurement adds up, and so many rows at most, which the host adds up.
+const BODIES_OF_ROW: usize = 16;
+const MOST_ROWS: usize = 1 << 16;
 
 /// An angular quantity: three components in space, one about z in the plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -451,6 +452,11 @@ impl Sizes {
         self.slice_of(self.bodies)
     }
 
+    /// Rows of the measurement.
+    pub fn partial_sums(&self) -> usize {
+        self.bodies.div_ceil(BODIES_OF_ROW).clamp(1, MOST_ROWS)
+    }
+
     /// The slice that grain i is in; large grains have one each.
     #[inline(always)]
     pub fn slice_of(&self, i: usize) -> usize {
@@ -487,7 +493,7 @@ impl Sizes {
             Length::History => self.history,
             Length::Contacts => self.contacts,
             Length::Colors => self.colors,
-            Length::PartialSums => PARTIAL_SUMS,
+            Length::PartialSums => self.partial_sums(),
             Length::Groups => self.list_groups() + self.clumps.div_ceil(GROUP),
             Length::OnDemand => 0,
         };

@@ -3,7 +3,7 @@
 use packstone::{
     bench::{self, Bench, Effort, Point, RelaxationRow, StageRow, Suite, report},
     engine::{Engine, Gpu, Times},
-    gpu::{Arrays, Device},
+    gpu::{Device, DeviceOptions, Restrictions},
     scene::Scene,
     simulation::{Options, Setup},
 };
@@ -156,7 +156,7 @@ fn every_solver_relaxes_the_bed(bench: &Bench) {
 /// Stages that device and host have timed: the same ones, equally often.
 #[test]
 fn both_clocks_see_the_same_stages() {
-    let Ok(device) = Device::open(false, Arrays::Auto) else {
+    let Ok(device) = Device::open(DeviceOptions::default()) else {
         assert!(!gpu_expected(), "no adapter; see PACKSTONE_ALLOW_NO_GPU in test.sh");
         return;
     };
@@ -175,8 +175,8 @@ fn both_clocks_see_the_same_stages() {
         (gpu.clock(), times.0.iter().map(|t| (t.stage.name, t.calls)).collect::<Vec<_>>())
     };
     let (own, seen) = timed(device);
-    let mut without = Device::open(false, Arrays::Auto).unwrap();
-    without.summary.timestamps = false;
+    let restrictions = Restrictions { no_timestamps: true, ..Restrictions::default() };
+    let without = Device::open(DeviceOptions { restrictions, ..DeviceOptions::default() }).unwrap();
     let (host, from_host) = timed(without);
     assert_eq!(seen, from_host);
     assert!(seen.contains(&("advance", 5000)), "{seen:?}");

@@ -8,7 +8,7 @@ use glam::{DQuat, DVec3, EulerRot};
 use packstone::{
     Result,
     check::{Report, check},
-    engine::{ALL, Cpu, Engine, cpu::apply, gpu::layouts},
+    engine::{ALL, Cpu, Engine, cpu::apply, programs::layouts},
     gpu::{Arrays, Checks},
     model::{
         Boundary, Damping as DampingSlot, Dimension, Grains, Gyroscopic, History, Levels, Materials,
@@ -286,6 +286,11 @@ fn kernels_without_checks_agree_with_their_twins() {
 #[test]
 fn kernels_agree_with_their_twins_if_arrays_are_images() {
     twins_agree(Options { precision: Precision::Single, arrays: Arrays::Images, ..Options::default() }, 1);
+}
+
+#[test]
+fn kernels_agree_with_their_twins_if_arrays_are_packed() {
+    twins_agree(Options { precision: Precision::Single, arrays: Arrays::Packed, ..Options::default() }, 4);
 }
 
 #[test]

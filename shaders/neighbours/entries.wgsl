@@ -35,6 +35,11 @@ fn all_entries() -> u32 {
     return list_start[slice_of(params.bodies)];
 }
 
+/// The sum of two counts, or the largest number, where that would be too small: so what is too much is seen.
+fn counted(a: u32, b: u32) -> u32 {
+    return select(a + b, NONE, a + b < a);
+}
+
 /// A list, as an invocation of a workgroup walks it.
 struct Walk {
     group: u32,    // number of the workgroup

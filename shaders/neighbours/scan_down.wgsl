@@ -16,6 +16,6 @@ fn scan_down(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgro
     for (var k = t * TILE; k < end; k++) {
         let here = values[k];
         values[k] = before;
-        before += here;
+        before = counted(before, here);
     }
 }

@@ -14,7 +14,7 @@ fn scan_reduce(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workg
     }
     var sum = 0u;
     for (var k = t * TILE; k < end; k++) {
-        sum += values[k];
+        sum = counted(sum, values[k]);
     }
     tile_sum[t] = sum;
 }

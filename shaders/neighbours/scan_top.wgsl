@@ -15,17 +15,17 @@ fn scan_top(@builtin(local_invocation_index) lane: u32) {
     let end = min(begin + share, tiles);
     var sum = 0u;
     for (var t = begin; t < end; t++) {
-        sum += tile_sum[t];
+        sum = counted(sum, tile_sum[t]);
     }
     lane_sum[lane] = sum;
     workgroupBarrier();
     var before = 0u;
     for (var l = 0u; l < lane; l++) {
-        before += lane_sum[l];
+        before = counted(before, lane_sum[l]);
     }
     for (var t = begin; t < end; t++) {
         let here = tile_sum[t];
         tile_sum[t] = before;
-        before += here;
+        before = counted(before, here);
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::{
     error::Result,
-    gpu::{Arrays, Device},
+    gpu::{Device, DeviceOptions},
     memory,
 };
 use rayon::prelude::*;
@@ -34,13 +34,13 @@ pub fn of_host() -> Result<f64> {
     Ok(2.0 * BYTES as f64 / median_seconds(copies)?)
 }
 
-/// Of the adapter that the gpu engine takes, bytes read and written per second: the faster one of its own copy and of a
-/// kernel that copies.
+/// Of the adapter that the gpu engine takes, bytes read and written per second: by its own copy, and by a kernel that
+/// copies.
 ///
 /// # Errors
 /// [`crate::Error::Device`] if there is no adapter, or no memory for the copy.
-pub fn of_device() -> Result<f64> {
-    let device = Device::open(false, Arrays::Auto)?;
+pub fn of_device(options: DeviceOptions) -> Result<[f64; 2]> {
+    let device = Device::open(options)?;
     let bytes = BYTES.min(device.summary.max_array_bytes / 256 * 256);
     if device.software {
         memory::check_host(2 * bytes)?;
@@ -52,14 +52,14 @@ pub fn of_device() -> Result<f64> {
         median_seconds(|count| {
             let mut encoder = device.device.create_command_encoder(&Default::default());
             (0..count).for_each(|_| encode(&mut encoder));
-            device.queue.submit([encoder.finish()]);
+            device.submit(encoder);
             device.wait()
         })
     };
     let own = time(&|encoder| encoder.copy_buffer_to_buffer(&from, 0, &to, 0, bytes))?;
     let by_kernel = time(&|encoder| kernel.encode(encoder))?;
     device.check()?;
-    Ok(2.0 * bytes as f64 / own.min(by_kernel))
+    Ok([own, by_kernel].map(|seconds| 2.0 * bytes as f64 / seconds))
 }
 
 /// Seconds of one copy.

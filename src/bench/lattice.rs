@@ -13,6 +13,10 @@ const JITTER: f64 = 0.01;
 /// percent.
 const SPEED: f64 = 0.005;
 
+/// Radius of a boulder over that of the others, and how many of these a domain as wide as four boulders takes.
+const BOULDER: f64 = 10.0;
+const LEAST_AROUND_BOULDER: usize = 11_000;
+
 /// Gap between the largest neighbours above a floor, over the diameter, and by how much radii differ.
 const GAP: f64 = 0.02;
 const SPREAD: f64 = 0.05;
@@ -44,6 +48,18 @@ pub fn fill(scene: &Assembly, count: usize) -> Assembly {
         ..first
     };
     filled.grains = places.into_iter().map(grain).collect();
+    filled
+}
+
+/// [`fill`] with a sphere of ten times the radius in the middle instead of those that it would overlap by more than
+/// jitter; at least as many as make the domain wide enough for it.
+pub fn around_boulder(scene: &Assembly, count: usize) -> Assembly {
+    let mut filled = fill(scene, count.max(LEAST_AROUND_BOULDER));
+    let (center, small) = (0.5 * filled.domain.upper, scene.grains[0].radius);
+    let boulder = Grain { position: center, radius: BOULDER * small, ..scene.grains[0] };
+    let nearest = boulder.radius + small * (1.0 - 4.0 * JITTER);
+    filled.grains.retain(|grain| (grain.position - center).length() > nearest);
+    filled.grains.push(boulder);
     filled
 }
 

@@ -1,7 +1,7 @@
 //! Where a benchmark ran, and with what.
 
 use super::{copy, trial::Backend};
-use crate::gpu::{AdapterSummary, adapters};
+use crate::gpu::{AdapterSummary, DeviceOptions, adapters};
 use serde::Serialize;
 use std::process::Command;
 
@@ -44,7 +44,8 @@ impl Machine {
     /// Find out how fast memory is copied; takes some seconds.
     pub fn measure_copies(&mut self) {
         self.cpu_copy_bandwidth = copy::of_host().ok();
-        self.gpu_copy_bandwidth = self.adapter.as_ref().and_then(|_| copy::of_device().ok());
+        let of_device = self.adapter.as_ref().and_then(|_| copy::of_device(DeviceOptions::default()).ok());
+        self.gpu_copy_bandwidth = of_device.map(|[own, by_kernel]| own.max(by_kernel));
     }
 
     /// Bytes that a copy reads and writes per second on the engine's memory.

@@ -79,6 +79,14 @@ struct Dot {
     label: String,
 }
 
+/// What a panel of curves has.
+pub struct Curves {
+    pub title: String,
+    pub axes: (&'static str, String),
+    /// Of every series of the picture.
+    pub points: Vec<Vec<(f64, f64)>>,
+}
+
 /// What there is to draw of a suite.
 pub struct Picture {
     series: Vec<Series>,
@@ -98,23 +106,53 @@ impl Picture {
         (!picture.panels.is_empty()).then_some(picture)
     }
 
+    /// Joined points of some series, by the names of all: a title, axes and a list of points for each of them.
+    pub fn of_curves(names: &[&str], curves: Vec<Curves>) -> Picture {
+        let colors = [INDIGO, VERMILION, TEAL, ORANGE, SKY, PURPLE].into_iter().cycle();
+        let series = names.iter().zip(colors);
+        let series =
+            series.map(|(name, color)| Series { name: (*name).to_owned(), color, look: Look::JoinedDots }).collect();
+        let panel = |Curves { title, axes, points }| {
+            let dot = |at| Some(Dot { at: positive(at)?, label: String::new() });
+            let dots = points.into_iter().map(|of| of.into_iter().filter_map(dot).collect());
+            Panel { title, axes, dots: dots.collect(), front: Vec::new() }
+        };
+        let panels: Vec<Panel> = curves.into_iter().map(panel).collect();
+        Picture { series, panels: panels.into_iter().filter(|p| p.dots.iter().any(|of| !of.is_empty())).collect() }
+    }
+
+    /// Rows and columns of panels, and pixels of it all.
+    fn size(&self) -> ((usize, usize), (u32, u32)) {
+        let columns = self.panels.len().clamp(1, COLUMNS);
+        let rows = self.panels.len().div_ceil(columns);
+        let width = WIDTH * columns as u32;
+        ((rows, columns), (width, self.legend_rows(width) * LEGEND_ROW + LEGEND_MARGIN + HEIGHT * rows as u32))
+    }
+
+    /// Draw it as SVG.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if it cannot be drawn.
+    pub fn svg(&self) -> Result<String> {
+        embed_font();
+        let (grid, size) = self.size();
+        let mut svg = String::new();
+        self.draw(&SVGBackend::with_string(&mut svg, size).into_drawing_area(), grid)?;
+        Ok(svg)
+    }
+
     /// Draw it to `NAME.svg` and `NAME.png`.
     ///
     /// # Errors
     /// [`Error::Io`] if a file cannot be written.
     pub fn write(&self, folder: &Path, name: &str) -> Result<()> {
-        embed_font();
-        let columns = self.panels.len().min(COLUMNS);
-        let rows = self.panels.len().div_ceil(columns);
-        let width = WIDTH * columns as u32;
-        let size = (width, self.legend_rows(width) * LEGEND_ROW + LEGEND_MARGIN + HEIGHT * rows as u32);
-        let mut svg = String::new();
-        self.draw(&SVGBackend::with_string(&mut svg, size).into_drawing_area(), (rows, columns))?;
+        let svg = self.svg()?;
+        let (grid, size) = self.size();
         let path = folder.join(format!("{name}.svg"));
         replace(&path, |part| std::fs::write(part, &svg).map_err(at(part)))?;
 
         let mut pixels = vec![0; (3 * size.0 * size.1) as usize];
-        self.draw(&BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area(), (rows, columns))?;
+        self.draw(&BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area(), grid)?;
         let path = folder.join(format!("{name}.png"));
         replace(&path, |part| {
             let mut encoder = png::Encoder::new(BufWriter::new(File::create(part).map_err(at(part))?), size.0, size.1);

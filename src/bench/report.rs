@@ -1,7 +1,7 @@
 //! A benchmark on disk: `bench.csv`, `stages.csv`, `relaxation.csv`, `residuals.csv`, `bench.json`, `report.md` and the
 //! plots.
 
-mod format;
+pub mod format;
 mod precision;
 mod relaxation;
 mod speed;

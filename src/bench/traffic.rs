@@ -9,7 +9,7 @@
 
 use crate::{
     dem::ADVANCE,
-    engine::gpu::{Layouts, layouts, programs},
+    engine::programs::{Layouts, layouts, programs},
     error::Result,
     model::{Method, Model, Precision},
     nscd::{JACOBI_PASS, RESIDUAL},
@@ -22,6 +22,7 @@ use crate::{
         array::{LIST_START, NEIGHBOUR},
     },
 };
+use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 
 /// Bytes of a cache line, of the sectors that lines are filled by, and of the widest access of a lane.
@@ -186,16 +187,19 @@ impl Count {
         self.sectors += distinct(sectors);
     }
 
-    fn row(&self) -> [f64; 6] {
+    fn row(&self, kernel: &str, lanes: usize) -> Row {
         let per_warp = |n: usize| n as f64 / self.warps as f64;
-        [
-            per_warp(self.passes),
-            self.entries as f64 / self.grains as f64,
-            per_warp(self.lines),
-            per_warp(self.sectors),
-            per_warp(self.bytes),
-            (self.gathered * SECTOR) as f64 / self.grains as f64,
-        ]
+        Row {
+            kernel: kernel.to_owned(),
+            lanes,
+            warps: self.warps,
+            passes: per_warp(self.passes),
+            list: self.entries as f64 / self.grains as f64,
+            lines: per_warp(self.lines),
+            sectors: per_warp(self.sectors),
+            bytes: per_warp(self.bytes),
+            gathered: (self.gathered * SECTOR) as f64 / self.grains as f64,
+        }
     }
 }
 
@@ -205,32 +209,60 @@ fn distinct(mut numbers: Vec<usize>) -> usize {
     numbers.len()
 }
 
+/// What a kernel does in a step, for warps of so many lanes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    pub kernel: String,
+    pub lanes: usize,
+    pub warps: usize,
+    /// Rounds of the loop over the lists, of a warp.
+    pub passes: f64,
+    /// Entries of a list.
+    pub list: f64,
+    /// That a warp touches, and asks for.
+    pub lines: f64,
+    pub sectors: f64,
+    pub bytes: f64,
+    /// Bytes of neighbours that come from beyond the first cache, of a grain.
+    pub gathered: f64,
+}
+
+/// What the kernels of a model do in the next step of a simulation, for warps of all widths.
+///
+/// # Errors
+/// As [`Simulation::read`].
+pub fn rows(model: &Model, simulation: &mut Simulation) -> Result<Vec<Row>> {
+    let kernels = match model.method {
+        Method::DiscreteElements => DISCRETE_ELEMENTS,
+        Method::ContactDynamics => CONTACT_DYNAMICS,
+    };
+    let plans = Plans::new(model);
+    let layouts = layouts(model, &plans)?;
+    let s = simulation.read(&[&LIST_START, &NEIGHBOUR])?;
+    let mut rows = Vec::new();
+    for kernel in kernels.iter().filter(|kernel| plans.stages().contains(&kernel.stage)) {
+        let (accesses, lanes) = kernel.accesses(model, &layouts)?;
+        rows.extend(WIDTHS.map(|width| count(s, &accesses, lanes, width).row(kernel.stage.name, width)));
+    }
+    Ok(rows)
+}
+
 /// Run a scene for so many steps on the host, and count what its kernels would do in single precision in the next one,
-/// for warps of all widths, with so many lists side by side: a table in Markdown.
+/// with so many lists side by side: a table in Markdown.
 ///
 /// # Errors
 /// As [`Simulation::new`] and [`Simulation::advance`].
 pub fn table(assembly: Assembly, steps: u64, lists_abreast: u32) -> Result<String> {
     let model = Model::of(&assembly, Precision::Single);
-    let kernels = match model.method {
-        Method::DiscreteElements => DISCRETE_ELEMENTS,
-        Method::ContactDynamics => CONTACT_DYNAMICS,
-    };
-    let plans = Plans::new(&model);
-    let layouts = layouts(&model, &plans)?;
     let options = Options { engine: EngineChoice::Cpu, lists_abreast: Some(lists_abreast), ..Options::default() };
     let mut simulation = Simulation::new(assembly, options)?;
     simulation.advance(steps)?;
-    let s = simulation.read(&[&LIST_START, &NEIGHBOUR])?;
     let head = ["kernel", "lanes", "passes", "list", "lines", "sectors", "bytes", "gathered B/grain"];
     let mut text = format!("| {} |\n|{}\n", head.join(" | "), " --- |".repeat(head.len()));
-    for kernel in kernels.iter().filter(|kernel| plans.stages().contains(&kernel.stage)) {
-        let (accesses, lanes) = kernel.accesses(&model, &layouts)?;
-        for width in WIDTHS {
-            let [passes, list, lines, sectors, bytes, gathered] = count(s, &accesses, lanes, width).row();
-            let row = format!("{passes:.2} | {list:.2} | {lines:.0} | {sectors:.0} | {bytes:.0} | {gathered:.0}");
-            text += &format!("| {} | {width} | {row} |\n", kernel.stage.name);
-        }
+    for row in rows(&model, &mut simulation)? {
+        let Row { kernel, lanes, passes, list, lines, sectors, bytes, gathered, .. } = row;
+        let numbers = format!("{passes:.2} | {list:.2} | {lines:.0} | {sectors:.0} | {bytes:.0} | {gathered:.0}");
+        text += &format!("| {kernel} | {lanes} | {numbers} |\n");
     }
     Ok(text)
 }

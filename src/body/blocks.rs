@@ -24,6 +24,12 @@ pub fn by_entry_of<'a, T: Send>(array: &'a mut [T], list_start: &[u32], sizes: &
     runs(array, sizes.bodies, |i| if absent { 0 } else { list_start[sizes.slice_of(i)] as usize })
 }
 
+/// The same for an array over the history, which may be too short.
+pub fn by_history<'a, T: Send>(array: &'a mut [T], history_start: &[u32], bodies: usize) -> vec::IntoIter<&'a mut [T]> {
+    let len = array.len();
+    runs(array, bodies, |i| (history_start[i] as usize).min(len))
+}
+
 /// The first entry of the run whose first grain this is.
 #[inline(always)]
 pub fn first_entry(s: &State, first: usize) -> usize {

@@ -57,9 +57,10 @@ pub fn spin_change_back(s: &State, w: DVec3, acceleration: DVec3) -> DVec3 {
 }
 
 /// From n - 1/2 to n: the inverse of the kick.
+#[inline(always)]
 pub fn spin_change_to_step(s: &State, w: DVec3, acceleration: DVec3) -> DVec3 {
     let half = 0.5 * s.params.dt * s.params.damping;
-    (0.5 * s.params.dt * acceleration - half * w) / (1.0 + half)
+    (0.5 * s.params.dt * acceleration - half * w) * (1.0 / (1.0 + half))
 }
 
 /// One of these changes of a sphere under a moment.
@@ -77,6 +78,7 @@ pub fn sphere_spin_change(
 }
 
 /// Kinetic energy of a spin at step n, J.
+#[inline(always)]
 pub fn spin_energy(s: &State, here: &Body, w: DVec3) -> f64 {
     if s.model.rotation == Rotation::None || here.velocity.inverse_mass == 0.0 {
         return 0.0;

@@ -11,7 +11,7 @@ use crate::{
     },
     space::{boundary::nearest_image, precision::position_low_of, walls::wall_separation},
     stage::{Stage, Undecided},
-    state::{Array, Length, Level, PARTIAL_SUMS as ROWS, State, Wall, array::WORKS},
+    state::{Array, Length, Level, State, Wall, array::WORKS},
 };
 use glam::DVec3;
 use std::{cmp::Ordering, ops::Range};
@@ -79,7 +79,7 @@ fn is_masked(s: &State, stage: &Stage, array: &Array, undecided: &[bool], row: u
         Length::Bodies | Length::BodiesPlusOne | Length::Clumps | Length::OnDemand => is_undecided(row),
         Length::SlicesPlusOne if row < s.sizes.slices() => s.sizes.lists_of_slice(row).0.any(is_undecided),
         Length::Entries => owner(s, row).is_some_and(is_undecided),
-        Length::PartialSums => (row..undecided.len()).step_by(ROWS).any(is_undecided),
+        Length::PartialSums => (row..undecided.len()).step_by(s.sizes.partial_sums()).any(is_undecided),
         _ => false,
     }
 }

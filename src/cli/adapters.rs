@@ -2,7 +2,7 @@
 
 use super::common::say;
 use super::table::table;
-use packstone::gpu::{self, AdapterSummary, Arrays, Device};
+use packstone::gpu::{self, AdapterSummary, Device, DeviceOptions};
 use std::process::ExitCode;
 
 /// List the GPU adapters of this machine, best first
@@ -14,7 +14,7 @@ pub fn adapters() -> anyhow::Result<ExitCode> {
     let adapters = gpu::adapters();
     if adapters.is_empty() {
         // Opening says how to get one.
-        Device::open(false, Arrays::Auto)?;
+        Device::open(DeviceOptions::default())?;
     }
     let header = ["name", "kind", "backend", "driver", "f64", "timestamps", "subgroup", "bytes/array", "arrays/kernel"];
     say(table(&header, &adapters.iter().map(row).collect::<Vec<_>>()));

@@ -1,5 +1,6 @@
 //! `packstone bench`
 
+use super::bench_gpu::{GpuArgs, gpu};
 use super::common::{INTERRUPTED, STOPPED, SceneArgs, complain, say};
 use super::run::{interrupted, listen};
 use packstone::{
@@ -22,7 +23,7 @@ use std::{ops::ControlFlow, path::PathBuf, process::ExitCode};
     sizes       wide sizes against equal ones: time and memory of a particle-step\n  \
     relaxation  contact dynamics: residual of a step against wall time, solver by solver\n  \
     precision   what single precision loses: closed forms, and energy and momentum over long runs\n\n\
-    Examples:\n  packstone bench --quick\n  packstone bench trajectory speed --out out/here\n  packstone bench hard gas\n\n\
+    Examples:\n  packstone bench --quick\n  packstone bench trajectory speed --out out/here\n  packstone bench hard gas\n  packstone bench gpu --out out/gpu\n\n\
     Ctrl-C ends after the run that is under way, with a report of what was measured; a second one at once, without."
 )]
 pub struct BenchArgs {
@@ -47,6 +48,7 @@ pub struct BenchArgs {
 
 #[derive(clap::Subcommand)]
 enum Command {
+    Gpu(GpuArgs),
     Hard(HardArgs),
     Traffic(TrafficArgs),
 }
@@ -103,6 +105,7 @@ fn traffic(args: &TrafficArgs) -> anyhow::Result<ExitCode> {
 
 pub fn bench(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     match &args.command {
+        Some(Command::Gpu(args)) => return gpu(args),
         Some(Command::Hard(args)) => return hard(args),
         Some(Command::Traffic(args)) => return traffic(args),
         None => {}

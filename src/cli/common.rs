@@ -5,7 +5,7 @@ use clap::{
     builder::{PossibleValuesParser, TypedValueParser},
 };
 use packstone::{
-    gpu::{Arrays, Checks},
+    gpu::{Arrays, Checks, Restrictions},
     model::Precision,
     scene::{Assembly, Scene},
     simulation::{EngineChoice, Options},
@@ -40,12 +40,17 @@ pub struct SceneArgs {
     /// Whether kernels check their indices and the ends of loops
     #[arg(long, value_enum, default_value_t)]
     pub checks: Checks,
+    /// Take this away from what the device has, to try how a lesser one fares: any of binding-bytes=N, storage-buffers=N,
+    /// no-timestamps, no-subgroups and lost-after=N submissions, with commas between them
+    #[arg(long, value_name = "LIST")]
+    pub restrict: Option<Restrictions>,
 }
 
 impl SceneArgs {
     /// How to run it, as far as the command line says so here.
     pub fn options(&self) -> Options {
-        Options { precision: self.precision, arrays: self.arrays, checks: self.checks, ..Options::default() }
+        let SceneArgs { precision, arrays, checks, .. } = *self;
+        Options { precision, arrays, checks, restrictions: self.restrict.unwrap_or_default(), ..Options::default() }
     }
 
     /// The scene with `--set` and `more` of the kind applied, and what it comes down to.

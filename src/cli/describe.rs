@@ -4,7 +4,7 @@ use super::common::{SceneArgs, say};
 use super::table::table;
 use glam::UVec3;
 use packstone::{
-    engine::gpu::{bytes, layouts},
+    engine::programs::{bytes, layouts},
     measure::{Percentiles, Sizes},
     scene::{Assembly, Scene},
     simulation::Setup,

@@ -3,7 +3,7 @@
 use super::common::say;
 use anyhow::bail;
 use packstone::{
-    gpu::{Arrays, Device},
+    gpu::{Device, DeviceOptions},
     io::{
         self,
         csv::{GrainRow, read_grains},
@@ -48,7 +48,7 @@ enum Color {
 pub fn render(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let (grains, surroundings) = read(&args.state)?;
     let picture = picture(args, &grains, &surroundings);
-    let device = Device::open(false, Arrays::Auto)?;
+    let device = Device::open(DeviceOptions::default())?;
     let pixels = draw(&device.device, &device.queue, &picture)?;
     let path = args.output.clone().unwrap_or_else(|| default_path(&args.state));
     io::replace(&path, |part| write_png(part, picture.width, picture.height, &pixels))?;

@@ -23,7 +23,7 @@ use glam::DVec3;
 /// Pairs computed at a time.
 pub const LANES: usize = 16;
 
-type Row = [f64; LANES];
+pub type Row = [f64; LANES];
 /// Vectors, component by component.
 pub type Rows = [Row; 3];
 
@@ -52,6 +52,18 @@ impl Grain {
 /// Grains that pairs can name: a power of two, so that no index is outside.
 pub const MOST_GRAINS: usize = 4096;
 
+/// Those of the first lanes, in ascending order, of which this holds. (A branch for each of them would be guessed wrong often.)
+#[inline(always)]
+pub fn lanes_of(lanes: usize, holds: impl Fn(usize) -> bool) -> impl Iterator<Item = usize> {
+    let all = (0..LANES).fold(0_u32, |bits, lane| bits | u32::from(holds(lane)) << lane);
+    let mut left = all & ((1 << lanes) - 1);
+    std::iter::from_fn(move || {
+        let lane = left.trailing_zeros() as usize;
+        left &= left.wrapping_sub(1);
+        (lane < LANES).then_some(lane)
+    })
+}
+
 /// Something of each grain.
 pub type OfGrains<T> = [T; MOST_GRAINS];
 
@@ -59,7 +71,7 @@ pub type OfGrains<T> = [T; MOST_GRAINS];
 pub type Pairs = [[u16; LANES]; 2];
 
 #[inline(always)]
-fn index(grain: u16) -> usize {
+pub fn index(grain: u16) -> usize {
     grain as usize % MOST_GRAINS
 }
 
@@ -98,14 +110,20 @@ pub struct Springs<'a> {
     pub torque: Option<&'a mut Rows>,
 }
 
-/// Pairs of grains side by side, and what comes of them.
-pub struct Batch {
+/// Pairs of grains side by side, and what is kept of their contacts.
+pub struct Batch<K> {
     pairs: GrainPairs,
-    contacts: Contacts,
+    pub contacts: K,
+}
+
+/// What is kept of contacts side by side.
+pub trait Kept: Default {
+    fn store(&mut self, lane: usize, pair: &GrainPair, contact: &Contact);
 }
 
 /// What contacts do: the force on the first grains, and the moments on both.
-struct Contacts {
+#[derive(Default)]
+pub struct Forces {
     force: Rows,
     torque: Rows,
     torque_to: Rows,
@@ -117,18 +135,34 @@ fn kept(contact: &Contact, v: DVec3) -> DVec3 {
     if contact.is_active { v } else { DVec3::ZERO }
 }
 
-impl Contacts {
+impl Kept for Forces {
     #[inline(always)]
-    fn store(&mut self, lane: usize, contact: &Contact) {
-        set(&mut self.force, lane, kept(contact, contact.force));
-        set(&mut self.torque, lane, kept(contact, contact.torque));
-        set(&mut self.torque_to, lane, kept(contact, contact.torque_to));
+    fn store(&mut self, lane: usize, _: &GrainPair, contact: &Contact) {
+        set(&mut self.force, lane, contact.force);
+        set(&mut self.torque, lane, contact.torque);
+        set(&mut self.torque_to, lane, contact.torque_to);
     }
 }
 
-impl Batch {
+impl Forces {
+    /// What the first grains of the lanes get, and what the second get.
+    #[inline(always)]
+    pub fn add(&self, pairs: &Pairs, lanes: usize, is_active: &[bool; LANES], sums: &mut OfGrains<ForceTorque>) {
+        for lane in lanes_of(lanes, |lane| is_active[lane]) {
+            let force = at(&self.force, lane);
+            let first = &mut sums[index(pairs[0][lane])];
+            first.force += force;
+            first.torque += at(&self.torque, lane);
+            let second = &mut sums[index(pairs[1][lane])];
+            second.force -= force;
+            second.torque += at(&self.torque_to, lane);
+        }
+    }
+}
+
+impl<K: Kept> Batch<K> {
     /// For the contacts of a scene.
-    pub fn new(s: &State) -> Batch {
+    pub fn new(s: &State) -> Batch<K> {
         let row = [0.0; LANES];
         let Pair { stiffness, tangential_stiffness, friction, dashpot } = s.params.pair;
         Batch {
@@ -147,8 +181,14 @@ impl Batch {
                 dashpot: [dashpot; LANES],
                 materials: [0; LANES],
             },
-            contacts: Contacts { force: ZERO, torque: ZERO, torque_to: ZERO },
+            contacts: K::default(),
         }
+    }
+
+    /// The pair in a lane, with what it remembers.
+    #[inline(always)]
+    pub fn pair(&self, lane: usize, old: History) -> GrainPair {
+        GrainPair { old, ..self.pairs.at(lane) }
     }
 
     /// The contacts of pairs of these grains; of many materials, these are their places in the table of pairs.
@@ -202,10 +242,11 @@ impl Batch {
         for (lane, is_active) in is_active.iter_mut().enumerate() {
             let tangential = TangentialHistory { force: at(force, lane) };
             let old = History { tangential, ..History::default() };
-            let contact = grain_contact(law, &GrainPair { old, ..self.pairs.at(lane) }, false);
+            let pair = self.pair(lane, old);
+            let contact = grain_contact(law, &pair, false);
             *is_active = contact.is_active;
             set(force, lane, kept(&contact, contact.history.tangential.force));
-            self.contacts.store(lane, &contact);
+            self.contacts.store(lane, &pair, &contact);
         }
     }
 
@@ -214,7 +255,7 @@ impl Batch {
         for lane in 0..LANES {
             let tangential = TangentialHistory { force: at(force, lane) };
             let rolling = RollingHistory { torque: torque.as_deref().map_or(DVec3::ZERO, |torque| at(torque, lane)) };
-            let pair = GrainPair { old: History { tangential, rolling }, ..self.pairs.at(lane) };
+            let pair = self.pair(lane, History { tangential, rolling });
             let reach = pair.radius + pair.radius_to + law.state.params.reach;
             let near = pair.branch.length_squared() < reach * reach;
             let contact = if near { grain_contact(law, &pair, is_active[lane]) } else { Contact::default() };
@@ -223,22 +264,7 @@ impl Batch {
             if let Some(torque) = torque {
                 set(torque, lane, kept(&contact, contact.history.rolling.torque));
             }
-            self.contacts.store(lane, &contact);
-        }
-    }
-
-    /// What the first grains of the lanes get, and what the second get.
-    #[inline(always)]
-    pub fn add(&self, pairs: &Pairs, lanes: usize, sums: &mut OfGrains<ForceTorque>) {
-        let c = &self.contacts;
-        for lane in 0..lanes {
-            let force = at(&c.force, lane);
-            let first = &mut sums[index(pairs[0][lane])];
-            first.force += force;
-            first.torque += at(&c.torque, lane);
-            let second = &mut sums[index(pairs[1][lane])];
-            second.force -= force;
-            second.torque += at(&c.torque_to, lane);
+            self.contacts.store(lane, &pair, &contact);
         }
     }
 }

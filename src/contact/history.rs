@@ -2,7 +2,7 @@
 
 use super::{rolling::RollingHistory, tangential::TangentialHistory};
 use crate::{
-    body::blocks::{by_entry, by_entry_of},
+    body::blocks::{by_entry, by_entry_of, by_history},
     model::History as Slot,
     state::{ACTIVE, INDEX, NONE, Packed, Spin, State},
 };
@@ -152,11 +152,14 @@ macro_rules! for_lanes {
     }};
 }
 
-/// Hand contacts to the history: `moves` has entries and their places there.
-pub fn store_lanes(s: &mut State, moves: &[(usize, usize)]) {
+/// Hand contacts to the history, those of every run of grains: entries and their places there, counted from the first of
+/// the run.
+pub fn store_lanes(s: &mut State, moves: &[Vec<(usize, usize)>]) {
     for_lanes!(s, |lane, history, _opposite| {
         if !lane.is_empty() {
-            moves.iter().for_each(|&(entry, at)| history[at] = lane[entry]);
+            by_history(history, &s.history_start, s.sizes.bodies).zip(moves).for_each(|(history, moves)| {
+                moves.iter().for_each(|&(entry, at)| history[at] = lane[entry]);
+            });
         }
     });
 }

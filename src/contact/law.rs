@@ -4,13 +4,13 @@
 use super::{
     cohesion::{self, cohesive_energy, cohesive_force, is_active, overlaps},
     damping::damping_force,
-    geometry::{Separation, branch_vector, lengthened, sphere_separation, unit_or},
+    geometry::{Separation, branch_vector, lengthened, near, sphere_separation, unit_or},
     history::{History, history_of},
     materials::{pair_index, pair_of},
     normal::{self, Loading, normal_energy, normal_force, normal_stiffness},
-    rolling::{self, rolling_contact, rolling_energy, with_couple},
+    rolling::{self, RollingHistory, rolling_contact, rolling_energy, with_couple},
     state::{ContactState, Law},
-    tangential::{self, tangential_contact, tangential_energy},
+    tangential::{self, TangentialHistory, tangential_contact, tangential_energy},
     twist::twist_of,
 };
 use crate::{
@@ -157,6 +157,28 @@ pub struct GrainPair {
     pub materials: usize,
 }
 
+impl GrainPair {
+    /// The same, seen from the other.
+    pub fn reversed(&self) -> GrainPair {
+        let History { tangential, rolling } = self.old;
+        GrainPair {
+            branch: -self.branch,
+            v: -self.v,
+            spin: self.spin_to,
+            spin_to: self.spin,
+            old: History {
+                tangential: TangentialHistory { force: -tangential.force },
+                rolling: RollingHistory { torque: -rolling.torque },
+            },
+            radius: self.radius_to,
+            radius_to: self.radius,
+            inverse_mass: self.inverse_mass_to,
+            inverse_mass_to: self.inverse_mass,
+            ..*self
+        }
+    }
+}
+
 /// Grain j seen from grain i.
 #[inline(always)]
 pub fn grain_pair(s: &State, i: usize, here: &Body, j: usize, old: History) -> GrainPair {
@@ -288,18 +310,38 @@ pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, entry: usize) -> C
     }
 }
 
-/// Energy, J, of what a contact that has opened still remembers, and the next step forgets: as it was a step ago, less
-/// the work that its springs, which still pulled then, have done by half of their force.
-pub fn forgotten_energy(s: &State, i: usize, here: &Body, j: usize, entry: usize) -> f64 {
-    let (law, old) = (Law::of(s), history_of(s, entry));
-    let c = match j.checked_sub(s.sizes.bodies) {
-        None => {
-            let m = grain_pair(s, i, here, j, old);
-            grain_state(law, &m, sphere_separation(m.branch, m.radius, m.radius_to, m.radii_rest))
+/// The contact of grain i with neighbour j, which may be a wall and, if it is a grain, may be too far away to act.
+#[inline(always)]
+pub fn contact_with(s: &State, i: usize, here: &Body, j: usize, was_active: bool, old: History) -> Contact {
+    match j.checked_sub(s.sizes.bodies) {
+        None if near(s, &here.position, j) => grain_contact(Law::of(s), &grain_pair(s, i, here, j, old), was_active),
+        None => Contact::default(),
+        Some(w) => wall_contact(s, i, here, w, was_active, old),
+    }
+}
+
+/// Energy, J, of what a contact of grain i with neighbour j that has opened still remembers, and the next step forgets.
+pub fn forgotten_energy(s: &State, i: usize, here: &Body, j: usize, old: History) -> f64 {
+    let law = Law::of(s);
+    match j.checked_sub(s.sizes.bodies) {
+        None => energy_forgotten_by_grains(law, &grain_pair(s, i, here, j, old)),
+        Some(w) => {
+            let c = wall_state(law, i, here, w, wall_separation(&s.wall[w], &here.position, here.low));
+            energy_before(law, &pair_of(s, i, j), &c, old)
         }
-        Some(w) => wall_state(law, i, here, w, wall_separation(&s.wall[w], &here.position, here.low)),
-    };
+    }
+}
+
+/// The same of two grains.
+pub fn energy_forgotten_by_grains(law: Law, m: &GrainPair) -> f64 {
+    let separation = sphere_separation(m.branch, m.radius, m.radius_to, m.radii_rest);
+    energy_before(law, &m.pair, &grain_state(law, m, separation), m.old)
+}
+
+/// Of springs as they were a step ago, J, less the work that they, who still pulled then, have done by half of their
+/// force.
+fn energy_before(law: Law, pair: &Pair, c: &ContactState, old: History) -> f64 {
     let power = old.tangential.force.dot(c.v) + spin_dot(old.rolling.torque, c.spin);
-    stored_energy(law, &pair_of(s, i, j), &ContactState { gap: c.gap - c.opening, ..c }, old)
-        - 0.5 * law.history_dt * power
+    let before = ContactState { gap: c.gap - c.opening, ..*c };
+    stored_energy(law, pair, &before, old) - 0.5 * law.history_dt * power
 }

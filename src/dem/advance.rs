@@ -9,10 +9,8 @@ use crate::{
         rotation::{sphere_spin_change, spin_change},
     },
     contact::{
-        geometry::near,
-        history::{History, Lists, with_lists},
-        law::{Contact, grain_contact, grain_pair, wall_contact},
-        state::Law,
+        history::{Lists, with_lists},
+        law::{Contact, contact_with},
     },
     dem::leapfrog::velocity_change,
     model::Precision,
@@ -86,16 +84,6 @@ pub fn contact_forces(s: &State, first: usize, i: usize, here: &Body, lists: &mu
         lists.set_active(entry, contact.is_active);
     }
     (sum, crossed)
-}
-
-/// The contact of grain i with neighbour j, which may be a wall.
-#[inline(always)]
-pub fn contact_with(s: &State, i: usize, here: &Body, j: usize, was_active: bool, old: History) -> Contact {
-    match j.checked_sub(s.sizes.bodies) {
-        None if near(s, &here.position, j) => grain_contact(Law::of(s), &grain_pair(s, i, here, j, old), was_active),
-        None => Contact::default(),
-        Some(w) => wall_contact(s, i, here, w, was_active, old),
-    }
 }
 
 /// Whether a grain's centre is beyond the wall of this contact.

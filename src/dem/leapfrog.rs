@@ -25,11 +25,12 @@ pub fn velocity_change_back(s: &State, velocity: &Velocity, force: DVec3) -> DVe
 }
 
 /// From n - 1/2 to n, m/s: the inverse of the kick.
+#[inline(always)]
 pub fn velocity_change_to_step(s: &State, velocity: &Velocity, force: DVec3) -> DVec3 {
     if velocity.inverse_mass == 0.0 {
         return DVec3::ZERO;
     }
     let half = 0.5 * s.params.dt * s.params.damping;
     let acceleration = velocity.inverse_mass * force + s.params.gravity;
-    (0.5 * s.params.dt * acceleration - half * velocity.v) / (1.0 + half)
+    (0.5 * s.params.dt * acceleration - half * velocity.v) * (1.0 / (1.0 + half))
 }

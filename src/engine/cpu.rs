@@ -1,10 +1,21 @@
-//! The f64 engine: the twins, on all cores; where the time goes, [`Blocks`] stand in for them.
+//! The f64 engine: the twins, on all cores; where contacts are computed in steps and for sums, [`Blocks`] stand in for
+//! them.
 
 use super::{Engine, Times, within};
 use crate::{
-    dem::blocks::Blocks,
+    contact::blocks::Blocks,
+    dem::{self, ADVANCE, ADVANCE_LARGE, INTEGRATE_CLUMPS, MEMBER_FORCES, PLACE_MEMBERS},
     error::Result,
+    measure::{self, ADD_WORKS, MEASURE},
+    model::{Method, Precision},
+    neighbours::{
+        COUNT_NEIGHBOURS, DISPLACEMENT_CHECK, FILL_NEIGHBOURS, ORDER_LONG_LISTS, ORDER_NEIGHBOURS,
+        displacement_check::displacement_check_of_blocks,
+        found::{self, Found},
+    },
     plan::Op,
+    space::MOVE_WALLS,
+    stage::Stage,
     state::{Array, Counters, Params, State},
 };
 use std::{ops::Range, time::Instant};
@@ -13,6 +24,7 @@ use std::{ops::Range, time::Instant};
 pub struct Cpu {
     state: State,
     blocks: Blocks,
+    found: Found,
     times: Option<Times>,
 }
 
@@ -20,18 +32,52 @@ impl Cpu {
     /// An engine that starts from the state; arrays that are missing are zero.
     pub fn new(mut state: State) -> Cpu {
         state.complete();
-        Cpu { state, blocks: Blocks::default(), times: None }
+        Cpu { state, blocks: Blocks::default(), found: Found::default(), times: None }
     }
 
     fn run(&mut self, op: &Op) {
         let start = self.times.as_ref().map(|_| Instant::now());
-        if !self.blocks.run(op, &mut self.state) {
-            apply(op, &mut self.state);
+        let Cpu { state, blocks, found, .. } = self;
+        match op {
+            // Of other states blocks know nothing; where lists lie side by side, one is of a device.
+            _ if state.model.precision == Precision::Single || state.sizes.slice_shift != 0 => apply(op, state),
+            Op::Run(stage) if state.model.method == Method::DiscreteElements && stand_in(stage, blocks, state) => {}
+            Op::Run(stage) => {
+                blocks.put_back(state);
+                match () {
+                    () if **stage == COUNT_NEIGHBOURS => found::count_neighbours(found, state),
+                    () if **stage == FILL_NEIGHBOURS => found::fill_neighbours(found, state),
+                    () => apply(op, state),
+                }
+                if [&ORDER_NEIGHBOURS, &ORDER_LONG_LISTS].contains(stage) {
+                    blocks.discard();
+                }
+            }
+            Op::Clear(array) => {
+                blocks.forget(state, array);
+                apply(op, state);
+            }
+            Op::Swap(..) => apply(op, state),
         }
         if let (Op::Run(stage), Some(times), Some(start)) = (op, &mut self.times, start) {
             times.add(stage, start.elapsed().as_secs_f64());
         }
     }
+}
+
+/// Do what a stage does with blocks, or without lists: whether it was done.
+fn stand_in(stage: &Stage, blocks: &mut Blocks, s: &mut State) -> bool {
+    match () {
+        () if *stage == ADVANCE => dem::blocks::advance(blocks, s),
+        () if *stage == ADVANCE_LARGE => {} // done by `advance`
+        () if *stage == MEMBER_FORCES => dem::blocks::member_forces(blocks, s),
+        () if *stage == DISPLACEMENT_CHECK => displacement_check_of_blocks(blocks, s),
+        () if *stage == MEASURE => measure::blocks::measure(blocks, s),
+        () if *stage == ADD_WORKS => measure::blocks::add_works(blocks, s),
+        () if [&INTEGRATE_CLUMPS, &PLACE_MEMBERS, &MOVE_WALLS].contains(&stage) => (stage.twin)(s),
+        () => return false,
+    }
+    true
 }
 
 /// One operation on a state.
@@ -60,10 +106,7 @@ impl Engine for Cpu {
     fn execute(&mut self, params: &Params, ops: &[Op]) -> Result<()> {
         self.state.params = *params;
         // On a thread of the pool, so that not every loop has to wake one.
-        rayon::scope(|_| {
-            ops.iter().for_each(|op| self.run(op));
-            self.blocks.put_back(&mut self.state);
-        });
+        rayon::scope(|_| ops.iter().for_each(|op| self.run(op)));
         Ok(())
     }
 
@@ -72,14 +115,14 @@ impl Engine for Cpu {
     }
 
     fn resize(&mut self, array: &'static Array, len: usize) -> Result<()> {
-        self.blocks.forget(array);
+        self.blocks.forget(&mut self.state, array);
         self.state.column_mut(array).resize(len);
         Ok(())
     }
 
     fn write(&mut self, arrays: &[&'static Array], first: usize, state: &State) -> Result<()> {
         for array in arrays {
-            self.blocks.forget(array);
+            self.blocks.forget(&mut self.state, array);
             self.state.column_mut(array).overwrite(first, state.column(array));
         }
         Ok(())
@@ -87,6 +130,7 @@ impl Engine for Cpu {
 
     fn read(&mut self, arrays: &[&'static Array], elements: Range<usize>, state: &mut State) -> Result<()> {
         for array in arrays {
+            self.blocks.show(&mut self.state, array);
             let column = self.state.column(array);
             let content = column.duplicate(within(&elements, column.len()));
             state.column_mut(array).replace(content);

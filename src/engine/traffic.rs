@@ -1,6 +1,6 @@
 //! Bytes that a stage has to move, counted from what its kernel is seen to read and to write.
 
-use super::gpu::programs;
+use super::programs::programs;
 use crate::{
     error::Result,
     model::Model,
@@ -26,7 +26,7 @@ mod tests {
     use super::*;
     use crate::{
         dem::ADVANCE,
-        engine::gpu::layouts,
+        engine::programs::layouts,
         model::Precision,
         plans::Plans,
         scene::Scene,

@@ -4,8 +4,9 @@
 //! twice.
 
 use super::{
-    images,
-    layout::{Binding, Lane, LaneKind, Layout},
+    layout::{Binding, Lane, LaneKind, Layout, Resource},
+    placement::{Declarations, Placement},
+    redirect::{only_elements, redirect},
 };
 use crate::error::{Error, Result};
 use naga::{
@@ -14,7 +15,7 @@ use naga::{
     proc::Layouter,
     valid::{Capabilities, GlobalUse, ModuleInfo, ValidationFlags, Validator},
 };
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 
 /// A kernel ready for a device.
 pub struct Program {
@@ -29,15 +30,15 @@ pub struct Program {
 /// The name and the text of a file of WGSL.
 pub type File<'a> = (&'a str, &'a str);
 
-/// Compose `shared` files and a file of its own into every kernel (entry point, own file), with images in place of the
-/// arrays for which `image` holds; that is asked with the number of the kernel.
+/// Compose `shared` files and a file of its own into every kernel (entry point, own file), with arrays where
+/// `placement` says, which is asked with the number of the kernel.
 ///
 /// # Errors
 /// [`Error::Shader`] with file and line if the text does not parse or validate.
 pub fn compose(
     shared: &[File<'_>],
     kernels: &[(&str, File<'_>)],
-    image: impl Fn(usize, &Binding) -> bool,
+    placement: impl Fn(usize, &Binding) -> Placement,
 ) -> Result<Vec<Program>> {
     let mut groups: Vec<Group> = Vec::new();
     for (k, (_, file)) in kernels.iter().enumerate() {
@@ -58,54 +59,42 @@ pub fn compose(
         let entries = std::mem::take(&mut module.entry_points);
         let composed = group.kernels.iter().map(|&k| Ok((k, isolated(&module, &entries, kernels[k].0, &[], &files)?)));
         let composed: Vec<_> = composed.collect::<Result<_>>()?;
-        programs.extend(with_images(composed, files, &image)?);
+        programs.extend(placed(composed, files, &placement)?);
     }
     programs.sort_by_key(|(k, _)| *k);
     Ok(programs.into_iter().map(|(_, program)| program).collect())
 }
 
-/// The kernels of a group with images in place of some arrays.
-fn with_images(
+/// The kernels of a group with arrays where they are to lie.
+fn placed(
     composed: Vec<(usize, Program)>,
     files: Vec<File<'_>>,
-    image: impl Fn(usize, &Binding) -> bool,
+    placement: impl Fn(usize, &Binding) -> Placement,
 ) -> Result<Vec<(usize, Program)>> {
-    let images_of = |k: usize, program: &Program| -> Vec<Binding> {
-        program.bindings.iter().filter(|b| image(k, b)).cloned().collect()
+    let moved_of = |k: usize, program: &Program| -> Vec<(Binding, Placement)> {
+        let placed = program.bindings.iter().map(|b| (b.clone(), placement(k, b)));
+        placed.filter(|(_, placement)| *placement != Placement::Buffer).collect()
     };
-    let mut declared = BTreeMap::new();
+    let mut declarations = Declarations::default();
     for (k, program) in &composed {
-        for binding in images_of(*k, program) {
-            let declaration = || images::declaration(&program.module, &binding);
-            declared.entry(images::name(&binding)).or_insert_with(declaration);
+        for (binding, placement) in moved_of(*k, program) {
+            declarations.add(&program.module, &binding, placement);
         }
     }
-    if declared.is_empty() {
+    if declarations.is_empty() {
         return Ok(composed);
     }
-    let declared: String = declared.into_values().collect();
-    let files: Vec<File> = [("images", declared.as_str())].into_iter().chain(files).collect();
+    let text = declarations.text();
+    let files: Vec<File> = [("placement", text.as_str())].into_iter().chain(files).collect();
     let mut module = parse(&files)?;
     let entries = std::mem::take(&mut module.entry_points);
     let redirected = composed.into_iter().map(|(k, program)| {
-        let images = images_of(k, &program);
-        if images.is_empty() {
+        let moved = moved_of(k, &program);
+        if moved.is_empty() {
             return Ok((k, program));
         }
-        let mut program = isolated(&module, &entries, &program.entry, &images, &files)?;
-        for binding in &mut program.bindings {
-            if let Some(array) = images.iter().find(|b| images::name(b) == binding.name) {
-                *binding = Binding { image: true, ..array.clone() };
-            }
-        }
-        if let Some(left) =
-            images.iter().find(|image| program.bindings.iter().any(|b| b.name == image.name && !b.image))
-        {
-            let message =
-                format!("`{}` is not only loaded and stored element by element, so it cannot be an image", left.name);
-            return Err(Error::Shader { file: program.entry, line: 1, message });
-        }
-        Ok((k, program))
+        let program = isolated(&module, &entries, &program.entry, &moved, &files)?;
+        Ok((k, Program { bindings: declarations.bound(program.bindings), ..program }))
     });
     redirected.collect()
 }
@@ -157,19 +146,19 @@ fn declaration(line: &str) -> Option<(&str, Option<&str>)> {
     Some((name, line.split_once(';').map(|(whole, _)| whole).filter(|_| value)))
 }
 
-/// One of the entry points, which have been taken out of the module, with what it uses of the module; and images in
-/// place of these arrays.
+/// One of the entry points, which have been taken out of the module, with what it uses of the module; and these arrays
+/// where they are to lie.
 fn isolated(
     module: &Module,
     entries: &[EntryPoint],
     entry: &str,
-    images: &[Binding],
+    moved: &[(Binding, Placement)],
     files: &[File<'_>],
 ) -> Result<Program> {
     let entry_points = entries.iter().filter(|e| e.name == entry).cloned().collect();
     let mut module = Module { entry_points, ..module.clone() };
-    if !images.is_empty() {
-        images::redirect(&mut module, images);
+    if !moved.is_empty() {
+        redirect(&mut module, moved);
     }
     compact(&mut module, KeepUnused::No);
     let info = validated(&module, files)?;
@@ -221,12 +210,16 @@ fn number(module: &mut Module, info: &ModuleInfo, entry: &str) -> Result<Vec<Bin
         let uses = info.get_entry_point(index)[handle];
         Binding {
             name: variable.name.clone().unwrap_or_default(),
-            uniform: variable.space == AddressSpace::Uniform,
-            image: variable.space == AddressSpace::Handle,
+            resource: match variable.space {
+                AddressSpace::Uniform => Resource::Uniform,
+                AddressSpace::Handle => Resource::Image,
+                _ => Resource::Buffer,
+            },
             read: uses.intersects(GlobalUse::READ | GlobalUse::ATOMIC),
             written: uses.intersects(GlobalUse::WRITE | GlobalUse::ATOMIC),
-            elementwise: matches!(module.types[variable.ty].inner, TypeInner::Array { .. })
-                && !uses.intersects(GlobalUse::ATOMIC | GlobalUse::QUERY),
+            elementwise: matches!(module.types[variable.ty].inner, TypeInner::Array { base, .. } if !has_atomics(module, base))
+                && !uses.intersects(GlobalUse::ATOMIC | GlobalUse::QUERY)
+                && only_elements(module, handle),
             layout: layout_of(module, &layouter, variable.ty),
         }
     });
@@ -239,13 +232,21 @@ fn number(module: &mut Module, info: &ModuleInfo, entry: &str) -> Result<Vec<Bin
     Ok(bindings)
 }
 
+fn has_atomics(module: &Module, ty: Handle<Type>) -> bool {
+    match &module.types[ty].inner {
+        TypeInner::Atomic(_) => true,
+        TypeInner::Struct { members, .. } => members.iter().any(|m| has_atomics(module, m.ty)),
+        _ => false,
+    }
+}
+
 fn layout_of(module: &Module, layouter: &Layouter, ty: Handle<Type>) -> Layout {
     let (element, stride) = match module.types[ty].inner {
         TypeInner::Array { base, stride, .. } => (base, stride as usize),
         _ => (ty, layouter[ty].size as usize),
     };
     if matches!(module.types[element].inner, TypeInner::Image { .. }) {
-        return Layout::default(); // that of the array it stands for is filled in by `compose`
+        return Layout::default(); // that of the array it stands for is filled in by `placed`
     }
     let names = match &module.types[element].inner {
         TypeInner::Struct { members, .. } => members.iter().map(|m| m.name.clone().unwrap_or_default()).collect(),

@@ -1,12 +1,17 @@
 //! Adapters and devices.
 
-use super::{checks::Checks, images::ROW};
+use super::{checks::Checks, images::ROW, restrictions::Restrictions};
 use crate::error::{Error, Result};
 use std::{
     ops::Range,
-    sync::{Arc, Mutex},
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::{Duration, Instant},
 };
-use wgpu::{DeviceType, Features, Limits, TextureUsages};
+use wgpu::{DeviceType, Features, TextureUsages};
 
 /// What is worth knowing of an adapter before choosing it.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -31,13 +36,29 @@ pub struct AdapterSummary {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Arrays {
-    /// Images on software drivers, otherwise buffers.
+    /// Images on software drivers that are faster with them; packed where kernels may not see as many buffers as they
+    /// have arrays; otherwise buffers.
     #[default]
     Auto,
-    /// Storage buffers.
+    /// A storage buffer each; several where one would be longer than a kernel may see.
     Buffers,
     /// Storage images where the kernels allow it.
     Images,
+    /// In two storage buffers that all share, where the kernels allow it.
+    Packed,
+}
+
+/// How to open a device.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DeviceOptions {
+    /// f64 in kernels.
+    pub double: bool,
+    /// What arrays may be; images only in as far as the kernels and the limits allow.
+    pub arrays: Arrays,
+    /// Of all kernels.
+    pub checks: Checks,
+    /// What the adapter is taken not to have.
+    pub restrictions: Restrictions,
 }
 
 /// An open device; a clone is the same one.
@@ -48,14 +69,44 @@ pub struct Device {
     pub summary: AdapterSummary,
     /// Runs on the host's processor and memory.
     pub software: bool,
-    /// What arrays may be; images only in as far as the kernels and the limits allow.
-    pub arrays: Arrays,
-    /// Of the kernels that are compiled from now on.
-    pub checks: Checks,
+    /// How it was opened.
+    pub options: DeviceOptions,
+    /// Whether kernels may have images, and should where the options leave it open.
+    pub images: bool,
+    shared: Arc<Shared>,
+}
+
+/// What all clones of a device have together.
+#[derive(Default)]
+struct Shared {
     /// The first error nobody was waiting for.
-    failure: Arc<Mutex<Option<String>>>,
+    failure: Mutex<Option<String>>,
     /// Where small reads arrive, so that a run makes no buffer from chunk to chunk.
-    staging: Arc<Mutex<Option<wgpu::Buffer>>>,
+    staging: Mutex<Option<wgpu::Buffer>>,
+    submissions: AtomicU64,
+    /// Time spent in [`Device::submit`] and in [`Device::wait`], ns.
+    submitting: AtomicU64,
+    waiting: AtomicU64,
+}
+
+/// Add the time since then.
+fn count(to: &AtomicU64, since: Instant) {
+    to.fetch_add(since.elapsed().as_nanos() as u64, Ordering::Relaxed);
+}
+
+impl Shared {
+    fn fail(&self, message: String) {
+        if let Ok(mut slot) = self.failure.lock() {
+            slot.get_or_insert(message);
+        }
+    }
+
+    /// Errors that come of it may have been seen first.
+    fn lose(&self, why: &str) {
+        if let Ok(mut slot) = self.failure.lock() {
+            *slot = Some(format!("the device is lost {why}").trim_end().to_owned());
+        }
+    }
 }
 
 /// Reads up to this many bytes share a buffer.
@@ -86,10 +137,10 @@ fn candidates() -> Vec<wgpu::Adapter> {
     adapters
 }
 
-fn summary(adapter: &wgpu::Adapter) -> AdapterSummary {
+fn summary(adapter: &wgpu::Adapter, restrictions: &Restrictions) -> AdapterSummary {
     let info = adapter.get_info();
-    let features = adapter.features();
-    let limits = adapter.limits();
+    let features = restrictions.features(adapter.features());
+    let limits = restrictions.limits(adapter.limits());
     AdapterSummary {
         name: info.name,
         kind: format!("{:?}", info.device_type),
@@ -103,9 +154,39 @@ fn summary(adapter: &wgpu::Adapter) -> AdapterSummary {
     }
 }
 
+/// Whether loads from buffers are slow: lavapipe's are a loop over lanes before Mesa 25, and with images the published
+/// bed steps 1.3 times as fast; from then on buffers are as fast.
+fn loads_lane_by_lane(driver: &str) -> bool {
+    let version = driver.split_once("Mesa ").and_then(|(_, version)| version.split('.').next()?.parse::<u32>().ok());
+    version.is_some_and(|major| major < 25)
+}
+
 /// All adapters of this machine, best first.
 pub fn adapters() -> Vec<AdapterSummary> {
-    candidates().iter().map(summary).collect()
+    candidates().iter().map(|adapter| summary(adapter, &Restrictions::default())).collect()
+}
+
+/// All adapters of this machine, best first, with the names and values of what they say of themselves.
+pub fn adapter_facts() -> Vec<Vec<(String, String)>> {
+    let fact = |name: &str, value: String| (name.to_owned(), value);
+    let of = |adapter: &wgpu::Adapter| {
+        let (info, limits) = (adapter.get_info(), adapter.limits());
+        let mut facts = vec![
+            fact("name", info.name),
+            fact("kind", format!("{:?}", info.device_type)),
+            fact("backend", info.backend.to_string()),
+            fact("driver", format!("{} {}", info.driver, info.driver_info)),
+            fact("vendor, device", format!("{:#06x}, {:#06x}", info.vendor, info.device)),
+            fact("subgroups", format!("{} to {}", info.subgroup_min_size, info.subgroup_max_size)),
+            fact("features", adapter.features().iter_names().map(|(name, _)| name).collect::<Vec<_>>().join(", ")),
+        ];
+        // `name: value,` on a line each.
+        let limits = format!("{limits:#?}");
+        let lines = limits.lines().filter_map(|line| line.trim().trim_end_matches(',').split_once(": "));
+        facts.extend(lines.map(|(name, value)| fact(name, value.to_owned())));
+        facts
+    };
+    candidates().iter().map(of).collect()
 }
 
 impl Device {
@@ -113,7 +194,8 @@ impl Device {
     ///
     /// # Errors
     /// [`Error::Device`] if there is none, or it cannot be opened.
-    pub fn open(double: bool, arrays: Arrays) -> Result<Device> {
+    pub fn open(options: DeviceOptions) -> Result<Device> {
+        let DeviceOptions { double, arrays, restrictions, .. } = options;
         let all = candidates();
         if all.is_empty() {
             return Err(Error::Device(
@@ -131,40 +213,37 @@ impl Device {
                 names.join(", ")
             ))
         })?;
-        let summary = summary(&adapter);
+        let summary = summary(&adapter, &restrictions);
         let software = adapter.get_info().device_type == DeviceType::Cpu;
         let wide = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
         // Only Vulkan promises that an invocation reads back what it wrote to an image.
         let able = adapter.features().contains(wide) && adapter.get_info().backend == wgpu::Backend::Vulkan;
-        let arrays = match arrays {
-            Arrays::Auto if !(able && software) => Arrays::Buffers,
+        let images = match arrays {
+            Arrays::Auto => able && software && loads_lane_by_lane(&summary.driver),
             Arrays::Images if !able => {
                 let message = format!("{} has no images for arrays; use --arrays buffers", summary.name);
                 return Err(Error::Device(message));
             }
-            possible => possible,
+            other => other == Arrays::Images,
         };
-        let images = arrays != Arrays::Buffers;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("packstone"),
             required_features: [(double, wanted), (images, wide), (summary.timestamps, Features::TIMESTAMP_QUERY)]
                 .into_iter()
                 .filter(|(needed, _)| *needed)
                 .fold(Features::empty(), |all, (_, feature)| all | feature),
-            required_limits: Limits { ..adapter.limits() },
+            required_limits: restrictions.limits(adapter.limits()),
             ..Default::default()
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|e| Error::Device(format!("{} cannot be opened: {e}", summary.name)))?;
-        let failure = Arc::new(Mutex::new(None));
-        let first = Arc::clone(&failure);
-        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
-            if let Ok(mut slot) = first.lock() {
-                slot.get_or_insert_with(|| e.to_string());
-            }
-        }));
-        let checks = Checks::default();
-        Ok(Device { device, queue, summary, software, arrays, checks, failure, staging: Arc::default() })
+        let shared = Arc::new(Shared::default());
+        let known = Arc::clone(&shared);
+        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| known.fail(e.to_string())));
+        // Calls to a lost device fail without a word.
+        let known = Arc::clone(&shared);
+        device.set_device_lost_callback(move |_, why| known.lose(&why));
+        Ok(Device { device, queue, summary, software, options, images, shared })
     }
 
     /// Create a buffer of zeros.
@@ -242,18 +321,55 @@ impl Device {
     /// # Errors
     /// [`Error::Device`] with the first error of the device.
     pub fn check(&self) -> Result<()> {
-        match self.failure.lock().ok().and_then(|slot| slot.clone()) {
+        match self.shared.failure.lock().ok().and_then(|slot| slot.clone()) {
             None => Ok(()),
             Some(e) => Err(Error::Device(format!("{}: {e}", self.summary.name))),
         }
     }
 
-    /// Wait for everything submitted.
-    pub fn wait(&self) -> Result<()> {
-        match self.device.poll(wgpu::PollType::wait_indefinitely()) {
-            Ok(_) => Ok(()),
-            Err(e) => Err(Error::Device(format!("{} stopped answering: {e}", self.summary.name))),
+    /// Have the device do these commands.
+    pub fn submit(&self, commands: wgpu::CommandEncoder) {
+        let before = self.shared.submissions.fetch_add(1, Ordering::Relaxed);
+        if self.options.restrictions.lost_after.is_some_and(|most| before >= most) {
+            self.device.destroy();
         }
+        let start = Instant::now();
+        self.queue.submit([commands.finish()]);
+        count(&self.shared.submitting, start);
+    }
+
+    /// Wait for everything submitted.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if the device is lost.
+    pub fn wait(&self) -> Result<()> {
+        let start = Instant::now();
+        // wgpu panics where a driver reports that its device is lost.
+        let done = catch_unwind(AssertUnwindSafe(|| self.device.poll(wgpu::PollType::wait_indefinitely())));
+        count(&self.shared.waiting, start);
+        let stopped = |why: String| Error::Device(format!("{} stopped answering: {why}", self.summary.name));
+        match done {
+            Ok(Ok(_)) => Ok(()),
+            Ok(Err(e)) => Err(stopped(e.to_string())),
+            Err(_) => self.check().and(Err(stopped("the device is lost".to_owned()))),
+        }
+    }
+
+    /// What the host has spent so far on submissions, which is when software drivers compute, and on waiting.
+    pub fn spent(&self) -> [Duration; 2] {
+        [&self.shared.submitting, &self.shared.waiting].map(|time| Duration::from_nanos(time.load(Ordering::Relaxed)))
+    }
+
+    /// A uniform buffer with this content, whose length is a multiple of 4.
+    pub fn uniform(&self, label: &str, content: &[u8]) -> wgpu::Buffer {
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: content.len() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        self.queue.write_buffer(&buffer, 0, content);
+        buffer
     }
 
     /// Copy so many bytes of a buffer, from `begin` on, to the host.
@@ -305,7 +421,7 @@ impl Device {
         copy: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::Buffer),
     ) -> Result<Vec<u8>> {
         let small = size <= KEPT_STAGING;
-        let kept = self.staging.lock().ok().filter(|_| small).and_then(|mut kept| kept.take());
+        let kept = self.shared.staging.lock().ok().filter(|_| small).and_then(|mut kept| kept.take());
         let staging = match kept {
             Some(kept) => kept,
             None => {
@@ -316,19 +432,19 @@ impl Device {
         };
         let mut encoder = self.device.create_command_encoder(&Default::default());
         copy(&mut encoder, &staging);
-        self.queue.submit([encoder.finish()]);
+        self.submit(encoder);
         let lost = |e: String| Error::Device(format!("{}: reading back failed: {e}", self.summary.name));
         let (sender, receiver) = std::sync::mpsc::channel();
         staging.slice(..).map_async(wgpu::MapMode::Read, move |result| {
             let _ = sender.send(result);
         });
         self.wait()?;
-        receiver.recv().map_err(|e| lost(e.to_string()))?.map_err(|e| lost(e.to_string()))?;
         self.check()?; // what failed has left an older content
+        receiver.recv().map_err(|e| lost(e.to_string()))?.map_err(|e| lost(e.to_string()))?;
         let view = staging.slice(..).get_mapped_range().map_err(|e| lost(e.to_string()))?;
         let content = view[range.start as usize..range.end as usize].to_vec();
         drop(view);
-        if let (true, Ok(mut kept)) = (small, self.staging.lock()) {
+        if let (true, Ok(mut kept)) = (small, self.shared.staging.lock()) {
             staging.unmap();
             *kept = Some(staging);
         }
@@ -349,4 +465,16 @@ fn row_bytes(image: &wgpu::Texture) -> u64 {
 /// An image from a texel on.
 fn from_texel(image: &wgpu::Texture, x: u32, y: u32) -> wgpu::TexelCopyTextureInfo<'_> {
     wgpu::TexelCopyTextureInfo { origin: wgpu::Origin3d { x, y, z: 0 }, ..image.as_image_copy() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::loads_lane_by_lane;
+
+    #[test]
+    fn only_old_drivers_load_lane_by_lane() {
+        assert!(loads_lane_by_lane("llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"));
+        assert!(!loads_lane_by_lane("llvmpipe Mesa 25.0.7-2~bpo12+1 (LLVM 15.0.6)"));
+        assert!(!loads_lane_by_lane("SwiftShader driver 5.0.0"));
+    }
 }

@@ -4,17 +4,81 @@
 #[derive(Clone, Debug)]
 pub struct Binding {
     pub name: String,
-    /// The uniform buffer.
-    pub uniform: bool,
-    /// A storage image that holds the array of this name.
-    pub image: bool,
+    pub resource: Resource,
     /// Whether the kernel reads it.
     pub read: bool,
     /// Whether the kernel writes it.
     pub written: bool,
-    /// An array without atomics whose length is not asked for. Images allow less: see `gpu::images`.
+    /// An array of which elements are loaded, whole or member by member, and stored whole; nothing else.
     pub elementwise: bool,
     pub layout: Layout,
+}
+
+impl Binding {
+    /// As WGSL has it.
+    pub fn access(&self) -> &'static str {
+        match (self.read, self.written) {
+            (true, true) => "read_write",
+            (true, false) => "read",
+            _ => "write",
+        }
+    }
+}
+
+/// What a variable is bound to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Resource {
+    /// The uniform buffer.
+    Uniform,
+    /// A storage buffer with the array of that name.
+    Buffer,
+    /// A storage image with it.
+    Image,
+    /// A storage buffer with this part of it.
+    Part(usize),
+    /// A storage buffer that packed arrays share.
+    Pack(Pack),
+    /// The uniform buffer that says where these begin there, in elements of the buffer.
+    PackedAt(Vec<String>),
+}
+
+impl Resource {
+    pub fn is_storage_buffer(&self) -> bool {
+        matches!(self, Resource::Buffer | Resource::Part(_) | Resource::Pack(_))
+    }
+}
+
+/// The buffers that packed arrays share. An element of an array is one of theirs, or several.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Pack {
+    /// Of 16 bytes, for arrays whose elements are as many of these.
+    Quadruples,
+    /// Of 4 bytes, for all others.
+    Words,
+}
+
+impl Pack {
+    pub const ALL: [Pack; 2] = [Pack::Quadruples, Pack::Words];
+
+    /// For elements of so many bytes.
+    pub fn of(stride: usize) -> Pack {
+        if stride.is_multiple_of(16) { Pack::Quadruples } else { Pack::Words }
+    }
+
+    /// Bytes of an element.
+    pub fn stride(self) -> usize {
+        if self == Pack::Quadruples { 16 } else { 4 }
+    }
+
+    /// The variable.
+    pub fn name(self) -> &'static str {
+        if self == Pack::Quadruples { "packed_quadruples" } else { "packed_words" }
+    }
+
+    /// The type of an element.
+    pub fn element(self) -> &'static str {
+        if self == Pack::Quadruples { "vec4<u32>" } else { "u32" }
+    }
 }
 
 /// How elements lie in memory.

@@ -25,17 +25,17 @@ impl Device {
     /// Compile a kernel.
     ///
     /// # Errors
-    /// [`Error::Device`] if it uses more arrays than the device allows, [`Error::Shader`] if it does not compile.
+    /// [`Error::Device`] if it uses more storage buffers than the device allows, [`Error::Shader`] if it does not compile.
     pub fn pipeline(&self, label: &str, program: Program) -> Result<wgpu::ComputePipeline> {
-        let storage = program.bindings.iter().filter(|b| !b.uniform && !b.image).count() as u32;
+        let storage = program.bindings.iter().filter(|b| b.resource.is_storage_buffer()).count() as u32;
         if storage > self.summary.max_arrays {
             return Err(Error::Device(format!(
-                "kernel `{label}` uses {storage} arrays, but {} allows {}",
+                "kernel `{label}` uses {storage} storage buffers, but {} allows {}",
                 self.summary.name, self.summary.max_arrays
             )));
         }
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let module = self.checks.module(&self.device, &program.entry, program.module);
+        let module = self.options.checks.module(&self.device, &program.entry, program.module);
         let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(label),
             layout: None,

@@ -50,11 +50,11 @@ impl Stopwatch {
     pub fn read(&self, device: &Device, mut encoder: CommandEncoder, passes: usize) -> Result<Vec<f64>> {
         let count = 2 * passes as u32;
         if count == 0 {
-            device.queue.submit([encoder.finish()]);
+            device.submit(encoder);
             return Ok(Vec::new());
         }
         encoder.resolve_query_set(&self.queries, 0..count, &self.ticks, 0);
-        device.queue.submit([encoder.finish()]);
+        device.submit(encoder);
         let bytes = device.read(&self.ticks, 0, u64::from(count * QUERY_SIZE))?;
         let tick = |b: &[u8]| u64::from_ne_bytes(b.try_into().expect("eight bytes"));
         let seconds = 1e-9 * f64::from(device.queue.get_timestamp_period());

@@ -8,6 +8,7 @@ use crate::{
     },
     contact::{
         geometry::near,
+        history::history_of,
         law::{Contact, forgotten_energy},
     },
     measure::{contacts::contact_of, energies::energies, sums::Energies},
@@ -37,7 +38,7 @@ fn add_body(s: &State, i: usize, sum: &mut PartialSums) {
         return;
     }
     let rigid = s.model.method == Method::ContactDynamics; // rigid grains store nothing
-    let (mut gathered, mut drag) = (ForceTorque::default(), ForceTorque::default());
+    let mut sums = BodySums::default();
     for entry in s.row(i) {
         let tagged = s.neighbour[entry];
         if tagged == NONE {
@@ -48,38 +49,122 @@ fn add_body(s: &State, i: usize, sum: &mut PartialSums) {
             continue;
         }
         let contact = contact_of(s, i, &here, j, entry);
-        let single = s.velocity.get(j).is_none_or(|there| there.inverse_mass == 0.0);
-        let share = if single { 1.0 } else { 0.5 };
-        if !contact.is_active {
-            // Opened since the last step, if it remembers something, whose energy the next step forgets.
-            if was_active && !rigid {
-                let forgotten = share * forgotten_energy(s, i, &here, j, entry) / s.params.dt;
-                sum.dissipation += forgotten;
-                sum.sliding += forgotten;
-            }
-            continue;
-        }
-        let smaller = here.position.radius.min(s.position.get(j).map_or(f64::INFINITY, |there| there.radius));
-        gathered.add(&contact);
-        drag.force += contact.damping;
-        drag.torque += contact.couple_damping;
-        sum.elastic += share * contact.energy;
-        sum.contact_force += share * (contact.force - contact.damping).length();
-        sum.dissipation += share * (contact.dashpot + contact.sliding);
-        sum.sliding += share * contact.sliding;
-        sum.overlap = sum.overlap.max(-contact.gap / smaller);
-        sum.sides += 1;
-        sum.single_sides += u32::from(single);
-        if let Some(w) = j.checked_sub(s.sizes.bodies) {
-            sum.wall_power += wall_power(s, &here, w, &contact);
-        } else if single {
-            sum.fixed_power += fixed_power(s, &here, j, &contact);
+        if contact.is_active {
+            sums.add_contact(s, &here, j, &contact);
+        } else if was_active && !rigid {
+            sums.add_opened(s, is_single(s, j), forgotten_energy(s, i, &here, j, history_of(s, entry)));
         }
     }
-    add_energies(sum, &energies(s, &here, &gathered, &drag));
+    *sum = sums.of_body(s, &here);
+}
+
+/// What contacts add up to for a free body.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
+pub struct BodySums {
+    pub contacts: ForceTorque,
+    pub dashpots: ForceTorque,
+    pub elastic: f64,
+    pub contact_force: f64,
+    pub dissipation: f64,
+    pub sliding: f64,
+    pub overlap: f64,
+    pub wall_power: f64,
+    pub fixed_power: f64,
+    pub sides: u32,
+    pub single_sides: u32,
+}
+
+impl BodySums {
+    /// Of an active contact with neighbour j.
+    fn of(s: &State, here: &Body, j: usize, contact: &Contact) -> BodySums {
+        let single = is_single(s, j);
+        let share = share(single);
+        let wall = j.checked_sub(s.sizes.bodies);
+        BodySums {
+            contacts: ForceTorque { force: contact.force, torque: contact.torque },
+            dashpots: ForceTorque { force: contact.damping, torque: contact.couple_damping },
+            elastic: share * contact.energy,
+            contact_force: share * (contact.force - contact.damping).length(),
+            dissipation: share * (contact.dashpot + contact.sliding),
+            sliding: share * contact.sliding,
+            overlap: relative_overlap(s, here, j, contact),
+            wall_power: wall.map_or(0.0, |w| wall_power(s, here, w, contact)),
+            fixed_power: if single && wall.is_none() { fixed_power(s, here, j, contact) } else { 0.0 },
+            sides: 1,
+            single_sides: u32::from(single),
+        }
+    }
+
+    #[inline(always)]
+    pub fn add(&mut self, more: &BodySums) {
+        self.contacts.force += more.contacts.force;
+        self.contacts.torque += more.contacts.torque;
+        self.dashpots.force += more.dashpots.force;
+        self.dashpots.torque += more.dashpots.torque;
+        self.elastic += more.elastic;
+        self.contact_force += more.contact_force;
+        self.dissipation += more.dissipation;
+        self.sliding += more.sliding;
+        self.overlap = self.overlap.max(more.overlap);
+        self.wall_power += more.wall_power;
+        self.fixed_power += more.fixed_power;
+        self.sides += more.sides;
+        self.single_sides += more.single_sides;
+    }
+
+    /// An active contact with neighbour j.
+    pub fn add_contact(&mut self, s: &State, here: &Body, j: usize, contact: &Contact) {
+        self.add(&BodySums::of(s, here, j, contact));
+    }
+
+    /// A contact that has opened since the last step, where it remembers something, whose energy, J, the next step
+    /// forgets; `single` if only one of the two is a free body.
+    pub fn add_opened(&mut self, s: &State, single: bool, forgotten: f64) {
+        let power = share(single) * forgotten / s.params.dt;
+        self.dissipation += power;
+        self.sliding += power;
+    }
+
+    /// All that a free body has.
+    #[inline(always)]
+    pub fn of_body(&self, s: &State, here: &Body) -> PartialSums {
+        let own = energies(s, here, &self.contacts, &self.dashpots);
+        PartialSums {
+            kinetic: own.kinetic,
+            potential: own.potential,
+            elastic: self.elastic,
+            net_force: own.net_force,
+            contact_force: self.contact_force,
+            dissipation: self.dissipation + own.dissipation,
+            sliding: self.sliding,
+            wall_power: self.wall_power,
+            fixed_power: self.fixed_power,
+            overlap: self.overlap,
+            sides: self.sides,
+            single_sides: self.single_sides,
+        }
+    }
+}
+
+/// Whether only one of two in contact is a free body, if the other is j.
+pub fn is_single(s: &State, j: usize) -> bool {
+    s.velocity.get(j).is_none_or(|there| there.inverse_mass == 0.0)
+}
+
+/// What part of a contact each of its free bodies counts.
+pub fn share(single: bool) -> f64 {
+    if single { 1.0 } else { 0.5 }
+}
+
+/// Over the smaller radius.
+fn relative_overlap(s: &State, here: &Body, j: usize, contact: &Contact) -> f64 {
+    let other = s.position.get(j).map_or(f64::INFINITY, |there| there.radius);
+    -contact.gap / here.position.radius.min(other)
 }
 
 impl PartialSums {
+    #[inline(always)]
     pub fn add(&mut self, more: &PartialSums) {
         self.kinetic += more.kinetic;
         self.potential += more.potential;
@@ -117,7 +202,7 @@ fn wall_power(s: &State, here: &Body, w: usize, contact: &Contact) -> f64 {
 }
 
 /// The same of fixed grain j.
-fn fixed_power(s: &State, here: &Body, j: usize, contact: &Contact) -> f64 {
+pub fn fixed_power(s: &State, here: &Body, j: usize, contact: &Contact) -> f64 {
     let (spin, half) = (spin_of(s, j), 0.5 * contact.gap);
     let arm = -contact.arm * ((s.position[j].radius + half) / (here.position.radius + half));
     contact.force.dot(s.velocity[j].v + surface_velocity(spin, arm)) + spin_dot(couple(contact), spin)

@@ -23,6 +23,7 @@ pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, entry: usize) -> C
 }
 
 /// Changes of velocity, m/s, and spin, rad/s, of a grain to the time of its position.
+#[inline(always)]
 pub fn velocity_change_now(s: &State, here: &Body, sum: &ForceTorque) -> (DVec3, DVec3) {
     match s.model.method {
         Method::DiscreteElements => {

@@ -20,19 +20,20 @@ use glam::{DVec3, DVec4};
 
 /// What a free body has by itself, with the force of its contacts and that of their dashpots; a member of a clump has
 /// nothing.
+#[inline(always)]
 pub fn energies(s: &State, here: &Body, sum: &ForceTorque, drag: &ForceTorque) -> Energies {
     if s.model.grains == Grains::Clumps {
         return Energies::default();
     }
-    let (p, inverse_mass) = (&s.params, here.velocity.inverse_mass);
+    let (p, mass) = (&s.params, 1.0 / here.velocity.inverse_mass);
     let (change, spin_change) = velocity_change_now(s, here, sum);
     let (v, w) = (here.velocity.v + change, here.spin + spin_change);
-    let kinetic = 0.5 * v.length_squared() / inverse_mass + spin_energy(s, here, w);
+    let kinetic = 0.5 * mass * v.length_squared() + spin_energy(s, here, w);
     let late = drag.force.dot(change) + spin_dot(drag.torque, spin_change);
     Energies {
         kinetic,
-        potential: -p.gravity.dot(here.position.x + here.low.x) / inverse_mass,
-        net_force: (sum.force + p.gravity / inverse_mass).length(),
+        potential: -mass * p.gravity.dot(here.position.x + here.low.x),
+        net_force: (sum.force + mass * p.gravity).length(),
         // Dashpots know the velocities of half a step ago, but it is those of now that they work against.
         dissipation: 2.0 * p.damping * kinetic - late,
     }

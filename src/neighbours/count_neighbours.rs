@@ -16,43 +16,52 @@ use rayon::prelude::*;
 
 pub fn count_neighbours(s: &mut State) {
     let mut list_start = std::mem::take(&mut s.list_start);
-    let bad = list_start[..s.sizes.slices()]
+    let lost = list_start[..s.sizes.slices()]
         .par_iter_mut()
         .enumerate()
         .map(|(slice, entries)| {
             let (grains, lists) = s.sizes.lists_of_slice(slice);
-            let mut bad = 0;
+            let mut lost = 0;
             for i in grains {
-                let (needed, crossed) = entries_of(s, i);
-                *entries = needed.max(*entries);
-                bad = bad.max(if crossed { s.params.bodies - s.id[i] } else { 0 });
+                let (besides, mark) = entries_besides(s, i);
+                *entries = (near(s, i) + besides).max(*entries);
+                lost = lost.max(mark);
             }
             *entries *= lists as u32;
-            bad
+            lost
         })
         .max()
         .unwrap_or(0);
     s.list_start = list_start;
-    s.counters[0].lost_body = s.counters[0].lost_body.max(bad);
-    if bad != 0 {
-        s.halt[0] = HALTED;
-    }
+    note_lost(s, lost);
 }
 
-/// Entries of grain i, and whether its centre is beyond a wall.
-fn entries_of(s: &State, i: usize) -> (u32, bool) {
+/// Grains near grain i on its own level.
+fn near(s: &State, i: usize) -> u32 {
+    let reach = s.params.margin + counting_slack(&s.level[level_of(s, s.position[i].radius)]);
+    let mut count = 0;
+    search(s, i, reach, |_, near| count += u32::from(near));
+    count
+}
+
+/// Entries of grain i for walls and for grains of other levels, and its mark if its centre is beyond a wall.
+pub fn entries_besides(s: &State, i: usize) -> (u32, u32) {
     let here = &s.position[i];
-    let fixed = s.velocity[i].inverse_mass == 0.0;
-    let reach = s.params.margin + counting_slack(&s.level[level_of(s, here.radius)]);
-    let mut entries = entries_across(s, i) as u32;
-    search(s, i, reach, |_, near| entries += u32::from(near));
-    let mut crossed = false;
-    if !fixed {
+    let (mut entries, mut crossed) = (entries_across(s, i) as u32, false);
+    if s.velocity[i].inverse_mass != 0.0 {
         for wall in &s.wall[..s.sizes.walls] {
             let gap = wall_separation(wall, here, position_low_of(s, i)).gap;
             entries += u32::from(gap < 2.0 * s.params.margin);
             crossed |= is_crossed(s, gap, here.radius);
         }
     }
-    (entries, crossed)
+    (entries, if crossed { s.params.bodies - s.id[i] } else { 0 })
+}
+
+/// The mark of the first lost body, if there is one.
+pub fn note_lost(s: &mut State, lost: u32) {
+    s.counters[0].lost_body = s.counters[0].lost_body.max(lost);
+    if lost != 0 {
+        s.halt[0] = HALTED;
+    }
 }

@@ -20,14 +20,14 @@ pub fn order(s: &mut State, bodies: Range<usize>) {
     let restored: Vec<Vec<Restored>> = by_entry(&mut neighbour, s)
         .enumerate()
         .map(|(k, neighbour)| {
-            let (mut restored, mut list) = (Vec::new(), Vec::new());
+            let (mut restored, mut list, mut keys) = (Vec::new(), Vec::new(), Vec::new());
             let first = k * BLOCK;
             let begin = first_entry(s, first);
             for i in bodies.start.max(first)..bodies.end.min(first + BLOCK) {
                 let row = s.row(i).from(begin);
                 list.clear();
                 list.extend(row.clone().map(|entry| neighbour[entry]));
-                order_list(s, i, &mut list);
+                order_list(s, i, &mut list, &mut keys);
                 restore(s, i, &mut list, row.clone(), &mut restored);
                 row.zip(&list).for_each(|(entry, tagged)| neighbour[entry] = *tagged);
             }
@@ -40,7 +40,7 @@ pub fn order(s: &mut State, bodies: Range<usize>) {
 }
 
 /// Grains near grain i in ascending order of their ids, but no pairs of fixed grains, then walls, then NONE.
-fn order_list(s: &State, i: usize, row: &mut [u32]) {
+fn order_list(s: &State, i: usize, row: &mut [u32], keys: &mut Vec<u64>) {
     let fixed = |i: usize| s.velocity[i].inverse_mass == 0.0;
     let unfilled = entries_across(s, i) - filled_across(s, i);
     let mut filled = 0;
@@ -51,7 +51,11 @@ fn order_list(s: &State, i: usize, row: &mut [u32]) {
             filled += 1;
         }
     }
-    row[..filled].sort_unstable_by_key(|&j| s.id[j as usize]);
+    // Numbers are looked up once, and are sorted together with what they are of.
+    keys.clear();
+    keys.extend(row[..filled].iter().map(|&j| u64::from(s.id[j as usize]) << 32 | u64::from(j)));
+    keys.sort_unstable();
+    row.iter_mut().zip(&*keys).for_each(|(entry, key)| *entry = *key as u32);
     for w in 0..if fixed(i) { 0 } else { s.sizes.walls } {
         if wall_separation(&s.wall[w], &s.position[i], position_low_of(s, i)).gap < s.params.margin {
             row[filled] = (s.sizes.bodies + w) as u32;

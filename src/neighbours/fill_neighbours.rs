@@ -9,6 +9,11 @@ use crate::{
 use rayon::prelude::*;
 
 pub fn fill_neighbours(s: &mut State) {
+    fill_lists(s, fill);
+}
+
+/// Fill lists by a function that says how many of its entries it has used.
+pub fn fill_lists(s: &mut State, fill: impl Fn(&State, usize, &mut [u32]) -> usize + Sync) {
     let needed = s.all_entries() as u32;
     s.counters[0].entries_needed = s.counters[0].entries_needed.max(needed);
     if !s.lists_fit() {
@@ -22,15 +27,16 @@ pub fn fill_neighbours(s: &mut State) {
         for i in first..(first + BLOCK).min(s.sizes.bodies) {
             let row = s.row(i).from(begin);
             list.resize(row.len() - entries_across(s, i), NONE);
-            fill(s, i, &mut list);
+            let filled = fill(s, i, &mut list);
+            list[filled..].fill(NONE);
             row.zip(&list).for_each(|(entry, j)| neighbour[entry] = *j);
         }
     });
     s.neighbour = neighbour;
 }
 
-/// Grains near grain i, then NONE.
-fn fill(s: &State, i: usize, list: &mut [u32]) {
+/// Grains near grain i.
+fn fill(s: &State, i: usize, list: &mut [u32]) -> usize {
     let mut filled = 0;
     search(s, i, s.params.margin, |j, near| {
         if let Some(tagged) = list.get_mut(filled) {
@@ -38,5 +44,5 @@ fn fill(s: &State, i: usize, list: &mut [u32]) {
         }
         filled += usize::from(near);
     });
-    list[filled..].fill(NONE);
+    filled
 }

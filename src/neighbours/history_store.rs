@@ -2,17 +2,29 @@
 //! anew.
 
 use crate::{
+    body::blocks::{BLOCK, by_history},
     contact::history::{active_contacts, store_lanes},
     state::{INDEX, State},
 };
+use rayon::prelude::*;
 
 pub fn history_store(s: &mut State) {
-    let room = s.history_other.len();
-    let fits = |i: &usize| s.history_start[i + 1] as usize <= room;
-    let of_body = |i: usize| active_contacts(s, i).zip(s.history_start[i] as usize..).collect::<Vec<_>>();
-    let moves: Vec<(usize, usize)> = (0..s.sizes.bodies).take_while(fits).flat_map(of_body).collect();
-    for &(entry, at) in &moves {
-        s.history_other[at] = s.neighbour[entry] & INDEX;
-    }
+    let mut history_other = std::mem::take(&mut s.history_other);
+    let room = history_other.len();
+    let moves: Vec<Vec<(usize, usize)>> = by_history(&mut history_other, &s.history_start, s.sizes.bodies)
+        .enumerate()
+        .map(|(k, history_other)| {
+            let (mut moves, first) = (Vec::new(), s.history_start[k * BLOCK] as usize);
+            let run = k * BLOCK..((k + 1) * BLOCK).min(s.sizes.bodies);
+            for i in run.filter(|i| s.history_start[i + 1] as usize <= room) {
+                for (entry, at) in active_contacts(s, i).zip(s.history_start[i] as usize - first..) {
+                    history_other[at] = s.neighbour[entry] & INDEX;
+                    moves.push((entry, at));
+                }
+            }
+            moves
+        })
+        .collect();
+    s.history_other = history_other;
     store_lanes(s, &moves);
 }

@@ -1,11 +1,12 @@
-//! Twin of `shaders/neighbours/scan_reduce.wgsl`, `scan_top.wgsl` and `scan_down.wgsl`: exclusive prefix sum in place.
+//! Twin of `shaders/neighbours/scan_reduce.wgsl`, `scan_top.wgsl` and `scan_down.wgsl`: exclusive prefix sum in place. Sums that
+//! would exceed the largest number are that: so what is too much is seen.
 
 use crate::state::TILE;
 
 /// The sum of each tile.
 pub fn scan_reduce(values: &[u32], tile_sum: &mut [u32]) {
     for (sum, values) in tile_sum.iter_mut().zip(values.chunks(TILE)) {
-        *sum = values.iter().sum();
+        *sum = values.iter().fold(0, |sum: u32, value| sum.saturating_add(*value));
     }
 }
 
@@ -23,6 +24,6 @@ pub fn scan_down(values: &mut [u32], tile_sum: &[u32]) {
 
 fn exclusive(values: &mut [u32], mut before: u32) {
     for value in values {
-        before += std::mem::replace(value, before);
+        before = before.saturating_add(std::mem::replace(value, before));
     }
 }

@@ -74,9 +74,16 @@ fn wall_displacement(assembly: &Assembly, p: &Params) -> Result<f64> {
     Ok(displacement)
 }
 
-/// A length for this many entries and a few more.
-fn with_room(needed: u32) -> usize {
-    needed as usize + needed as usize / 32 + LEAST_LENGTH
+/// A length for this many entries, or contacts, and a few more.
+///
+/// # Errors
+/// [`Error::Device`] if kernels could not number them.
+fn with_room(needed: u32) -> Result<usize> {
+    let most = u32::MAX as usize;
+    if needed as usize >= most - LEAST_LENGTH {
+        return Err(Error::Device("scene too large: its neighbour lists need 2^32 entries or more".to_owned()));
+    }
+    Ok((needed as usize + needed as usize / 32 + LEAST_LENGTH).min(most))
 }
 
 impl NeighbourLists {
@@ -180,7 +187,7 @@ impl NeighbourLists {
         let counters = chunk.counters;
         runner.submit()?;
         if rebuild {
-            self.begin(&counters);
+            self.begin(&counters)?;
         }
         self.note_displacements(&counters, &runner.state.params);
         self.steps_left = if self.margin_used_up { 0 } else { self.steps_left - counters.steps_done };
@@ -191,7 +198,7 @@ impl NeighbourLists {
     /// The contacts that there are fit into the history. To be called before lists are made.
     pub fn make_room_for_history(&mut self, runner: &mut Runner) -> Result<()> {
         if self.active_contacts as usize > self.history {
-            self.history = with_room(self.active_contacts);
+            self.history = with_room(self.active_contacts)?;
             resize(runner, Length::History, self.history)?;
         }
         Ok(())
@@ -212,7 +219,7 @@ impl NeighbourLists {
         if short {
             self.repeated_chunks += 1;
             runner.submit()?;
-            self.resize_entries(runner, with_room(counters.entries_needed))?;
+            self.resize_entries(runner, with_room(counters.entries_needed)?)?;
         }
         Ok(short)
     }
@@ -225,18 +232,19 @@ impl NeighbourLists {
         if round == 1 && self.make_more_room(runner, &counters)? {
             return Ok(None);
         }
-        self.begin(&counters);
+        self.begin(&counters)?;
         Ok(Some(counters))
     }
 
     /// They are new.
-    fn begin(&mut self, counters: &Counters) {
+    fn begin(&mut self, counters: &Counters) -> Result<()> {
         let needed = counters.entries_needed as usize;
-        let ample = with_room(counters.entries_needed).max(self.least_entries);
+        let ample = with_room(counters.entries_needed)?.max(self.least_entries);
         self.next_entries = if 8 * needed < 7 * self.entries { ample } else { self.entries };
         let forgotten = self.active_contacts.saturating_sub(counters.restored_contacts);
         self.lost_contacts += u64::from(forgotten) + u64::from(counters.unlisted);
         (self.steps_left, self.steps_served, self.margin_used_up) = (self.steps_planned, 0, false);
+        Ok(())
     }
 
     /// How far grains have gone, and how many contacts there are.
@@ -359,5 +367,18 @@ impl Driver for Chunk<'_> {
             }
             _ => Ok(0),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_are_at_most_as_long_as_kernels_can_count() {
+        assert_eq!(with_room(1 << 31).unwrap(), (1 << 31) + (1 << 26) + LEAST_LENGTH);
+        assert_eq!(with_room(u32::MAX - 1000).unwrap(), u32::MAX as usize);
+        // What a prefix sum ends with that has exceeded the largest number.
+        assert!(with_room(u32::MAX).unwrap_err().to_string().contains("2^32 entries"));
     }
 }

@@ -1,7 +1,7 @@
 //! How to run a scene, as opposed to what.
 
 use crate::{
-    gpu::{Arrays, Checks},
+    gpu::{Arrays, Checks, DeviceOptions, Restrictions},
     model::Precision,
 };
 
@@ -30,6 +30,16 @@ pub struct Options {
     pub arrays: Arrays,
     /// Whether kernels check their indices.
     pub checks: Checks,
+    /// What a device is taken not to have.
+    pub restrictions: Restrictions,
+}
+
+impl Options {
+    /// For the device that runs it.
+    pub fn device(&self) -> DeviceOptions {
+        let Options { arrays, checks, restrictions, .. } = *self;
+        DeviceOptions { double: self.precision == Precision::Double, arrays, checks, restrictions }
+    }
 }
 
 impl Default for Options {
@@ -42,6 +52,7 @@ impl Default for Options {
             longest_chunk: 200,
             arrays: Arrays::Auto,
             checks: Checks::On,
+            restrictions: Restrictions::default(),
         }
     }
 }

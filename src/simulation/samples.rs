@@ -29,10 +29,7 @@ impl Simulation {
         self.refresh()?;
         self.runner.execute_plan(&self.plans.sums)?;
         self.runner.read(&[&PARTIAL_SUMS])?;
-        let free = match &self.assembly.clumps[..] {
-            [] => self.assembly.grains.iter().filter(|g| !g.fixed).count(),
-            clumps => clumps.iter().filter(|c| !c.fixed).count(),
-        };
+        let free = self.free;
         let sample = Sample::new(self.step(), self.time(), free, &self.runner.state.partial_sums);
         let Some(solved) = self.solver_statistics() else {
             return match &mut self.works {

@@ -8,8 +8,7 @@ use super::{
 };
 use crate::{
     body::blocks::BLOCK,
-    contact::{cohesion, materials::parameters},
-    dem::blocks,
+    contact::{blocks, cohesion, materials::parameters},
     error::Result,
     memory,
     model::{self, Model, Precision},
@@ -17,7 +16,7 @@ use crate::{
     scene::{Assembly, Clump, Grain, Method},
     solve,
     space::precision::{QUANTA_OF_SLACK, extent_of, quantised, quantum, set_quantum, split},
-    state::{Array, Level, PARTIAL_SUMS, Params, Sizes, State},
+    state::{Array, Level, Params, Sizes, State},
     time_step,
     units::{Quantity, Units, power_of_two},
 };
@@ -61,6 +60,7 @@ impl Setup {
             contacts: (guess / 2).max(LEAST_LENGTH),
             colors: LEAST_LENGTH,
         };
+        params.partial_sums_len = sizes.partial_sums() as u32;
         let range = range(&params, &model, assembly);
         let mut state = State { units, range, ..State::bare(model, sizes, params) };
         if options.engine == EngineChoice::Cpu {
@@ -169,7 +169,6 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> (Params, Vec<Level>) {
         clumps: assembly.clumps.len() as u32,
         walls: assembly.walls.len() as u32,
         materials: assembly.materials.len() as u32,
-        partial_sums_len: PARTIAL_SUMS as u32,
         ..Params::default()
     };
     set_relaxation(&mut p, assembly, model.precision, mean_radius);

@@ -20,7 +20,7 @@ use crate::solve::{
 };
 use crate::{
     error::{Error, Result},
-    gpu::{Arrays, Device, Layout, Program, compose, workgroups},
+    gpu::{Arrays, Device, DeviceOptions, Layout, Placement, Program, compose, workgroups},
     record::Element,
     shaders,
 };
@@ -54,7 +54,11 @@ impl Jacobi {
             let reason = "runs with --engine cpu only; on the GPU there are jacobi and jacobi-accelerated";
             return Err(Error::Problem(format!("{} {reason}", solver.label())));
         }
-        Ok(Jacobi { device: Device::open(double, Arrays::Buffers)?, solver, double })
+        Ok(Jacobi {
+            device: Device::open(DeviceOptions { double, arrays: Arrays::Buffers, ..DeviceOptions::default() })?,
+            solver,
+            double,
+        })
     }
 
     /// Solve from r = 0. Residuals in the history are those of the device, except for what is called a solution.
@@ -265,7 +269,7 @@ impl<'a> Relaxation<'a> {
             compute.dispatch_workgroups(*x, *y, 1);
         }
         drop(compute);
-        self.device.queue.submit([encoder.finish()]);
+        self.device.submit(encoder);
         self.device.check()?;
         let mut lanes = self.read("solver_state", 1)?.into_iter();
         let state = SolverState::take(self.dims, &mut || lanes.next().expect("the kernels have the same record"));
@@ -291,7 +295,7 @@ fn programs(dims: usize, double: bool) -> Result<Vec<Program>> {
         .map(|name| shaders::file(&format!("{name}.wgsl")));
     let shared: Vec<_> = [scalar, dimension].map(shaders::file).into_iter().chain(shared).collect();
     let kernels = PASS.map(|kernel| (kernel, shaders::file(&format!("solve/{kernel}.wgsl"))));
-    compose(&shared, &kernels, |_, _| false)
+    compose(&shared, &kernels, |_, _| Placement::Buffer)
 }
 
 /// Whether single precision can tell the contacts apart from nothing.
@@ -332,6 +336,6 @@ mod tests {
         jacobi.device.summary.max_arrays = 4;
         jacobi.device.summary.max_array_bytes = 1 << 20;
         let said = jacobi.solve(&problem, &Options::default()).unwrap_err().to_string();
-        assert!(said.contains("uses") && said.contains("arrays"), "{said}");
+        assert!(said.contains("uses") && said.contains("storage buffers"), "{said}");
     }
 }

@@ -71,6 +71,7 @@ pub fn outside(x: DVec3, lower: DVec3, upper: DVec3) -> bool {
 }
 
 /// Cell of the grid, before wrapping: floor of the scaled position.
+#[inline(always)]
 pub fn cell_coordinates(scaled: DVec3) -> IVec3 {
     scaled.floor().as_ivec3()
 }

@@ -1,0 +1,182 @@
+//! Which arrays of a model lie where on a device.
+
+use super::programs::Layouts;
+use crate::{
+    error::{Error, Result},
+    gpu::{Arrays, Binding, Device, Parts, Placement, Program},
+    plan::Op,
+    plans::Plans,
+    stage::Stage,
+    state::{ARRAYS, Array, Length, Sizes},
+};
+use std::collections::{HashMap, HashSet};
+
+/// What kernels, and the plan, could do with arrays elsewhere than in a buffer of their own.
+#[derive(Clone)]
+pub struct Possible {
+    images: HashSet<&'static Array>,
+    parts: HashSet<&'static Array>,
+    packed: HashSet<&'static Array>,
+    /// Most storage buffers of a kernel, if each array has its own.
+    storage_buffers: u32,
+}
+
+/// Any number of parts is as good.
+const IN_PARTS: Placement = Placement::Parts(Parts { count: 2, shift: 0 });
+
+impl Possible {
+    /// With kernels that are composed for an array per buffer. Arrays can be exchanged only if they lie alike, so what is
+    /// now and what comes next go together.
+    pub fn of(plans: &Plans, programs: &[(&'static Stage, Program)]) -> Possible {
+        let mut bindings: HashMap<&str, Vec<&Binding>> = HashMap::new();
+        for (stage, program) in programs {
+            for binding in &program.bindings {
+                let Some(array) = stage.array(&binding.name) else { continue };
+                bindings.entry(array.original()).or_default().push(binding);
+            }
+        }
+        let used = |array: &Array| bindings.get(array.original());
+        let all = |placement: Placement| {
+            let possible = |a: &&'static Array| used(a).is_some_and(|all| all.iter().all(|b| placement.is_possible(b)));
+            ARRAYS.iter().copied().filter(possible).collect::<HashSet<_>>()
+        };
+        let ops = plans.ops();
+        let cleared: HashSet<&str> =
+            ops.iter().filter_map(|op| if let Op::Clear(array) = op { Some(array.original()) } else { None }).collect();
+        let mut images = all(Placement::Image);
+        images.retain(|array| !cleared.contains(array.original()));
+        let buffers = |program: &Program| program.bindings.iter().filter(|b| b.resource.is_storage_buffer()).count();
+        Possible {
+            images,
+            parts: all(IN_PARTS),
+            packed: all(Placement::Packed),
+            storage_buffers: programs.iter().map(|(_, p)| buffers(p) as u32).max().unwrap_or(0),
+        }
+    }
+
+    /// Where the arrays are to lie on a device.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if images, or more buffers, are asked for than it can have.
+    pub fn choose(
+        &self,
+        device: &Device,
+        programs: &[(&'static Stage, Program)],
+        layouts: &Layouts,
+        sizes: &Sizes,
+    ) -> Result<HashMap<&'static Array, Placement>> {
+        let all = |arrays: &HashSet<&'static Array>, placement| arrays.iter().map(|a| (*a, placement)).collect();
+        let images = || {
+            check_images(device, programs, &self.images)?;
+            Ok(all(&self.images, Placement::Image))
+        };
+        let (needed, allowed) = (self.storage_buffers, device.summary.max_arrays);
+        if needed > allowed && device.options.arrays == Arrays::Buffers {
+            return Err(Error::Device(format!(
+                "kernels use up to {needed} storage buffers, but {} allows {allowed}; use --arrays packed",
+                device.summary.name
+            )));
+        }
+        let mut placements: HashMap<&'static Array, Placement> = match device.options.arrays {
+            Arrays::Buffers => HashMap::new(),
+            Arrays::Images => images()?,
+            Arrays::Packed => all(&self.packed, Placement::Packed),
+            Arrays::Auto => match device.images.then(images) {
+                Some(Ok(placements)) => placements,
+                _ if needed > allowed => all(&self.packed, Placement::Packed),
+                _ => HashMap::new(),
+            },
+        };
+        for array in ARRAYS {
+            let known = placements.get(array).copied().unwrap_or_default();
+            placements.insert(array, self.suited(device, layouts, array, sizes.of(array.length), known));
+        }
+        Ok(placements)
+    }
+
+    /// Where an array can lie that would be too long for where it lies now.
+    fn suited(
+        &self,
+        device: &Device,
+        layouts: &Layouts,
+        array: &'static Array,
+        len: usize,
+        known: Placement,
+    ) -> Placement {
+        let parts = Parts::of(len, layouts.stride(array), device.summary.max_array_bytes);
+        match (known, parts) {
+            (Placement::Packed, _) => known,
+            (Placement::Image, _) if device.check_image(array.name, len * layouts.texels(array)).is_ok() => known,
+            (Placement::Parts(present), needed) if needed.is_none_or(|needed| needed.count <= present.count) => known,
+            (_, Some(needed)) if self.parts.contains(array) => Placement::Parts(needed),
+            _ => Placement::Buffer,
+        }
+    }
+
+    /// Which arrays of a kind of length have to lie elsewhere, if they become so long.
+    pub fn changes(
+        &self,
+        device: &Device,
+        layouts: &Layouts,
+        kind: Length,
+        len: usize,
+        placements: &HashMap<&'static Array, Placement>,
+    ) -> Vec<(&'static Array, Placement)> {
+        let of_kind = ARRAYS.iter().filter(|array| array.length == kind);
+        let placed = of_kind.map(|array| (*array, self.suited(device, layouts, array, len, placements[array])));
+        placed.filter(|(array, placement)| *placement != placements[array]).collect()
+    }
+}
+
+/// Whether a device allows so many images.
+fn check_images(
+    device: &Device,
+    programs: &[(&'static Stage, Program)],
+    images: &HashSet<&'static Array>,
+) -> Result<()> {
+    let allowed = device.device.limits().max_storage_textures_per_shader_stage;
+    for (stage, program) in programs {
+        let is_image = |b: &&Binding| stage.array(&b.name).is_some_and(|a| images.contains(a));
+        let used = program.bindings.iter().filter(is_image).count() as u32;
+        if used > allowed {
+            return Err(Error::Device(format!(
+                "kernel `{}` uses {used} images, but {} allows {allowed}; use --arrays buffers",
+                stage.name, device.summary.name
+            )));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        engine::programs::{programs, programs_with},
+        model::{Boundary, Dimension, Grains, Materials, Model, Precision, Walls},
+    };
+
+    /// WebGPU's default for kernels.
+    const STORAGE_BUFFERS: usize = 8;
+
+    #[test]
+    fn packed_kernels_of_spheres_run_where_few_buffers_are_allowed() {
+        // Those that have most arrays.
+        let most = |m: &Model| {
+            let space = m.dimension == Dimension::Space && m.boundary == Boundary::Periodic;
+            space && m.grains == Grains::Spheres && m.walls == Walls::Some && m.materials == Materials::Many
+        };
+        for model in Model::all(Precision::Single).into_iter().filter(most) {
+            let plans = Plans::new(&model);
+            let stages = plans.stages();
+            let plain: Vec<_> = stages.iter().copied().zip(programs(&model, &stages).unwrap()).collect();
+            let possible = Possible::of(&plans, &plain);
+            let packed = possible.packed.iter().map(|a| (*a, Placement::Packed)).collect();
+            for (stage, program) in stages.iter().zip(programs_with(&model, &stages, &packed).unwrap()) {
+                let bound: Vec<_> =
+                    program.bindings.iter().filter(|b| b.resource.is_storage_buffer()).map(|b| &b.name).collect();
+                assert!(bound.len() <= STORAGE_BUFFERS, "{model:?}, {}: {bound:?}", stage.name);
+            }
+        }
+    }
+}

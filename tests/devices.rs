@@ -1,0 +1,164 @@
+//! Devices that offer less than the one at hand, and devices that are lost.
+
+use packstone::{
+    Error,
+    engine::{ALL, Cpu, Engine, Gpu},
+    gpu::{Arrays, Device, DeviceOptions, Placement, Restrictions},
+    neighbours::SCAN_LISTS,
+    plan::Op,
+    scene::{Assembly, Scene},
+    simulation::{EngineChoice, Options, Setup, Simulation},
+    state::{ARRAYS, Array, array::LIST_START, present},
+};
+use std::path::Path;
+
+/// None: there is no adapter, and none is expected.
+fn open(restrictions: Restrictions) -> Option<Device> {
+    match Device::open(DeviceOptions { restrictions, ..DeviceOptions::default() }) {
+        Ok(device) => Some(device),
+        Err(_) if std::env::var_os("PACKSTONE_ALLOW_NO_GPU").is_some() => None,
+        Err(error) => panic!("no adapter; see PACKSTONE_ALLOW_NO_GPU in test.sh: {error}"),
+    }
+}
+
+fn example(name: &str, set: &[&str]) -> Assembly {
+    let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
+    Scene::load(&Path::new("examples/scenes").join(name), &set).unwrap().assemble().unwrap()
+}
+
+/// At once, in the middle of the set-up, and in the middle of a run.
+#[test]
+fn a_lost_device_is_an_error() {
+    for lost_after in [0, 3, 40] {
+        let restrictions = Restrictions { lost_after: Some(lost_after), ..Restrictions::default() };
+        if open(restrictions).is_none() {
+            return;
+        }
+        let options = Options { engine: EngineChoice::Gpu, restrictions, ..Options::default() };
+        let ran = Simulation::new(example("two_grains.toml", &[]), options)
+            .and_then(|mut simulation| simulation.advance(10_000));
+        let Err(Error::Device(why)) = ran else { panic!("after {lost_after} submissions: {ran:?}") };
+        assert!(why.ends_with("the device is lost"), "after {lost_after} submissions: {why}");
+    }
+}
+
+/// wgpu itself holds kernels to what is left.
+#[test]
+fn restrictions_hold_for_the_device() {
+    let restrictions = Restrictions {
+        binding_bytes: Some(1 << 20),
+        storage_buffers: Some(8),
+        no_timestamps: true,
+        no_subgroups: true,
+        lost_after: None,
+    };
+    let Some(device) = open(restrictions) else { return };
+    let limits = device.device.limits();
+    assert_eq!((limits.max_storage_buffer_binding_size, limits.max_storage_buffers_per_shader_stage), (1 << 20, 8));
+    let features = device.device.features();
+    assert!(!features.contains(wgpu::Features::TIMESTAMP_QUERY) && !features.contains(wgpu::Features::SUBGROUP));
+    let summary = &device.summary;
+    assert_eq!((summary.max_array_bytes, summary.max_arrays, summary.timestamps), (1 << 20, 8, false));
+    assert!(summary.subgroup.is_none());
+}
+
+/// Everything there is after some steps, array by array, and how many of these lie like this.
+fn after(scene: &Assembly, steps: u64, options: Options, placed: fn(Placement) -> bool) -> (Vec<Vec<u64>>, usize) {
+    let options = Options { engine: EngineChoice::Gpu, ..options };
+    let mut simulation = Simulation::new(scene.clone(), options).unwrap();
+    simulation.advance(steps).unwrap();
+    assert!(simulation.sample().unwrap().contacts > 10);
+    let arrays = present(simulation.model(), ARRAYS);
+    let gpu = simulation.engine().gpu().unwrap();
+    let count = arrays.iter().filter(|array| placed(gpu.placement(array))).count();
+    let dims = simulation.model().dims();
+    let state = simulation.read(&arrays).unwrap();
+    let content = |array: &&'static Array| {
+        let mut bits = Vec::new();
+        state.column(array).lanes(dims, &mut |x| bits.push(x.to_bits()));
+        bits
+    };
+    // What is not ordered until a later stage may differ from run to run.
+    let ordered = arrays.iter().filter(|array| array.name != "cell_rank" && !array.name.contains("color"));
+    (ordered.map(content).collect(), count)
+}
+
+/// Scenes, steps, and the bytes of a buffer that are so few that arrays lie in parts.
+fn scenes() -> Vec<(&'static str, Assembly, u64, u64)> {
+    let rigid = |solver| {
+        let few = ["population.0.count=2", "population.1.count=498", "solver.max_iterations=20", solver];
+        let narrow = ["wall.0.upper=[0.025, 0.025, 2]", "population.0.region.upper=[0.025, 0.025, 0.05]"];
+        example("hard/rigid_settling_3d.toml", &[&few[..], &narrow[..]].concat())
+    };
+    vec![
+        ("bed of spheres", example("published_bed.toml", &[]), 5, 1 << 20),
+        ("spheres of two sizes", example("hard/size_ratio.toml", &[]), 300, 1 << 14),
+        ("jacobi", rigid("solver.relaxation=jacobi-accelerated"), 12, 1 << 16),
+        ("colours", rigid("solver.relaxation=coloured-accelerated"), 12, 1 << 16),
+        ("clumps", example("hard/dimer_bed.toml", &[]), 300, 1 << 16),
+    ]
+}
+
+/// An array that is longer than a kernel may see of a buffer lies in several; one of a kernel that may see few buffers,
+/// with others in one. No bit of a result knows of it, nor of lists that have to grow.
+#[test]
+fn where_arrays_lie_leaves_no_trace() {
+    if open(Restrictions::default()).is_none() {
+        return;
+    }
+    for (name, scene, steps, binding_bytes) in scenes() {
+        let buffers = Options { arrays: Arrays::Buffers, ..Options::default() };
+        let (expected, _) = after(&scene, steps, buffers, |_| true);
+        let restrictions = Restrictions { binding_bytes: Some(binding_bytes), ..Restrictions::default() };
+        let in_parts = |p| matches!(p, Placement::Parts(_));
+        let packed = |p| p == Placement::Packed;
+        let few = Restrictions { storage_buffers: Some(8), ..Restrictions::default() };
+        for (how, options, placed) in [
+            ("parts", Options { restrictions, ..buffers }, in_parts as fn(Placement) -> bool),
+            ("parts that grow", Options { restrictions, entries: Some(100), ..buffers }, in_parts),
+            ("packed", Options { arrays: Arrays::Packed, restrictions: few, ..buffers }, packed),
+            ("packed that grow", Options { arrays: Arrays::Packed, entries: Some(100), ..buffers }, packed),
+        ] {
+            let (found, count) = after(&scene, steps, options, placed);
+            println!("{name}, {how}: {count} arrays");
+            assert!(count > 0, "{name}, {how}: {count} arrays");
+            assert!(found == expected, "{name}, {how}");
+        }
+    }
+}
+
+#[test]
+fn too_few_buffers_are_an_error_that_says_what_to_do() {
+    let restrictions = Restrictions { storage_buffers: Some(8), ..Restrictions::default() };
+    if open(restrictions).is_none() {
+        return;
+    }
+    let options = Options { engine: EngineChoice::Gpu, arrays: Arrays::Buffers, restrictions, ..Options::default() };
+    let error = Simulation::new(example("two_grains.toml", &[]), options).err().expect("8 are too few").to_string();
+    assert!(error.contains("allows 8; use --arrays packed"), "{error}");
+}
+
+/// Counts of so many entries that no number of 32 bits can tell them all.
+#[test]
+fn prefix_sums_do_not_wrap() {
+    let Some(device) = open(Restrictions::default()) else { return };
+    let scene = example("published_bed.toml", &[]);
+    let Setup { mut state, plans, .. } = Setup::new(&scene, &Options::default()).unwrap();
+    state.list_start = (0..state.sizes.slices() as u32 + 1).map(|k| 200_000 + k).collect();
+    let mut sum = 0u64;
+    let mut before = |count: &u32| {
+        let here = sum.min(u64::from(u32::MAX)) as u32;
+        sum += u64::from(*count);
+        here
+    };
+    let expected: Vec<u32> = state.list_start.iter().map(&mut before).collect();
+    assert_eq!(expected.last(), Some(&u32::MAX));
+    let engines: [Box<dyn Engine>; 2] =
+        [Box::new(Gpu::new(device, &plans, &state).unwrap()), Box::new(Cpu::new(state.clone()))];
+    for mut engine in engines {
+        engine.execute(&state.params, &SCAN_LISTS.each_ref().map(Op::Run)).unwrap();
+        let mut found = state.clone();
+        engine.read(&[&LIST_START], ALL, &mut found).unwrap();
+        assert!(found.list_start == expected, "{}", engine.name());
+    }
+}
