@@ -27,7 +27,7 @@ use rayon::prelude::*;
 use std::{cell::RefCell, ops::Range, thread::LocalKey};
 
 /// Bytes of blocks per entry of the lists, measured.
-pub const BYTES_PER_ENTRY: u64 = 57;
+pub const BYTES_PER_ENTRY: u64 = 40;
 
 /// The blocks of a state.
 #[derive(Default)]
