@@ -8,6 +8,7 @@ pub mod summary;
 pub mod vtp;
 
 use crate::{
+    container::{Container, is_container},
     error::Result,
     measure::Sample,
     scene::{
@@ -15,6 +16,7 @@ use crate::{
         grain_file::{self, Moment, Names},
     },
 };
+use csv::GrainRow;
 pub(crate) use files::at;
 pub use files::replace;
 use files::write;
@@ -128,6 +130,33 @@ impl Results {
         let names = Names { dimension: *dimension, materials, shapes, owners };
         write(&self.folder.join(name), |file| grain_file::write(file, moment, &names))
     }
+}
+
+/// Reads the spheres of a table or of a binary file; of clumps in a binary file the members.
+///
+/// # Errors
+/// As [`csv::read_grains`] and [`Container::open`].
+pub fn read_rows(path: &Path) -> Result<Vec<GrainRow>> {
+    if !is_container(path) {
+        return csv::read_grains(path);
+    }
+    let mut file = Container::<serde_json::Value>::open(path)?;
+    let prefix = if file.rows("member_position").is_some() { "member_" } else { "" };
+    let mut rows = Vec::new();
+    file.read(&format!("{prefix}position"), |k, [x, y, z]| {
+        rows.push(GrainRow { id: Some(k as u64), x, y, z, ..GrainRow::default() });
+    })?;
+    file.read(&format!("{prefix}radius"), |k, [radius]| {
+        if let Some(row) = rows.get_mut(k) {
+            row.radius = radius;
+        }
+    })?;
+    file.read(&format!("{prefix}velocity"), |k, [x, y, z]| {
+        if let Some(row) = rows.get_mut(k) {
+            (row.vx, row.vy, row.vz) = (x, y, z);
+        }
+    })?;
+    Ok(rows)
 }
 
 fn snapshot_name(number: usize, extension: &str) -> String {

@@ -435,6 +435,13 @@ impl Sizes {
         }
     }
 
+    /// As lists are in a dense packing, whatever they are at the start: half as long again as they are thought to be before
+    /// they are made, and every other entry one of a contact.
+    pub fn of_dense_packing(&self) -> Sizes {
+        let entries = self.entries + self.entries / 2;
+        Sizes { entries, history: entries / 2, ..*self }
+    }
+
     /// Workgroups that walk the lists of all bodies: one for each large grain, which come first, and for [`GROUP`] others.
     pub fn list_groups(&self) -> usize {
         self.large + (self.bodies - self.large).div_ceil(GROUP)
@@ -593,9 +600,9 @@ impl State {
         }
     }
 
-    /// Bytes of all arrays that the model needs.
-    pub fn bytes(&self) -> u64 {
-        let of = |array: &Array| self.sizes.of(array.length) as u64 * self.column(array).stride() as u64;
+    /// Bytes of all arrays that the model needs, of these sizes.
+    pub fn bytes(&self, sizes: &Sizes) -> u64 {
+        let of = |array: &Array| sizes.of(array.length) as u64 * self.column(array).stride() as u64;
         present(&self.model, ARRAYS).into_iter().map(of).sum()
     }
 

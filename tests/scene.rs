@@ -536,3 +536,14 @@ fn elastic_and_rolling_parameters_mix() {
     let named = scene("[[pair]]\nmaterials = [\"b\", \"a\"]\nrolling_friction = 0.2\n").rolling.unwrap();
     assert_eq!((named.friction, named.stiffness, named.damping), (0.2, rolling.stiffness, rolling.damping));
 }
+
+/// Counts whose bytes no number holds are refused like those that no machine holds.
+#[test]
+fn more_grains_than_memory_are_refused_before_they_are_made() {
+    for count in ["1_000_000_000_000", "9_000_000_000_000_000_000"] {
+        let population = format!(
+            "[[population]]\nmaterial = \"glass\"\ncount = {count}\nradius = 1e-3\nregion = {{ lower = [0, 0, 0], upper = [1, 1, 1] }}\n"
+        );
+        expect(&format!("{BASE}{population}"), &[], &["scene too large: it needs", "bytes of memory are available"]);
+    }
+}

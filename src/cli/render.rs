@@ -4,11 +4,7 @@ use super::common::say;
 use anyhow::bail;
 use packstone::{
     gpu::{Device, DeviceOptions},
-    io::{
-        self,
-        csv::{GrainRow, read_grains},
-        summary::Surroundings,
-    },
+    io::{self, csv::GrainRow, read_rows, summary::Surroundings},
     render::{ColorBy, Picture, colors, draw, write_png},
 };
 use std::{
@@ -21,7 +17,7 @@ use std::{
 #[command(after_help = "Examples:\n  packstone render out/heap_2d --color speed\n  \
                         packstone render grains.csv -o grains.png --width 800 --height 800")]
 pub struct RenderArgs {
-    /// Folder of a run, or a CSV file with the columns x, y, z and radius
+    /// Folder of a run, a binary file of one, or a CSV file with the columns x, y, z and radius
     #[arg(value_name = "DIR_OR_STATE")]
     state: PathBuf,
     /// What the colours show
@@ -59,17 +55,19 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<ExitCode> {
 /// Grains and what is around them: a folder knows its walls, a table only whether it is flat.
 fn read(state: &Path) -> anyhow::Result<(Vec<GrainRow>, Surroundings)> {
     if !state.is_dir() {
-        let grains = read_grains(state)?;
+        let grains = read_rows(state)?;
         let flat = grains.iter().all(|g| g.z == 0.0);
         return Ok((grains, Surroundings::empty(if flat { 2 } else { 3 })));
     }
     // Of clumps the members are drawn.
     let members = state.join(io::MEMBERS);
-    let table = if members.exists() { members } else { state.join(io::FINAL) };
-    if !table.exists() {
-        bail!("{}: has no {}; is it the folder of a run with \"csv\" in output.formats?", state.display(), io::FINAL);
-    }
-    Ok((read_grains(&table)?, Surroundings::read(&state.join(io::SUMMARY))?))
+    let Some(file) = [members, state.join(io::FINAL), state.join(io::FINAL_BIN)].into_iter().find(|f| f.exists())
+    else {
+        let (table, binary) = (io::FINAL, io::FINAL_BIN);
+        let formats = "\"csv\" or \"bin\" in output.formats";
+        bail!("{}: has no {table} and no {binary}; is it the folder of a run with {formats}?", state.display());
+    };
+    Ok((read_rows(&file)?, Surroundings::read(&state.join(io::SUMMARY))?))
 }
 
 fn default_path(state: &Path) -> PathBuf {

@@ -26,6 +26,9 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::{cell::RefCell, ops::Range, thread::LocalKey};
 
+/// Bytes of blocks per entry of the lists, measured.
+pub const BYTES_PER_ENTRY: u64 = 40;
+
 /// The blocks of a state.
 #[derive(Default)]
 pub struct Blocks {

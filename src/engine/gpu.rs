@@ -74,7 +74,7 @@ impl Gpu {
         let layouts = layouts_of(model.dims(), &programs)?;
         let possible = Possible::of(plans, &programs);
         let placements = possible.choose(&device, &programs, &layouts, &state.sizes)?;
-        check_memory(&device, bytes(model, &layouts, &state.sizes), &placements, state.sizes.bodies)?;
+        check_memory(&device, model, &layouts, &placements, &state.sizes)?;
         let kernels = compiled(&device, model, &stages, &placements)?;
         let of_stage = |(stage, program): &(&'static Stage, Program)| {
             let written = program.bindings.iter().filter(|b| b.written);
@@ -278,25 +278,29 @@ fn groups(dispatch: &Dispatch, sizes: &Sizes) -> (u32, u32) {
     }
 }
 
+/// Whether the device takes arrays as long as these, and the host's memory what is of them there.
 fn check_memory(
     device: &Device,
-    bytes: impl Iterator<Item = (&'static Array, u64)> + Clone,
+    model: &Model,
+    layouts: &Layouts,
     placements: &HashMap<&'static Array, Placement>,
-    bodies: usize,
+    sizes: &Sizes,
 ) -> Result<()> {
     let limit = device.summary.max_array_bytes;
-    let total: u64 = bytes.clone().map(|(_, b)| b).sum();
-    let mut buffers =
-        bytes.filter(|(array, _)| placements.get(*array).copied().unwrap_or_default() == Placement::Buffer);
+    let total = |sizes: &Sizes| bytes(model, layouts, sizes).map(|(_, bytes)| bytes).sum::<u64>();
+    let in_buffer = |array: &Array| placements.get(array).copied().unwrap_or_default() == Placement::Buffer;
+    let mut buffers = bytes(model, layouts, sizes).filter(|(array, _)| in_buffer(array));
     if let Some((array, need)) = buffers.find(|(_, b)| *b > limit) {
         return Err(Error::Device(format!(
-            "scene too large: array `{}` needs {need} bytes of {total} in all, but {} allows {limit} bytes per array; use \
+            "scene too large: array `{}` needs {need} bytes of {} in all, but {} allows {limit} bytes per array; use \
              fewer grains or --engine cpu",
-            array.name, device.summary.name
+            array.name,
+            total(sizes),
+            device.summary.name
         )));
     }
-    let of_host = if device.software { total } else { 0 };
-    memory::check_host(of_host.saturating_add(memory::of_grains(bodies as u64)))
+    let of_device = if device.software { total(&sizes.of_dense_packing()) } else { 0 };
+    memory::check_host(of_device + memory::of_grains(sizes.bodies as u64))
 }
 
 impl Engine for Gpu {

@@ -210,7 +210,7 @@ impl SceneBuilder {
         self
     }
 
-    /// Files that a run writes. Default: both formats.
+    /// Files that a run writes. Default: csv and vtp.
     #[must_use]
     pub fn output_formats(mut self, formats: impl IntoIterator<Item = Format>) -> Self {
         self.file.output.formats = formats.into_iter().collect();

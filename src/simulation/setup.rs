@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     body::blocks::BLOCK,
-    contact::{cohesion, materials::parameters},
+    contact::{blocks, cohesion, materials::parameters},
     error::Result,
     memory,
     model::{self, Model, Precision},
@@ -64,7 +64,9 @@ impl Setup {
         let range = range(&params, &model, assembly);
         let mut state = State { units, range, ..State::bare(model, sizes, params) };
         if options.engine == EngineChoice::Cpu {
-            memory::check_host(state.bytes().saturating_add(memory::of_grains(bodies as u64)))?;
+            let dense = sizes.of_dense_packing();
+            let of_blocks = dense.entries as u64 * blocks::BYTES_PER_ENTRY;
+            memory::check_host(state.bytes(&dense) + of_blocks + memory::of_grains(bodies as u64))?;
         }
         state.level = level;
         if precision == Precision::Single {

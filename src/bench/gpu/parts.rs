@@ -134,7 +134,7 @@ fn finite(x: f64) -> Option<f64> {
 
 /// As large as asked, if the host has memory for it.
 fn filled(case: Case, grains: usize) -> Result<Assembly> {
-    memory::check_host(grains as u64 * memory::BYTES_PER_GRAIN)?;
+    memory::check_host(memory::of_grains(grains as u64))?;
     case.assembly(grains)
 }
 
