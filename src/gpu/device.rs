@@ -73,14 +73,14 @@ pub struct Device {
     pub options: DeviceOptions,
     /// Whether kernels may have images, and should where the options leave it open.
     pub images: bool,
+    /// The first error nobody was waiting for. wgpu's device knows this, so nothing here may know wgpu's device.
+    failure: Arc<Mutex<Option<String>>>,
     shared: Arc<Shared>,
 }
 
 /// What all clones of a device have together.
 #[derive(Default)]
 struct Shared {
-    /// The first error nobody was waiting for.
-    failure: Mutex<Option<String>>,
     /// Where small reads arrive, so that a run makes no buffer from chunk to chunk.
     staging: Mutex<Option<wgpu::Buffer>>,
     submissions: AtomicU64,
@@ -92,21 +92,6 @@ struct Shared {
 /// Add the time since then.
 fn count(to: &AtomicU64, since: Instant) {
     to.fetch_add(since.elapsed().as_nanos() as u64, Ordering::Relaxed);
-}
-
-impl Shared {
-    fn fail(&self, message: String) {
-        if let Ok(mut slot) = self.failure.lock() {
-            slot.get_or_insert(message);
-        }
-    }
-
-    /// Errors that come of it may have been seen first.
-    fn lose(&self, why: &str) {
-        if let Ok(mut slot) = self.failure.lock() {
-            *slot = Some(format!("the device is lost {why}").trim_end().to_owned());
-        }
-    }
 }
 
 /// Reads up to this many bytes share a buffer.
@@ -237,13 +222,22 @@ impl Device {
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|e| Error::Device(format!("{} cannot be opened: {e}", summary.name)))?;
-        let shared = Arc::new(Shared::default());
-        let known = Arc::clone(&shared);
-        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| known.fail(e.to_string())));
-        // Calls to a lost device fail without a word.
-        let known = Arc::clone(&shared);
-        device.set_device_lost_callback(move |_, why| known.lose(&why));
-        Ok(Device { device, queue, summary, software, options, images, shared })
+        let failure = Arc::new(Mutex::new(None));
+        let first = Arc::clone(&failure);
+        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
+            if let Ok(mut slot) = first.lock() {
+                slot.get_or_insert_with(|| e.to_string());
+            }
+        }));
+        // Calls to a lost device fail without a word, or with errors that come of it.
+        let lost = Arc::clone(&failure);
+        device.set_device_lost_callback(move |_, why| {
+            if let Ok(mut slot) = lost.lock() {
+                *slot = Some(format!("the device is lost {why}").trim_end().to_owned());
+            }
+        });
+        let shared = Arc::default();
+        Ok(Device { device, queue, summary, software, options, images, failure, shared })
     }
 
     /// Create a buffer of zeros.
@@ -321,7 +315,7 @@ impl Device {
     /// # Errors
     /// [`Error::Device`] with the first error of the device.
     pub fn check(&self) -> Result<()> {
-        match self.shared.failure.lock().ok().and_then(|slot| slot.clone()) {
+        match self.failure.lock().ok().and_then(|slot| slot.clone()) {
             None => Ok(()),
             Some(e) => Err(Error::Device(format!("{}: {e}", self.summary.name))),
         }
@@ -329,12 +323,17 @@ impl Device {
 
     /// Have the device do these commands.
     pub fn submit(&self, commands: wgpu::CommandEncoder) {
+        self.submit_all([commands.finish()]);
+    }
+
+    /// Have the device do these commands, one after the other.
+    pub fn submit_all(&self, commands: impl IntoIterator<Item = wgpu::CommandBuffer>) {
         let before = self.shared.submissions.fetch_add(1, Ordering::Relaxed);
         if self.options.restrictions.lost_after.is_some_and(|most| before >= most) {
             self.device.destroy();
         }
         let start = Instant::now();
-        self.queue.submit([commands.finish()]);
+        self.queue.submit(commands);
         count(&self.shared.submitting, start);
     }
 
@@ -469,7 +468,21 @@ fn from_texel(image: &wgpu::Texture, x: u32, y: u32) -> wgpu::TexelCopyTextureIn
 
 #[cfg(test)]
 mod tests {
-    use super::loads_lane_by_lane;
+    use super::*;
+
+    /// Another holder of wgpu's device would keep it, its memory and its threads for ever.
+    #[test]
+    fn devices_end() {
+        let Ok(device) = Device::open(DeviceOptions::default()) else { return };
+        let usage = wgpu::BufferUsages::COPY_SRC;
+        let buffer = device.buffer("read", 16, usage).unwrap();
+        // Leaves a staging buffer.
+        assert_eq!(device.read(&buffer, 0, 16).unwrap(), [0; 16]);
+        drop(buffer);
+        let known = Arc::downgrade(&device.failure);
+        drop(device);
+        assert!(known.upgrade().is_none(), "wgpu's device is kept by something");
+    }
 
     #[test]
     fn only_old_drivers_load_lane_by_lane() {
