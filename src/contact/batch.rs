@@ -54,13 +54,13 @@ pub const MOST_GRAINS: usize = 4096;
 
 /// Those of the first lanes, in ascending order, of which this holds. (A branch for each of them would be guessed wrong often.)
 #[inline(always)]
-pub fn lanes_of(lanes: usize, holds: impl Fn(usize) -> bool) -> impl Iterator<Item = usize> {
-    let all = (0..LANES).fold(0_u32, |bits, lane| bits | u32::from(holds(lane)) << lane);
+pub fn lanes_of<const N: usize>(lanes: usize, holds: impl Fn(usize) -> bool) -> impl Iterator<Item = usize> {
+    let all = (0..N).fold(0_u32, |bits, lane| bits | u32::from(holds(lane)) << lane);
     let mut left = all & ((1 << lanes) - 1);
     std::iter::from_fn(move || {
         let lane = left.trailing_zeros() as usize;
         left &= left.wrapping_sub(1);
-        (lane < LANES).then_some(lane)
+        (lane < N).then_some(lane)
     })
 }
 
@@ -148,7 +148,7 @@ impl Forces {
     /// What the first grains of the lanes get, and what the second get.
     #[inline(always)]
     pub fn add(&self, pairs: &Pairs, lanes: usize, is_active: &[bool; LANES], sums: &mut OfGrains<ForceTorque>) {
-        for lane in lanes_of(lanes, |lane| is_active[lane]) {
+        for lane in lanes_of::<LANES>(lanes, |lane| is_active[lane]) {
             let force = at(&self.force, lane);
             let first = &mut sums[index(pairs[0][lane])];
             first.force += force;

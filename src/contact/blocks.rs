@@ -79,7 +79,7 @@ impl Blocks {
             let bodies = s.sizes.bodies;
             self.blocks.resize_with(bodies.div_ceil(BLOCK), Block::default);
             let renew = |(k, block): (usize, &mut Block)| block.renew(s, k * BLOCK..((k + 1) * BLOCK).min(bodies));
-            self.blocks.par_iter_mut().enumerate().for_each(renew);
+            self.blocks.par_iter_mut().enumerate().with_max_len(1).for_each(renew);
             self.current = true;
         }
     }
@@ -99,7 +99,7 @@ impl Blocks {
         let run = move |(task, block)| {
             workspace.with_borrow_mut(|workspace| Arch::new().dispatch(OnBlock { s, block, workspace, task }))
         };
-        tasks.zip(&mut self.blocks).map(run)
+        tasks.zip(&mut self.blocks).with_max_len(1).map(run) // so that no thread waits for several of another
     }
 
     /// Active contacts, as far as lists tell them.

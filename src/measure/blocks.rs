@@ -148,7 +148,7 @@ fn add_contacts_of_grains(s: &State, block: &Block, workspace: &mut Workspace<Bo
         let mut springs = Springs { is_active: &mut is_active, force: &mut force, torque: torque.as_mut() };
         batch.compute(s, grains, pairs, block.materials.get(group), &mut springs);
         let (measured, was_active, lanes) = (&batch.contacts, &block.is_active[group], block.lanes(group));
-        for lane in lanes_of(lanes, |lane| is_active[lane] | was_active[lane]) {
+        for lane in lanes_of::<LANES>(lanes, |lane| is_active[lane] | was_active[lane]) {
             let [first, second] = pairs.map(|indices| index(indices[lane]));
             if !is_active[lane] {
                 let forgotten = energy_forgotten_by_grains(Law::of(s), &batch.pair(lane, history(block, group, lane)));

@@ -4,12 +4,19 @@
 use super::{
     count_neighbours::{entries_besides, note_lost},
     fill_neighbours::fill_lists,
-    grid::{counting_slack, search},
+    grid::{counting_slack, for_spans},
     levels::level_of,
 };
-use crate::{body::blocks::BLOCK, contact::geometry::closer_than, state::State};
+use crate::{
+    body::{blocks::BLOCK, grains::same_grain},
+    contact::{batch::lanes_of, geometry::closer_than},
+    model::Boundary,
+    space::boundary::nearest_image_of,
+    state::{Position, State},
+};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// What the last search has found.
 #[derive(Default)]
@@ -31,7 +38,7 @@ pub fn count_neighbours(found: &mut Found, s: &mut State) {
     let search = |(k, (run, entries)): (usize, (&mut Run, &mut [u32]))| {
         Arch::new().dispatch(Search { s, first: k * BLOCK, run, entries })
     };
-    let lost = runs.map(search).max().unwrap_or(0);
+    let lost = runs.with_max_len(1).map(search).max().unwrap_or(0);
     s.list_start = list_start;
     note_lost(s, lost);
 }
@@ -68,23 +75,57 @@ impl WithSimd for Search<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> u32 {
         let Search { s, first, run: Run { near, end }, entries } = self;
-        let (mut found, mut lost) = (0, 0);
+        let (mut spans, mut lost) = (Vec::new(), 0);
+        near.clear();
         end.clear();
         for (i, entries) in (first..).zip(entries) {
-            let begin = found;
+            let begin = near.len();
             let slack = counting_slack(&s.level[level_of(s, s.position[i].radius)]);
-            search(s, i, s.params.margin + slack, |j, is_near| {
-                if found == near.len() {
-                    near.resize(2 * found + BLOCK, 0);
-                }
-                near[found] = j as u32;
-                found += usize::from(is_near);
-            });
-            end.push(found as u32);
+            search(s, i, s.params.margin + slack, &mut spans, near);
+            end.push(near.len() as u32);
             let (besides, mark) = entries_besides(s, i);
-            *entries = (found - begin) as u32 + besides;
+            *entries = (near.len() - begin) as u32 + besides;
             lost = lost.max(mark);
         }
         lost
     }
+}
+
+/// Grains looked at at a time: about as many as are in the cells of a row that surround a grain.
+const LANES: usize = 8;
+
+/// The grains on the level of grain i that are closer to it than this, m, in the order of the cells: as `grid::search`.
+/// Spans of cells are noted first, so that the loop over grains is compiled into the task.
+#[inline(always)]
+fn search(s: &State, i: usize, gap: f64, spans: &mut Vec<Range<u32>>, near: &mut Vec<u32>) {
+    let here = &s.position[i];
+    spans.clear();
+    for_spans(s, here, &s.level[level_of(s, here.radius)], |span| spans.push(span));
+    for span in &*spans {
+        let [mut begin, end] = [span.start, span.end].map(|cell| s.cell_start[cell as usize] as usize);
+        while begin < end {
+            let lanes = (end - begin).min(LANES);
+            let are_near = match s.position[begin..].first_chunk() {
+                Some(there) => are_closer_than(s, here, there, gap),
+                None => std::array::from_fn(|k| k < lanes && closer_than(s, here, &s.position[begin + k], gap)),
+            };
+            let others = lanes_of::<LANES>(lanes, |lane| are_near[lane]).map(|lane| begin + lane);
+            near.extend(others.filter(|&j| !same_grain(s, i, j)).map(|j| j as u32));
+            begin += lanes;
+        }
+    }
+}
+
+/// `closer_than`, in a loop that the compiler makes vectors of.
+#[inline(always)]
+fn are_closer_than(s: &State, here: &Position, there: &[Position; LANES], gap: f64) -> [bool; LANES] {
+    let mut are = [false; LANES];
+    let periodic = s.model.boundary == Boundary::Periodic;
+    for (is, there) in are.iter_mut().zip(there) {
+        let d = there.x - here.x;
+        let d = if periodic { nearest_image_of(s, d) } else { d };
+        let reach = here.radius + there.radius + gap + s.params.position_slack;
+        *is = d.length_squared() < reach * reach;
+    }
+    are
 }
