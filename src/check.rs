@@ -199,13 +199,10 @@ impl Checker {
     /// Make arrays of a kind of length this long at least.
     fn grow(&mut self, kind: Length, needed: usize) -> Result<()> {
         let of_kind = ARRAYS.iter().filter(|a| a.length == kind);
-        for array in present(&self.state.model, of_kind) {
-            if needed > self.state.column(array).len() {
-                self.gpu.resize(array, needed)?;
-                self.state.column_mut(array).resize(needed);
-            }
-        }
-        Ok(())
+        let mut short = present(&self.state.model, of_kind);
+        short.retain(|array| needed > self.state.column(array).len());
+        short.iter().for_each(|array| self.state.column_mut(array).resize(needed));
+        self.gpu.resize(&short, needed)
     }
 
     /// Whether all contacts have a colour.

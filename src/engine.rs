@@ -34,8 +34,8 @@ pub trait Engine: Any + Send {
     fn execute(&mut self, params: &Params, ops: &[Op]) -> Result<()>;
     /// Wait for everything so far and read what the device has to say.
     fn counters(&mut self) -> Result<Counters>;
-    /// Give an array another length; its content is lost.
-    fn resize(&mut self, array: &'static Array, len: usize) -> Result<()>;
+    /// Give arrays another length; their content is lost.
+    fn resize(&mut self, arrays: &[&'static Array], len: usize) -> Result<()>;
     /// Overwrite elements of the engine's arrays, from number `first` on, with all that the state has.
     fn write(&mut self, arrays: &[&'static Array], first: usize, state: &State) -> Result<()>;
     /// Overwrite arrays of the state with elements of the engine's, those of this range that there are.

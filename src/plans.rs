@@ -24,6 +24,7 @@ pub struct Plans {
     /// The exchanges of that alone, to take a step back.
     pub swaps: Vec<Op>,
     pub sums: Plan,
+    pub forget_works: Plan,
     pub velocities: Plan,
     pub forces: Plan,
     method: Method,
@@ -50,6 +51,7 @@ impl Plans {
             swaps: motion.swaps(),
             motion,
             sums: measure::plan::sums(model),
+            forget_works: measure::plan::forget_works(model),
             velocities: measure::plan::velocities(model),
             forces: measure::plan::forces(),
             method: model.method,
@@ -66,10 +68,11 @@ impl Plans {
         };
         let samples = [
             ("samples: sums", &self.sums),
+            ("samples: works from then on", &self.forget_works),
             ("samples: velocities", &self.velocities),
             ("samples: contact forces", &self.forces),
         ];
-        own.into_iter().chain(samples).collect()
+        own.into_iter().chain(samples).filter(|(_, plan)| !plan.ops().is_empty()).collect()
     }
 
     /// All operations, in order.

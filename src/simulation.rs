@@ -158,12 +158,12 @@ impl Simulation {
         let Simulation { runner, lists, stepper, assembly, .. } = self;
         lists.rewind(&mut runner.state.params);
         start::fill_small(&mut runner.state, assembly);
-        runner.write_zeros(&[&ROTATION_ITERATIONS], 1)?;
         let Runner { engine, state, .. } = runner;
         engine.write(&present(&state.model, &[&WALL]), 0, state)?;
         start::fill(state, assembly, &mut |arrays, first, piece| engine.write(arrays, first, piece))?;
         // Lists without entries leave no history.
-        runner.execute(&[Op::Clear(&LIST_START)], 1)?;
+        let counted = present(&runner.state.model, &[&LIST_START, &ROTATION_ITERATIONS]);
+        runner.execute(&counted.into_iter().map(Op::Clear).collect::<Vec<_>>(), 1)?;
         runner.step = 0;
         if let Stepper::Nscd(nscd) = stepper {
             *nscd = Nscd::new(nscd.relaxation);
@@ -180,7 +180,7 @@ impl Simulation {
         self.works = None;
         if self.model().works {
             let sample = self.sample()?;
-            self.works = Some(Totals::start(&mut self.runner, &sample)?);
+            self.works = Some(Totals::start(&mut self.runner, &self.plans.forget_works, &sample)?);
         }
         Ok(())
     }
@@ -209,7 +209,7 @@ impl Simulation {
             Stepper::Nscd(nscd) => nscd.advance(plans, runner, lists).map(|()| 1)?,
         };
         if let Some(works) = works {
-            works.keep_up(runner)?;
+            works.keep_up(runner, &plans.forget_works)?;
         }
         Ok(done)
     }

@@ -5,7 +5,7 @@ var<storage, read_write> force: array<Vec>; // N, N, without gravity
 @compute @workgroup_size(WG)
 fn contact_forces(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
-    if (i >= params.bodies || i >= arrayLength(&force)) {
+    if (i >= params.bodies) {
         return;
     }
     let sum = contacts_of(i, body(i));

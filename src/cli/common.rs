@@ -34,7 +34,7 @@ pub struct SceneArgs {
     /// Arithmetic of the GPU; the CPU always computes in double
     #[arg(long, default_value = "single", value_parser = precisions())]
     pub precision: Precision,
-    /// What arrays are on the device; images are faster on software drivers
+    /// Where arrays lie on the device
     #[arg(long, value_enum, default_value_t)]
     pub arrays: Arrays,
     /// Whether kernels check their indices and the ends of loops

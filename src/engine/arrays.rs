@@ -60,10 +60,10 @@ impl DeviceArrays {
                 let memory = Memory::Packed(Pack::of(all.layouts.stride(array)), 0);
                 all.hold(array, memory, len);
             } else {
-                all.allocate(device, array, len)?;
+                all.allocate_alone(device, array, len)?;
             }
         }
-        Pack::ALL.into_iter().try_for_each(|pack| all.repack(device, pack, None))?;
+        Pack::ALL.into_iter().try_for_each(|pack| all.repack(device, pack, &[], 0))?;
         Ok(all)
     }
 
@@ -75,9 +75,9 @@ impl DeviceArrays {
         &self.placements
     }
 
-    /// Where an array is to lie from when it is given a length.
-    pub fn place(&mut self, array: &'static Array, placement: Placement) {
-        self.placements.insert(array, placement);
+    /// Where arrays are to lie from when they are given a length.
+    pub fn place(&mut self, placements: impl IntoIterator<Item = (&'static Array, Placement)>) {
+        self.placements.extend(placements);
     }
 
     fn placement(&self, array: &Array) -> Placement {
@@ -104,11 +104,21 @@ impl DeviceArrays {
         self.held.insert(array, Held { memory, serial: self.serial, len });
     }
 
-    /// Give an array another length; its content is lost.
+    /// Give arrays another length; their content is lost.
     ///
     /// # Errors
     /// As [`DeviceArrays::new`].
-    pub fn allocate(&mut self, device: &Device, array: &'static Array, len: usize) -> Result<()> {
+    pub fn allocate(&mut self, device: &Device, arrays: &[&'static Array], len: usize) -> Result<()> {
+        arrays.iter().try_for_each(|array| self.allocate_alone(device, array, len))?;
+        Pack::ALL.into_iter().try_for_each(|pack| {
+            let of_pack = |array: &&&'static Array| self.packed_in(array) == Some(pack);
+            let resized: Vec<_> = arrays.iter().filter(of_pack).copied().collect();
+            if resized.is_empty() { Ok(()) } else { self.repack(device, pack, &resized, len) }
+        })
+    }
+
+    /// Of one that is not packed.
+    fn allocate_alone(&mut self, device: &Device, array: &'static Array, len: usize) -> Result<()> {
         if len > u32::MAX as usize {
             let name = array.name;
             return Err(Error::Device(format!("array `{name}` needs {len} elements; 2^32 - 1 can be told apart")));
@@ -128,36 +138,48 @@ impl DeviceArrays {
                 let buffers = (0..parts.count).map(|part| buffer(parts.len(part, len)));
                 Memory::Parts(parts, buffers.collect::<Result<_>>()?)
             }
-            Placement::Packed => return self.repack(device, Pack::of(stride), Some((array, len))),
+            Placement::Packed => return Ok(()),
         };
         self.hold(array, memory, len);
         Ok(())
     }
 
-    /// The packed arrays one after the other again, one of them with another length; its content is lost.
-    fn repack(&mut self, device: &Device, pack: Pack, new: Option<(&'static Array, usize)>) -> Result<()> {
-        let is_packed = |held: &Held| matches!(held.memory, Memory::Packed(of, _) if of == pack);
-        let packed = self.held.iter().filter(|(_, held)| is_packed(held)).map(|(array, held)| (*array, held.len));
-        let mut lens: Vec<(&'static Array, usize)> = packed.collect();
-        lens.sort_by_key(|(array, _)| array.name);
-        if lens.is_empty() {
-            return Ok(());
+    /// The pack that an array lies in.
+    fn packed_in(&self, array: &Array) -> Option<Pack> {
+        match self.held.get(array)?.memory {
+            Memory::Packed(pack, _) => Some(pack),
+            _ => None,
         }
+    }
+
+    /// The arrays of a pack one after the other again, some of them with another length; the content of these is lost.
+    fn repack(&mut self, device: &Device, pack: Pack, resized: &[&'static Array], new_len: usize) -> Result<()> {
+        let packed = self.held.iter().filter(|(array, _)| self.packed_in(array) == Some(pack));
+        let mut arrays: Vec<(&'static Array, usize)> = packed.map(|(array, held)| (*array, held.len)).collect();
+        arrays.sort_by_key(|(array, _)| array.name);
         let mut end = 0;
         let mut begins = Vec::new();
-        for (array, len) in &mut lens {
-            if let Some((_, new_len)) = new.filter(|(resized, _)| resized == array) {
-                *len = new_len;
-            }
+        for (array, len) in &mut arrays {
+            *len = if resized.contains(array) { new_len } else { *len };
             begins.push(end);
             end += *len * self.layouts.stride(array) / pack.stride();
         }
         let bytes = |elements: usize| (elements * pack.stride()) as u64;
+        if end > u32::MAX as usize {
+            return Err(Error::Device(format!(
+                "`{}` needs {} bytes, more than kernels can find their way in; use --arrays buffers",
+                pack.name(),
+                bytes(end)
+            )));
+        }
+        if end == 0 {
+            return Ok(());
+        }
         let buffer = device.buffer(pack.name(), bytes(end), USAGE)?;
         let old = self.packs.insert(pack, buffer.clone());
         let mut encoder = device.device.create_command_encoder(&Default::default());
-        for ((array, len), begin) in lens.into_iter().zip(begins) {
-            if let (Some(old), true) = (&old, new.is_none_or(|(resized, _)| resized != array))
+        for ((array, len), begin) in arrays.into_iter().zip(begins) {
+            if let (Some(old), false) = (&old, resized.contains(&array))
                 && let Memory::Packed(_, from) = self.held[array].memory
             {
                 let size = (len * self.layouts.stride(array)) as u64;

@@ -114,9 +114,11 @@ impl Engine for Cpu {
         Ok(self.state.counters[0])
     }
 
-    fn resize(&mut self, array: &'static Array, len: usize) -> Result<()> {
-        self.blocks.forget(&mut self.state, array);
-        self.state.column_mut(array).resize(len);
+    fn resize(&mut self, arrays: &[&'static Array], len: usize) -> Result<()> {
+        for array in arrays {
+            self.blocks.forget(&mut self.state, array);
+            self.state.column_mut(array).resize(len);
+        }
         Ok(())
     }
 

@@ -126,7 +126,7 @@ impl Gpu {
                 0 => {}
                 len => {
                     if len != gpu.arrays.len(array) {
-                        gpu.resize(array, len)?;
+                        gpu.resize(&[array], len)?;
                     }
                     gpu.write(&[array], 0, state)?;
                 }
@@ -347,18 +347,21 @@ impl Engine for Gpu {
         Ok(Counters::take(self.model.dims(), &mut layout.decode(&bytes, &self.units[&array::COUNTERS])))
     }
 
-    fn resize(&mut self, array: &'static Array, len: usize) -> Result<()> {
+    fn resize(&mut self, resized: &[&'static Array], len: usize) -> Result<()> {
         let Gpu { device, arrays, model, compiled: Compiled { stages, kernels, possible, .. }, .. } = self;
-        let changes = possible.changes(device, arrays.layouts(), array.length, len, arrays.placements());
-        if !changes.is_empty() {
-            changes.iter().for_each(|(array, placement)| arrays.place(array, *placement));
+        let moved = resized.iter().filter_map(|array| {
+            let known = arrays.placements()[array];
+            let suited = possible.suited(device, arrays.layouts(), array, len, known);
+            (suited != known).then_some((*array, suited))
+        });
+        let moved: Vec<_> = moved.collect();
+        if !moved.is_empty() {
+            arrays.place(moved);
             *kernels = compiled(device, model, stages, arrays.placements())?;
-            let others = changes.into_iter().map(|(changed, _)| changed).filter(|changed| *changed != array);
-            others.filter(|array| (array.needed)(model)).try_for_each(|a| arrays.allocate(device, a, len))?;
         }
-        let old = self.arrays.serials();
-        self.arrays.allocate(&self.device, array, len)?;
-        let gone: Vec<u64> = old.difference(&self.arrays.serials()).copied().collect();
+        let old = arrays.serials();
+        arrays.allocate(device, resized, len)?;
+        let gone: Vec<u64> = old.difference(&arrays.serials()).copied().collect();
         self.forget_groups(&gone);
         Ok(())
     }

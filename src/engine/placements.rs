@@ -3,11 +3,11 @@
 use super::programs::Layouts;
 use crate::{
     error::{Error, Result},
-    gpu::{Arrays, Binding, Device, Parts, Placement, Program},
+    gpu::{Arrays, Binding, Device, Pack, Parts, Placement, Program},
     plan::Op,
     plans::Plans,
     stage::Stage,
-    state::{ARRAYS, Array, Length, Sizes},
+    state::{ARRAYS, Array, Sizes},
 };
 use std::collections::{HashMap, HashSet};
 
@@ -73,7 +73,7 @@ impl Possible {
         let (needed, allowed) = (self.storage_buffers, device.summary.max_arrays);
         if needed > allowed && device.options.arrays == Arrays::Buffers {
             return Err(Error::Device(format!(
-                "kernels use up to {needed} storage buffers, but {} allows {allowed}; use --arrays packed",
+                "kernels need up to {needed} storage buffers, but {} allows {allowed}; use --arrays packed",
                 device.summary.name
             )));
         }
@@ -81,21 +81,34 @@ impl Possible {
             Arrays::Buffers => HashMap::new(),
             Arrays::Images => images()?,
             Arrays::Packed => all(&self.packed, Placement::Packed),
-            Arrays::Auto => match device.images.then(images) {
-                Some(Ok(placements)) => placements,
-                _ if needed > allowed => all(&self.packed, Placement::Packed),
-                _ => HashMap::new(),
-            },
+            Arrays::Auto if needed > allowed => all(&self.packed, Placement::Packed),
+            Arrays::Auto => device.images.then(images).and_then(Result::ok).unwrap_or_default(),
         };
         for array in ARRAYS {
             let known = placements.get(array).copied().unwrap_or_default();
             placements.insert(array, self.suited(device, layouts, array, sizes.of(array.length), known));
         }
+        let buffers = |stage: &Stage, binding: &Binding| match stage.array(&binding.name).map(|a| placements[a]) {
+            Some(Placement::Image | Placement::Packed) | None => 0,
+            Some(Placement::Buffer) => 1,
+            Some(Placement::Parts(parts)) => parts.count,
+        };
+        for (stage, program) in programs {
+            let packs = placements.values().any(|p| *p == Placement::Packed).then_some(Pack::ALL.len()).unwrap_or(0);
+            let needed = packs + program.bindings.iter().map(|b| buffers(stage, b)).sum::<usize>();
+            if needed > allowed as usize {
+                return Err(Error::Device(format!(
+                    "kernel `{}` needs {needed} storage buffers of at most {} bytes, but {} allows {allowed}; use fewer \
+                     grains or --engine cpu",
+                    stage.name, device.summary.max_array_bytes, device.summary.name
+                )));
+            }
+        }
         Ok(placements)
     }
 
     /// Where an array can lie that would be too long for where it lies now.
-    fn suited(
+    pub fn suited(
         &self,
         device: &Device,
         layouts: &Layouts,
@@ -111,20 +124,6 @@ impl Possible {
             (_, Some(needed)) if self.parts.contains(array) => Placement::Parts(needed),
             _ => Placement::Buffer,
         }
-    }
-
-    /// Which arrays of a kind of length have to lie elsewhere, if they become so long.
-    pub fn changes(
-        &self,
-        device: &Device,
-        layouts: &Layouts,
-        kind: Length,
-        len: usize,
-        placements: &HashMap<&'static Array, Placement>,
-    ) -> Vec<(&'static Array, Placement)> {
-        let of_kind = ARRAYS.iter().filter(|array| array.length == kind);
-        let placed = of_kind.map(|array| (*array, self.suited(device, layouts, array, len, placements[array])));
-        placed.filter(|(array, placement)| *placement != placements[array]).collect()
     }
 }
 
@@ -154,7 +153,7 @@ mod tests {
     use crate::{
         engine::programs::{layouts_of, programs, programs_with},
         model::{Boundary, Dimension, Grains, Materials, Model, Precision, Walls},
-        state::present,
+        state::{Length, present},
     };
 
     /// WebGPU's default for kernels.

@@ -42,9 +42,9 @@ pub enum Arrays {
     Auto,
     /// A storage buffer each; several where one would be longer than a kernel may see.
     Buffers,
-    /// Storage images where the kernels allow it.
+    /// Storage images where the kernels allow it; on software drivers only.
     Images,
-    /// In two storage buffers that all share, where the kernels allow it.
+    /// In two storage buffers that all share, where the kernels allow it; `--checks on` holds indices within these.
     Packed,
 }
 
@@ -140,7 +140,7 @@ fn summary(adapter: &wgpu::Adapter, restrictions: &Restrictions) -> AdapterSumma
 }
 
 /// Whether loads from buffers are slow: lavapipe's are a loop over lanes before Mesa 25, and with images the published
-/// bed steps 1.3 times as fast; from then on buffers are as fast.
+/// bed steps about twice as fast; from then on buffers are as fast.
 fn loads_lane_by_lane(driver: &str) -> bool {
     let version = driver.split_once("Mesa ").and_then(|(_, version)| version.split('.').next()?.parse::<u32>().ok());
     version.is_some_and(|major| major < 25)
@@ -201,10 +201,12 @@ impl Device {
         let summary = summary(&adapter, &restrictions);
         let software = adapter.get_info().device_type == DeviceType::Cpu;
         let wide = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
-        // Only Vulkan promises that an invocation reads back what it wrote to an image.
-        let able = adapter.features().contains(wide) && adapter.get_info().backend == wgpu::Backend::Vulkan;
+        // Only Vulkan promises that an invocation reads back what it wrote to an image, and only on software drivers do
+        // barriers of buffers hold for images too.
+        let vulkan = adapter.get_info().backend == wgpu::Backend::Vulkan;
+        let able = software && vulkan && adapter.features().contains(wide);
         let images = match arrays {
-            Arrays::Auto => able && software && loads_lane_by_lane(&summary.driver),
+            Arrays::Auto => able && loads_lane_by_lane(&summary.driver),
             Arrays::Images if !able => {
                 let message = format!("{} has no images for arrays; use --arrays buffers", summary.name);
                 return Err(Error::Device(message));

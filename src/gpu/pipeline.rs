@@ -30,7 +30,7 @@ impl Device {
         let storage = program.bindings.iter().filter(|b| b.resource.is_storage_buffer()).count() as u32;
         if storage > self.summary.max_arrays {
             return Err(Error::Device(format!(
-                "kernel `{label}` uses {storage} storage buffers, but {} allows {}",
+                "kernel `{label}` uses {storage} storage buffers, but {} allows {}; use --engine cpu",
                 self.summary.name, self.summary.max_arrays
             )));
         }

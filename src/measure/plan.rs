@@ -4,6 +4,7 @@ use super::*;
 use crate::{
     model::{Grains, Model},
     plan::*,
+    state::array::WORKS,
 };
 
 /// Sums for a row of the history.
@@ -14,6 +15,11 @@ pub fn sums(model: &Model) -> Plan {
 /// Dissipation and works of a step, before it.
 pub fn works(model: &Model) -> Plan {
     plan([run(&ADD_WORKS), run(&ADD_WORKS_OF_CLUMPS).when(model.grains == Grains::Clumps)]).when(model.works)
+}
+
+/// Their sums, once the host has them.
+pub fn forget_works(model: &Model) -> Plan {
+    clear([&WORKS]).when(model.works)
 }
 
 /// Velocities at step n, in `velocity_next` and `spin_next`.

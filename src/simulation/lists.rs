@@ -19,6 +19,9 @@ const BOLDNESS: f64 = 0.8;
 /// The smallest margin, in mean radii: less of it would make lists hardly shorter.
 const SMALLEST_MARGIN: f64 = 0.1;
 
+/// The numbers of entries, and of what is a slice beyond the last, are less than what a sum of counts ends with that is
+/// too large.
+const MOST_ENTRIES: usize = u32::MAX as usize - 1024;
 /// Devices round short buffers up, and kernels ask how long they are.
 pub const LEAST_LENGTH: usize = 16;
 
@@ -79,11 +82,10 @@ fn wall_displacement(assembly: &Assembly, p: &Params) -> Result<f64> {
 /// # Errors
 /// [`Error::Device`] if kernels could not number them.
 fn with_room(needed: u32) -> Result<usize> {
-    let most = u32::MAX as usize;
-    if needed as usize >= most - LEAST_LENGTH {
-        return Err(Error::Device("scene too large: its neighbour lists need 2^32 entries or more".to_owned()));
+    if needed as usize > MOST_ENTRIES {
+        return Err(Error::Device(format!("scene too large: it needs lists of more than {MOST_ENTRIES} entries")));
     }
-    Ok((needed as usize + needed as usize / 32 + LEAST_LENGTH).min(most))
+    Ok((needed as usize + needed as usize / 32 + LEAST_LENGTH).min(MOST_ENTRIES))
 }
 
 impl NeighbourLists {
@@ -302,7 +304,8 @@ impl NeighbourLists {
 /// Give all arrays of a kind of length another one; their content is lost.
 pub fn resize(runner: &mut Runner, kind: Length, len: usize) -> Result<()> {
     let of_kind = |a: &&&'static Array| a.length == kind && (a.needed)(&runner.state.model);
-    ARRAYS.iter().filter(of_kind).try_for_each(|array| runner.engine.resize(array, len))
+    let arrays: Vec<_> = ARRAYS.iter().filter(of_kind).copied().collect();
+    runner.engine.resize(&arrays, len)
 }
 
 /// Walks the plan of lists.
@@ -377,8 +380,8 @@ mod tests {
     #[test]
     fn lists_are_at_most_as_long_as_kernels_can_count() {
         assert_eq!(with_room(1 << 31).unwrap(), (1 << 31) + (1 << 26) + LEAST_LENGTH);
-        assert_eq!(with_room(u32::MAX - 1000).unwrap(), u32::MAX as usize);
+        assert_eq!(with_room(u32::MAX - 2000).unwrap(), MOST_ENTRIES);
         // What a prefix sum ends with that has exceeded the largest number.
-        assert!(with_room(u32::MAX).unwrap_err().to_string().contains("2^32 entries"));
+        assert!(with_room(u32::MAX).unwrap_err().to_string().contains("entries"));
     }
 }

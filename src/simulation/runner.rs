@@ -82,18 +82,6 @@ impl Runner {
         Ok(())
     }
 
-    /// Make so many elements of arrays zero, those of them that there are.
-    pub fn write_zeros(&mut self, arrays: &[&'static Array], len: usize) -> Result<()> {
-        let arrays = present(&self.state.model, arrays);
-        self.state.release(&arrays);
-        for first in (0..len).step_by(PIECE) {
-            arrays.iter().for_each(|array| self.state.column_mut(array).resize(PIECE.min(len - first)));
-            self.engine.write(&arrays, first, &self.state)?;
-        }
-        self.state.release(&arrays);
-        Ok(())
-    }
-
     /// An error if the device says that a grain is lost.
     pub fn check_lost(&mut self, counters: &Counters) -> Result<()> {
         match counters.lost_body {

@@ -33,7 +33,7 @@ impl Simulation {
         let sample = Sample::new(self.step(), self.time(), free, &self.runner.state.partial_sums);
         let Some(solved) = self.solver_statistics() else {
             return match &mut self.works {
-                Some(works) => works.complete(&mut self.runner, sample),
+                Some(works) => works.complete(&mut self.runner, &self.plans.forget_works, sample),
                 None => Ok(sample),
             };
         };
@@ -147,7 +147,7 @@ impl Simulation {
         let bodies = self.runner.state.sizes.bodies;
         let rotating = self.runner.state.model.rotation == Rotation::Sphere;
         let arrays: &[&'static Array] = if rotating { &[&FORCE, &TORQUE] } else { &[&FORCE] };
-        arrays.iter().try_for_each(|array| self.runner.engine.resize(array, bodies))?;
+        self.runner.engine.resize(arrays, bodies)?;
         self.runner.execute_plan(&self.plans.forces)?;
         let mut forces = vec![(DVec3::ZERO, DVec3::ZERO); bodies];
         self.runner.read_pieces(&[arrays, &[&ID]].concat(), bodies, |_, s| {
@@ -155,7 +155,7 @@ impl Simulation {
                 forces[*id as usize] = (s.force[i], s.torque.get(i).map_or(DVec3::ZERO, |t| t.0));
             }
         })?;
-        arrays.iter().try_for_each(|array| self.runner.engine.resize(array, 1))?;
+        self.runner.engine.resize(arrays, 1)?;
         Ok(forces)
     }
 

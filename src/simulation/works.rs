@@ -5,6 +5,7 @@ use super::runner::Runner;
 use crate::{
     error::Result,
     measure::Sample,
+    plan::Plan,
     state::{Works, array::WORKS},
 };
 
@@ -27,17 +28,17 @@ fn powers(sample: &Sample) -> Works {
 
 impl Totals {
     /// At time 0.
-    pub fn start(runner: &mut Runner, sample: &Sample) -> Result<Totals> {
-        runner.write_zeros(&[&WORKS], runner.state.sizes.bodies)?;
+    pub fn start(runner: &mut Runner, forget: &Plan, sample: &Sample) -> Result<Totals> {
+        runner.execute_plan(forget)?;
         Ok(Totals { first: powers(sample), ..Totals::default() })
     }
 
     /// If it is time to take over what the device has added up.
-    pub fn keep_up(&mut self, runner: &mut Runner) -> Result<()> {
-        if runner.step < self.step + STEPS { Ok(()) } else { self.collect(runner) }
+    pub fn keep_up(&mut self, runner: &mut Runner, forget: &Plan) -> Result<()> {
+        if runner.step < self.step + STEPS { Ok(()) } else { self.collect(runner, forget) }
     }
 
-    fn collect(&mut self, runner: &mut Runner) -> Result<()> {
+    fn collect(&mut self, runner: &mut Runner, forget: &Plan) -> Result<()> {
         let bodies = runner.state.sizes.bodies;
         runner.read_pieces(&[&WORKS], bodies, |_, s| {
             for of_body in &s.works {
@@ -46,7 +47,7 @@ impl Totals {
                 self.sum.fixed += of_body.fixed;
             }
         })?;
-        runner.write_zeros(&[&WORKS], bodies)?;
+        runner.execute_plan(forget)?;
         self.step = runner.step;
         Ok(())
     }
@@ -54,8 +55,8 @@ impl Totals {
     /// The sample with the works up to its step. A step's forces act from half a step before to half a step after its
     /// positions, so half of the first step was before time 0, and half of the next one is before this sample. What it
     /// finds to have slid since the step before is all before this sample.
-    pub fn complete(&mut self, runner: &mut Runner, sample: Sample) -> Result<Sample> {
-        self.collect(runner)?;
+    pub fn complete(&mut self, runner: &mut Runner, forget: &Plan, sample: Sample) -> Result<Sample> {
+        self.collect(runner, forget)?;
         let (sum, first, now) = (self.sum, self.first, powers(&sample));
         let half = 0.5 * runner.state.params.dt;
         let slid = half * sample.sliding;
