@@ -62,8 +62,11 @@ pub struct Description {
 }
 
 impl Description {
-    /// Bytes of the column without its checksum; None if no file can be as long.
+    /// Bytes of the column without its checksum; None if no file can be as long, or there is nothing in a row.
     fn bytes(&self) -> Option<u64> {
+        if self.components == 0 {
+            return None;
+        }
         let of_number = match &*self.number {
             f64::TYPE => f64::BYTES,
             u32::TYPE => u32::BYTES,
@@ -119,26 +122,33 @@ struct Header<A> {
 pub fn write(out: &mut impl Write, about: &impl Serialize, columns: &[Column]) -> io::Result<()> {
     let descriptions = columns.iter().map(|column| column.description.clone()).collect();
     let header = serde_json::to_vec(&Header { about, columns: descriptions })?;
-    let mut hasher = Hasher::new();
-    let mut hashed = |hasher: &mut Hasher, bytes: &[u8]| {
-        hasher.update(bytes);
-        out.write_all(bytes)
-    };
-    for part in [&MAGIC[..], &VERSION.to_le_bytes(), &(header.len() as u32).to_le_bytes(), &header] {
-        hashed(&mut hasher, part)?;
+    if header.len() > LONGEST_HEADER as usize {
+        return Err(io::Error::other(format!(
+            "names take {} bytes, {LONGEST_HEADER} at most are written",
+            header.len()
+        )));
     }
+    let head = [&MAGIC[..], &VERSION.to_le_bytes(), &(header.len() as u32).to_le_bytes(), &header].concat();
+    out.write_all(&head)?;
+    out.write_all(&crc32fast::hash(&head).to_le_bytes())?;
     for column in columns {
-        let checksum = std::mem::take(&mut hasher).finalize();
-        hashed(&mut Hasher::new(), &checksum.to_le_bytes())?;
-        (column.encode)(&mut |block| hashed(&mut hasher, block))?;
+        let mut hasher = Hasher::new();
+        (column.encode)(&mut |block| {
+            hasher.update(block);
+            out.write_all(block)
+        })?;
+        out.write_all(&hasher.finalize().to_le_bytes())?;
     }
-    out.write_all(&hasher.finalize().to_le_bytes())
+    Ok(())
 }
 
-/// Whether there is a file that begins as these do.
+/// Whether there is a file that begins as these do, even if it has been changed as text since. What can be read only
+/// once, as a pipe, is left alone.
 pub fn is_container(path: &Path) -> bool {
-    let mut begin = [0; MAGIC.len()];
-    File::open(path).is_ok_and(|mut file| file.read_exact(&mut begin).is_ok()) && begin == MAGIC
+    let mut begin = [0; 5];
+    path.is_file()
+        && File::open(path).is_ok_and(|mut file| file.read_exact(&mut begin).is_ok())
+        && begin == MAGIC[..begin.len()]
 }
 
 /// A file whose header has been read.
@@ -330,6 +340,17 @@ mod tests {
             let known = ["is damaged", "is cut off", "is no binary file", "has version"];
             assert!(known.iter().any(|part| message.contains(part)), "bit {bit} of byte {at}: {message}");
         }
+    }
+
+    /// A row without numbers would make any number of rows fit.
+    #[test]
+    fn no_number_of_rows_comes_from_nothing() {
+        let header = json!({ "columns": [{ "name": "n", "type": "float64", "components": 0, "rows": 1_u64 << 60, "unit": "" }] });
+        let header = serde_json::to_vec(&header).unwrap();
+        let head = [&MAGIC[..], &VERSION.to_le_bytes(), &(header.len() as u32).to_le_bytes(), &header].concat();
+        let message =
+            content(&[&head[..], &crc32fast::hash(&head).to_le_bytes(), &[0; 4]].concat()).unwrap_err().to_string();
+        assert!(message.contains("column \"n\" is of a type or length"), "{message}");
     }
 
     #[test]

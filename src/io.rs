@@ -93,32 +93,35 @@ impl Results {
     }
 
     /// Everything that is written once, at the end. With clumps `final.csv` has them, and `members.csv` their members.
+    /// What can be written is, whatever cannot.
     pub fn finish(mut self, summary: &Summary, moment: &Moment) -> Result<()> {
-        self.history.finish()?;
+        let mut result = self.history.finish();
+        let mut also = |written: Result<()>| result = std::mem::replace(&mut result, Ok(())).and(written);
         let Moment { grains, clumps, .. } = *moment;
+        if self.output.bin {
+            also(self.write_bin(FINAL_BIN, moment));
+        }
+        if self.output.csv {
+            let grains_file = if clumps.is_empty() { FINAL } else { MEMBERS };
+            also(csv::write_grains(&self.folder.join(grains_file), grains, &self.materials));
+        }
+        if self.output.csv && !clumps.is_empty() {
+            also(csv::write_clumps(&self.folder.join(FINAL), clumps, &self.shapes, &self.materials));
+        }
+        also(write(&self.folder.join(SUMMARY), |file| {
+            serde_json::to_writer_pretty(&mut *file, summary)?;
+            writeln!(file)
+        }));
         if self.output.vtp {
             if self.snapshots.last().is_none_or(|(step, _)| *step != moment.step) {
-                self.write_vtp(&snapshot_name(self.snapshots.len(), "vtp"), moment)?;
+                also(self.write_vtp(&snapshot_name(self.snapshots.len(), "vtp"), moment));
                 self.snapshots.push((moment.step, moment.time));
             }
             let file = |(number, (_, time)): (usize, &(u64, f64))| (*time, snapshot_name(number, "vtp"));
             let series: Vec<_> = self.snapshots.iter().enumerate().map(file).collect();
-            write(&self.folder.join(SERIES), |file| vtp::write_series(file, &series))?;
+            also(write(&self.folder.join(SERIES), |file| vtp::write_series(file, &series)));
         }
-        if self.output.bin {
-            self.write_bin(FINAL_BIN, moment)?;
-        }
-        if self.output.csv {
-            let grains_file = if clumps.is_empty() { FINAL } else { MEMBERS };
-            csv::write_grains(&self.folder.join(grains_file), grains, &self.materials)?;
-        }
-        if self.output.csv && !clumps.is_empty() {
-            csv::write_clumps(&self.folder.join(FINAL), clumps, &self.shapes, &self.materials)?;
-        }
-        write(&self.folder.join(SUMMARY), |file| {
-            serde_json::to_writer_pretty(&mut *file, summary)?;
-            writeln!(file)
-        })
+        result
     }
 
     fn write_vtp(&self, name: &str, moment: &Moment) -> Result<()> {

@@ -278,7 +278,8 @@ impl Run {
     }
 
     fn snapshot(&mut self) -> packstone::Result<()> {
-        let (grains, clumps) = (self.simulation.grains()?, self.simulation.clumps()?);
+        let grains = self.simulation.grains()?;
+        let clumps = if self.simulation.assembly().output.bin { self.simulation.clumps()? } else { Vec::new() };
         let (step, time) = (self.simulation.step(), self.simulation.time());
         self.results.snapshot(&Moment { step, time, grains: &grains, clumps: &clumps })
     }

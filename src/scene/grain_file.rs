@@ -6,7 +6,7 @@ use super::shape::Shapes;
 use super::table::Options;
 use super::{Clump, Grain, Material, Shape};
 use crate::container::{self, Column, Container};
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 use std::{io, path::Path};
@@ -121,6 +121,7 @@ pub(super) fn read(path: &Path, options: &Options, shapes: &mut Shapes, check: &
         material: 0,
         fixed: false,
     };
+    memory::check_host(memory::of_grains(count))?;
     let mut grains = vec![none; count as usize];
     file.vectors("position", &mut grains, |grain, x| grain.position = options.scale * x)?;
     file.vectors("velocity", &mut grains, |grain, v| grain.velocity = v)?;
@@ -158,7 +159,9 @@ pub(super) fn read(path: &Path, options: &Options, shapes: &mut Shapes, check: &
         }
         let key = || format!("{}: row {k}: shape", path.display());
         let shape = shapes.named(key, &names(&file.about.shapes, pose.shape))?;
-        *pose = Pose { shape, orientation: q.normalize() };
+        // What is a unit quaternion to rounding keeps its bits.
+        let unit = (q.length_squared() - 1.0).abs() <= 4.0 * f64::EPSILON;
+        *pose = Pose { shape, orientation: if unit { q } else { q.normalize() } };
     }
     Ok(Placed { grains, poses: Some(poses) })
 }

@@ -97,7 +97,8 @@ impl Runner {
         self.read(&arrays)?;
         let dt = self.state.params.dt;
         let reason = stops::reason(&self.state, self.state.params.bodies - mark, &self.known);
-        self.state.release(&arrays);
+        // The mirror has walls at all times.
+        self.state.release(&arrays.into_iter().filter(|array| **array != WALL).collect::<Vec<_>>());
         Ok(Error::Run { step, time: step as f64 * dt, reason })
     }
 }
