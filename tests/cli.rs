@@ -1,9 +1,6 @@
 //! The program as its users see it: arguments in; files, words and exit codes out.
 
-use packstone::{
-    io::{self, csv::GrainRow},
-    scene::Scene,
-};
+use packstone::{io, scene::Scene};
 use serde_json::Value;
 use std::{
     fs,
@@ -273,11 +270,10 @@ fn clumps_come_back_from_binary_files_as_from_tables() {
     assert_eq!(table.clumps.len(), scene.assemble().unwrap().clumps.len());
     assert_eq!(table, binary);
     assert_ne!(read("snapshot_000000.bin"), binary);
-    let (mut rows, members) =
-        (["members.csv", "final.bin"]).map(|file| io::read_rows(&place.path("out/scene").join(file)).unwrap()).into();
-    let all = |row: &mut GrainRow| (row.wx, row.wy, row.wz, row.material) = (0.0, 0.0, 0.0, String::new());
-    rows.iter_mut().for_each(all);
-    assert_eq!(rows, members);
+    let rows = |file: &str| io::read_rows(&place.path("out/scene").join(file)).unwrap();
+    let mut members = rows("members.csv");
+    members.iter_mut().for_each(|row| (row.wx, row.wy, row.wz, row.material) = (0.0, 0.0, 0.0, String::new()));
+    assert_eq!(members, rows("final.bin"));
 }
 
 /// A file that a full disk or a hasty hand has spoilt stops a scene before it begins.

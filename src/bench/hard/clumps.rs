@@ -4,12 +4,11 @@ use super::common::*;
 use super::figure::{Figure, Length, worse};
 use super::scenes::changed_scene;
 use crate::{
-    body::grains,
     measure::packing_fraction,
     scene::{Assembly, Clump, Shape},
     state::{array, present},
 };
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 
 /// Of unlike sizes, so that a body about none of its axes tumbles.
 const MOMENTS: DVec3 = DVec3::new(1.0, 2.0, 3.0);
@@ -40,10 +39,10 @@ pub fn free_body(bench: Bench, length: Length) -> Vec<Figure> {
     for _ in 0..10 {
         simulation.advance(steps / 10).unwrap();
         let (e, l) = state(&simulation.clumps().unwrap()[0]);
-        let kept =
-            present(simulation.model(), &[&array::ORIENTATION, &array::ORIENTATION_LOW, &array::ORIENTATION_REST]);
+        let kept = present(simulation.model(), &[&array::ORIENTATION, &array::ORIENTATION_LOW]);
         let s = simulation.read(&kept).unwrap();
-        norm = worse(norm, grains::clump(s, 0).orientation.length() - 1.0);
+        let attitude = s.orientation[0].0 + s.orientation_low.first().map_or(DVec4::ZERO, |low| low.0);
+        norm = worse(norm, attitude.length() - 1.0);
         energies = worse(energies, e / energy - 1.0);
         lengths = worse(lengths, l.length() / momentum.length() - 1.0);
         directions = worse(directions, l.angle_between(momentum));
