@@ -212,3 +212,51 @@ fn bucket(place: [i64; 3], len: usize) -> usize {
         (place[1] as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (place[2] as u64).wrapping_mul(0xC2B2_AE3D_27D4_EB4F);
     ((row >> 20).wrapping_add(place[0] as u64) as usize) & (len - 1)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    /// Every two of random spheres that overlap are seen, of one size and of many, in open space and where two, three or
+    /// more cells fit between periodic faces, also of spheres beyond these.
+    #[test]
+    fn all_pairs_that_overlap_are_seen() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        for (sides, largest) in [(DVec3::splat(4.1), 1.0), (DVec3::new(4.1, 6.1, 11.0), 1.0), (DVec3::splat(20.0), 8.0)]
+        {
+            for (dimension, periodic) in [(2, [false; 3]), (2, [true, true, false]), (3, [false; 3]), (3, [true; 3])] {
+                for smallest in [1.0, 0.1] {
+                    let domain = Domain { lower: DVec3::ZERO, upper: sides, periodic };
+                    let sphere = |_| {
+                        let mut x = DVec3::from_array(std::array::from_fn(|k| rng.random_range(-0.2..1.2) * sides[k]));
+                        x.z *= f64::from(u8::from(dimension == 3));
+                        (x, largest * rng.random_range(0.9 * smallest..=smallest))
+                    };
+                    let count = if smallest == 1.0 { 40 } else { 300 };
+                    let mut spheres: Vec<(DVec3, f64)> = (0..count).map(sphere).collect();
+                    spheres.iter_mut().take(5).for_each(|(_, radius)| *radius = largest);
+                    let of = |i: usize, j: usize| {
+                        let ((a, r), (b, s)) = (spheres[i], spheres[j]);
+                        r + s > domain.nearest(a - b).length()
+                    };
+                    let every = (0..count).flat_map(|i| (0..i).map(move |j| (j, i)));
+                    let expected: BTreeSet<_> = every.filter(|(i, j)| of(*i, *j)).collect();
+                    let all = Neighbours::of(domain, dimension, spheres.clone());
+                    let mut seen = BTreeSet::new();
+                    for (i, (x, radius)) in spheres.iter().enumerate() {
+                        all.find_overlap(*x, *radius, true, |j, _| {
+                            if i != j {
+                                seen.insert((i.min(j), i.max(j)));
+                            }
+                            false
+                        });
+                    }
+                    assert!(expected.len() > 20);
+                    assert_eq!(seen, expected, "{dimension}D, {periodic:?}, {sides}, from {smallest} on");
+                }
+            }
+        }
+    }
+}
