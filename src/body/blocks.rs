@@ -25,11 +25,7 @@ pub fn by_entry_of<'a, T: Send>(array: &'a mut [T], list_start: &[u32], sizes: &
 }
 
 /// The same for an array over the history, which may be too short.
-pub fn by_history<'a, T: Send>(
-    array: &'a mut [T],
-    history_start: &[u32],
-    bodies: usize,
-) -> vec::IntoIter<&'a mut [T]> {
+pub fn by_history<'a, T: Send>(array: &'a mut [T], history_start: &[u32], bodies: usize) -> vec::IntoIter<&'a mut [T]> {
     let len = array.len();
     runs(array, bodies, |i| (history_start[i] as usize).min(len))
 }

@@ -346,7 +346,8 @@ impl Block {
         let of_pair = |(is_active, entries): (&bool, &[u32; 2])| {
             u32::from(*is_active) * entries.iter().map(|entry| u32::from(*entry != NONE)).sum::<u32>()
         };
-        let of_single = |one: &Single| u32::from(one.is_active) * if one.other as usize >= s.sizes.bodies { 2 } else { 1 };
+        let of_single =
+            |one: &Single| u32::from(one.is_active) * if one.other as usize >= s.sizes.bodies { 2 } else { 1 };
         self.is_active.as_flattened().iter().zip(&self.entries).map(of_pair).sum::<u32>()
             + self.single.iter().map(of_single).sum::<u32>()
     }

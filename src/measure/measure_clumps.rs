@@ -1,10 +1,7 @@
 //! Twin of `shaders/measure/measure_clumps.wgsl`: what free clumps add to the sums over their members.
 
 use crate::measure::body_sums::add_energies;
-use crate::{
-    measure::energies::energies_of_clump,
-    state::State,
-};
+use crate::{measure::energies::energies_of_clump, state::State};
 use rayon::prelude::*;
 
 pub fn measure_clumps(s: &mut State) {

@@ -32,8 +32,7 @@ fn check_displacements(s: &mut State) {
         (displacement.to_bits(), (coordinate as f32).to_bits())
     };
     let bodies = s.displacement.par_iter().zip(&s.position);
-    let (displacement, coordinate) =
-        bodies.map(of_body).reduce(|| (0, 0), |a, b| (a.0.max(b.0), a.1.max(b.1)));
+    let (displacement, coordinate) = bodies.map(of_body).reduce(|| (0, 0), |a, b| (a.0.max(b.0), a.1.max(b.1)));
     s.counters[0].max_coordinate = s.counters[0].max_coordinate.max(coordinate);
     s.counters[0].max_displacement = s.counters[0].max_displacement.max(displacement);
 }

@@ -27,8 +27,8 @@ use crate::{
         },
     },
     state::{
-        ARRAYS, Column, Length, Level, Orientation, Packed, Params, Position, PositionLow,
-        RotationIterations, Sizes, Spin, State, Velocity, VelocityLow, Wall, present,
+        ARRAYS, Column, Length, Level, Orientation, Packed, Params, Position, PositionLow, RotationIterations, Sizes,
+        Spin, State, Velocity, VelocityLow, Wall, present,
     },
     time_step,
     units::{Quantity, Units, power_of_two},
