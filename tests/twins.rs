@@ -311,8 +311,16 @@ fn steps_are_those_of_the_twins(scene: &Assembly) {
     let mut engine = Cpu::new(state.clone());
     let ops =
         [plans.lists.ops(), plans.start.ops(), plans.motion.ops(), plans.motion.ops(), plans.motion.ops()].concat();
-    // The history of a step is asked for by the sums after it.
-    for ops in [ops, plans.sums.ops(), plans.motion.ops(), plans.lists.ops(), plans.motion.ops()] {
+    // The history of a step is asked for by the sums after it. A chunk has works, and what the host is told, besides.
+    for ops in [
+        ops,
+        plans.sums.ops(),
+        plans.motion.ops(),
+        plans.lists.ops(),
+        plans.motion.ops(),
+        plans.sums.ops(),
+        plans.chunk.ops(),
+    ] {
         let params = state.params;
         engine.execute(&params, &ops).unwrap();
         ops.iter().for_each(|op| apply(op, &mut state));
