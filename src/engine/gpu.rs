@@ -66,7 +66,7 @@ impl Gpu {
     /// Compile the plans' kernels and allocate the model's arrays: as `state` has them, or zero where it has none.
     ///
     /// # Errors
-    /// [`Error::Device`] if the arrays do not fit, [`Error::Shader`] if a kernel does not compile.
+    /// [`Error::Lacking`] if the arrays do not fit, [`Error::Shader`] if a kernel does not compile.
     pub fn new(device: Device, plans: &Plans, state: &State) -> Result<Gpu> {
         let model = &state.model;
         let stages = plans.stages();
@@ -87,7 +87,7 @@ impl Gpu {
     /// Another one on the same device and with the same kernels, filled with the content of another state of the model.
     ///
     /// # Errors
-    /// [`Error::Device`] if the arrays do not fit.
+    /// [`Error::Lacking`] if the arrays do not fit.
     pub fn beside(&self, state: &State) -> Result<Gpu> {
         let kernels = self.compiled.kernels.iter();
         let kernels = kernels.map(|(stage, kernel)| (*stage, Kernel { groups: Vec::new(), ..kernel.clone() }));
@@ -109,7 +109,10 @@ impl Gpu {
         let of = |quantities: Vec<Quantity>| quantities.into_iter().map(|q| state.units.of(q)).collect::<Vec<_>>();
         let needed = present(&model, ARRAYS);
         let total: u64 = bytes(&model, &layouts, &state.sizes).map(|(_, b)| b).sum();
-        let of_total = |e| Error::Device(format!("scene too large, it needs {total} bytes in all: {e}"));
+        let of_total = |e| match e {
+            Error::Lacking(e) => Error::Lacking(format!("scene too large, it needs {total} bytes in all: {e}")),
+            other => other,
+        };
         let mut gpu = Gpu {
             arrays: DeviceArrays::new(&device, layouts, placements, &needed, &state.sizes).map_err(of_total)?,
             device,
@@ -288,7 +291,7 @@ fn check_memory(
     let mut buffers =
         bytes.filter(|(array, _)| placements.get(*array).copied().unwrap_or_default() == Placement::Buffer);
     if let Some((array, need)) = buffers.find(|(_, b)| *b > limit) {
-        return Err(Error::Device(format!(
+        return Err(Error::Lacking(format!(
             "scene too large: array `{}` needs {need} bytes of {total} in all, but {} allows {limit} bytes per array; use \
              fewer grains or --engine cpu",
             array.name, device.summary.name

@@ -81,7 +81,7 @@ fn wall_displacement(assembly: &Assembly, p: &Params) -> Result<f64> {
 fn with_room(needed: u32) -> Result<usize> {
     let most = u32::MAX as usize;
     if needed as usize >= most - LEAST_LENGTH {
-        return Err(Error::Device("scene too large: its neighbour lists need 2^32 entries or more".to_owned()));
+        return Err(Error::Lacking("scene too large: its neighbour lists need 2^32 entries or more".to_owned()));
     }
     Ok((needed as usize + needed as usize / 32 + LEAST_LENGTH).min(most))
 }
