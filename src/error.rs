@@ -11,7 +11,10 @@ pub enum Error {
     /// A frictional contact problem (its file, its numbers, or what is asked of it) is not usable. Exit code 2.
     #[error("{0}")]
     Problem(String),
-    /// The machine cannot do what was asked: no adapter, not enough memory, missing feature. Exit code 2.
+    /// The machine has not what was asked for: no adapter, not enough memory, a missing feature. Exit code 2.
+    #[error("{0}")]
+    Lacking(String),
+    /// The device has failed, or was lost. Exit code 2.
     #[error("{0}")]
     Device(String),
     /// A run had to stop; the last good state is kept.

@@ -1,6 +1,7 @@
 //! The host's memory, asked before anything large is allocated.
 
 use crate::error::{Error, Result};
+use std::{fs, path::Path};
 
 /// Bytes per grain that the host needs besides the arrays of an engine: grains as the scene has them, once more as results
 /// have them, and a grid in which their neighbours are found.
@@ -14,19 +15,101 @@ pub fn of_grains(count: u64) -> u64 {
 /// Refuse what the host's memory cannot hold. Where the system does not tell, everything passes.
 ///
 /// # Errors
-/// [`Error::Device`] with both numbers of bytes.
+/// [`Error::Lacking`] with both numbers of bytes.
 pub fn check_host(need: u64) -> Result<()> {
     match available() {
-        Some(available) if need > available => Err(Error::Device(format!(
+        Some(available) if need > available => Err(Error::Lacking(format!(
             "scene too large: it needs {need} bytes, but {available} bytes of memory are available"
         ))),
         _ => Ok(()),
     }
 }
 
-/// Memory that can be had without swapping, bytes, where the system tells.
+/// Memory that can be had without swapping, bytes, where the system tells: that of the machine, or what control groups
+/// leave of it to this process.
 pub fn available() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find(|l| l.starts_with("MemAvailable:"))?;
-    Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? * 1024)
+    let machine = || {
+        let text = fs::read_to_string("/proc/meminfo").ok()?;
+        Some(entry(&text, "MemAvailable:")? * 1024)
+    };
+    let own = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
+    machine().into_iter().chain(of_groups(Path::new("/sys/fs/cgroup"), &own)).min()
+}
+
+/// The number after a name in a file of names and numbers.
+fn entry(text: &str, name: &str) -> Option<u64> {
+    let words = text.lines().map(str::split_whitespace);
+    let mut values = words.filter_map(|mut words| (words.next() == Some(name)).then(|| words.next()));
+    values.next()??.parse().ok()
+}
+
+/// A control group of memory: its hierarchy, the files with the limit and with what is used, and in `memory.stat` the
+/// part of the latter that is given back for the asking.
+const FILES: [[&str; 4]; 2] = [
+    ["", "memory.max", "memory.current", "inactive_file"],
+    ["memory", "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"],
+];
+
+/// What the groups of a process leave it, bytes, given where they are mounted and what `/proc/self/cgroup` says. Limits of
+/// the groups above hold too, and in a container these may be all that one sees.
+fn of_groups(mount: &Path, own: &str) -> Option<u64> {
+    let left = |folder: &Path, [_, limit, used, reclaimable]: [&str; 4]| -> Option<u64> {
+        let read = |name: &str| fs::read_to_string(folder.join(name)).ok();
+        // `max` is no number.
+        let [limit, used] = [read(limit)?.trim().parse::<u64>().ok()?, read(used)?.trim().parse().ok()?];
+        let reclaimable = read("memory.stat").and_then(|stat| entry(&stat, reclaimable)).unwrap_or(0);
+        Some(limit.saturating_sub(used.saturating_sub(reclaimable)))
+    };
+    let mut least = None;
+    // A line is `number:controllers:/path`.
+    for (controllers, path) in own.lines().filter_map(|line| line.split_once(':')?.1.split_once(':')) {
+        for files in FILES.into_iter().filter(|files| controllers.split(',').any(|name| name == files[0])) {
+            let folders =
+                Path::new(path.trim_start_matches('/')).ancestors().map(|path| mount.join(files[0]).join(path));
+            least = folders.filter_map(|folder| left(&folder, files)).chain(least).min();
+        }
+    }
+    least
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn group(folder: &Path, files: &[(&str, &str)]) {
+        fs::create_dir_all(folder).unwrap();
+        files.iter().for_each(|(name, text)| fs::write(folder.join(name), text).unwrap());
+    }
+
+    #[test]
+    fn the_strictest_control_group_counts() {
+        let folder = tempfile::tempdir().unwrap();
+        let mount = folder.path();
+        assert_eq!(of_groups(mount, "0::/a/b\n"), None);
+        let stat = "anon 700\ninactive_file 250\nactive_file 50\n";
+        group(&mount.join("a/b"), &[("memory.max", "max\n"), ("memory.current", "900\n")]);
+        assert_eq!(of_groups(mount, "0::/a/b\n"), None);
+        group(&mount.join("a"), &[("memory.max", "1500\n"), ("memory.current", "1000\n"), ("memory.stat", stat)]);
+        assert_eq!(of_groups(mount, "0::/a/b\n"), Some(750));
+        group(&mount.join("a/b"), &[("memory.max", "1200\n")]);
+        assert_eq!(of_groups(mount, "0::/a/b\n"), Some(300));
+        // More is in use than a limit that was lowered later allows.
+        group(&mount.join("a/b"), &[("memory.max", "800\n")]);
+        assert_eq!(of_groups(mount, "0::/a/b\n"), Some(0));
+    }
+
+    /// The older kind of groups, in a container that sees its own group as the root.
+    #[test]
+    fn older_control_groups_count_too() {
+        let folder = tempfile::tempdir().unwrap();
+        let files = [
+            ("memory.limit_in_bytes", "4000\n"),
+            ("memory.usage_in_bytes", "3000\n"),
+            ("memory.stat", "inactive_file 1\ntotal_inactive_file 500\n"),
+        ];
+        group(&folder.path().join("memory"), &files);
+        let own = "5:cpu,cpuacct:/docker/1\n4:hugetlb,memory:/docker/1\n0::/\n";
+        assert_eq!(of_groups(folder.path(), own), Some(1500));
+        assert_eq!(of_groups(folder.path(), "5:cpu,cpuacct:/docker/1\n"), None);
+    }
 }

@@ -115,7 +115,7 @@ fn build(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engin
         EngineChoice::Cpu => on_cpu("asked for"),
         EngineChoice::Gpu => on_gpu(),
         EngineChoice::Auto => match on_gpu() {
-            Err(Error::Device(why)) => on_cpu(&why),
+            Err(Error::Lacking(why) | Error::Device(why)) => on_cpu(&why),
             result => result,
         },
     }
@@ -125,7 +125,7 @@ impl Simulation {
     /// Build a scene and bring it to time 0.
     ///
     /// # Errors
-    /// [`Error::Scene`] for what [`Assembly::validate`] refuses and for a time step above the bound, [`Error::Device`] if there is
+    /// [`Error::Scene`] for what [`Assembly::validate`] refuses and for a time step above the bound, [`Error::Lacking`] if there is
     /// no adapter or not enough memory.
     pub fn new(mut assembly: Assembly, options: Options) -> Result<Simulation> {
         assembly.validate()?;

@@ -3,7 +3,7 @@
 use packstone::{
     Error,
     engine::{ALL, Cpu, Engine, Gpu},
-    gpu::{Arrays, Device, DeviceOptions, Placement, Restrictions},
+    gpu::{Arrays, Device, DeviceOptions, Placement, Restrictions, adapters},
     neighbours::SCAN_LISTS,
     plan::Op,
     scene::{Assembly, Scene},
@@ -55,11 +55,12 @@ fn restrictions_hold_for_the_device() {
     let Some(device) = open(restrictions) else { return };
     let limits = device.device.limits();
     assert_eq!((limits.max_storage_buffer_binding_size, limits.max_storage_buffers_per_shader_stage), (1 << 20, 8));
-    let features = device.device.features();
-    assert!(!features.contains(wgpu::Features::TIMESTAMP_QUERY) && !features.contains(wgpu::Features::SUBGROUP));
+    assert!(!device.device.features().contains(wgpu::Features::TIMESTAMP_QUERY));
     let summary = &device.summary;
     assert_eq!((summary.max_array_bytes, summary.max_arrays, summary.timestamps), (1 << 20, 8, false));
+    // They are never asked for, but told of.
     assert!(summary.subgroup.is_none());
+    assert!(adapters()[0].subgroup.is_some(), "no subgroups to take away");
 }
 
 /// Everything there is after some steps, array by array, and how many of these lie like this.

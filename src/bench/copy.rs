@@ -19,7 +19,7 @@ const STRETCH: f64 = 0.05;
 /// Of the processor and its memory with all threads, bytes read and written per second.
 ///
 /// # Errors
-/// [`crate::Error::Device`] if there is no memory for the copy.
+/// [`crate::Error::Lacking`] if there is no memory for the copy.
 pub fn of_host() -> Result<f64> {
     const BLOCK: usize = 1 << 15;
     memory::check_host(2 * BYTES)?;
@@ -38,7 +38,7 @@ pub fn of_host() -> Result<f64> {
 /// copies.
 ///
 /// # Errors
-/// [`crate::Error::Device`] if there is no adapter, or no memory for the copy.
+/// [`crate::Error::Lacking`] if there is no adapter, or no memory for the copy.
 pub fn of_device(options: DeviceOptions) -> Result<[f64; 2]> {
     let device = Device::open(options)?;
     let bytes = BYTES.min(device.summary.max_array_bytes / 256 * 256);

@@ -11,7 +11,7 @@ pub use parts::measure;
 use super::{lattice, trial::scene};
 use crate::{Result, gpu::Restrictions, scene::Assembly};
 use serde::{Deserialize, Serialize};
-use std::fmt;
+use std::{collections::BTreeMap, fmt};
 
 /// What is simulated, for any number of grains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -55,6 +55,10 @@ impl Case {
     }
 }
 
+/// Runs whose bits are compared: in so many processes, so often in each.
+const PROCESSES: [u32; 2] = [1, 2];
+const RUNS: [&str; 2] = ["first", "second"];
+
 /// What one process measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -71,6 +75,14 @@ pub enum Part {
     Speed { case: Case, grains: usize },
     /// The spheres with other settings than the default ones, beside these.
     Variants { grains: usize },
+}
+
+impl Part {
+    /// Whether it is no defect that a machine has not what this takes: packings grow until they do not fit, and few devices
+    /// have f64.
+    pub fn may_lack(self) -> bool {
+        !matches!(self, Part::Adapter | Part::Copies | Part::Check { double: false, .. })
+    }
 }
 
 impl fmt::Display for Part {
@@ -164,7 +176,7 @@ pub struct Speed {
     pub grains: usize,
     /// That were timed at once.
     pub steps: u64,
-    /// From nothing to the first step, s.
+    /// From the scene to the end of the first step, s.
     pub setup_seconds: f64,
     pub ms_per_step: f64,
     /// What the host does of it, besides waiting for the device.
@@ -176,6 +188,8 @@ pub struct Speed {
     pub particle_steps_per_second: f64,
     /// On the device.
     pub bytes_per_grain: f64,
+    /// Where arrays lie there, and how many.
+    pub placements: BTreeMap<String, usize>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -208,6 +222,8 @@ pub enum Outcome {
     Running,
     Done,
     Failed(String),
+    /// The machine has not what it takes, such as memory.
+    Lacking(String),
     /// And why.
     NotRun(String),
 }

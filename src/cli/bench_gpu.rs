@@ -1,8 +1,9 @@
 //! `packstone bench gpu`
 
-use super::common::{INTERRUPTED, STOPPED, complain, say};
+use super::common::{INTERRUPTED, STOPPED, complain, say, warn};
 use super::run::{interrupted, listen};
 use packstone::{
+    Error,
     bench::gpu::{
         Finding, Outcome, Part, PartRecord, Record, measure, report,
         schedule::{Decision, decide, parts},
@@ -11,8 +12,8 @@ use packstone::{
 };
 use std::{
     io::{BufRead, BufReader, Read, Write},
-    path::PathBuf,
-    process::{Child, Command, ExitCode, Stdio},
+    path::{Path, PathBuf},
+    process::{Child, Command, ExitCode, ExitStatus, Stdio},
     sync::mpsc::{Receiver, RecvTimeoutError, channel},
     thread,
     time::{Duration, Instant},
@@ -51,18 +52,25 @@ fn part(text: &str) -> Result<Part, String> {
 
 pub fn gpu(args: &GpuArgs) -> anyhow::Result<ExitCode> {
     let restrictions = args.restrict.unwrap_or_default();
+    // A Ctrl-C reaches the processes of the parts too, which leave it to the one that began them.
+    listen()?;
     if let Some(part) = args.part {
-        measure(part, restrictions, &mut |finding| {
+        let done = measure(part, restrictions, &mut |finding| {
             let text = serde_json::to_string(&finding).expect("plain data is always JSON");
             // Where nobody listens any more, there is nothing to be measured.
             if writeln!(std::io::stdout(), "{text}").is_err() {
                 std::process::exit(STOPPED.into());
             }
-        })?;
-        return Ok(ExitCode::SUCCESS);
+        });
+        return match done {
+            Err(error @ Error::Lacking(_)) => {
+                complain(error);
+                Ok(ExitCode::from(LACKING))
+            }
+            done => Ok(done.map(|()| ExitCode::SUCCESS)?),
+        };
     }
-    std::fs::create_dir_all(&args.out).map_err(|source| packstone::Error::Io { path: args.out.clone(), source })?;
-    listen()?;
+    std::fs::create_dir_all(&args.out).map_err(|source| Error::Io { path: args.out.clone(), source })?;
     let mut record = Record::new(args.minutes, restrictions);
     report::write(&args.out, &record)?;
     let start = Instant::now();
@@ -73,11 +81,11 @@ pub fn gpu(args: &GpuArgs) -> anyhow::Result<ExitCode> {
             Decision::Skip(why) => {
                 PartRecord { part, seconds: 0.0, outcome: Outcome::NotRun(why), findings: Vec::new() }
             }
-            Decision::Run { limit } => run(args, part, limit, &mut record)?,
+            Decision::Run { limit } => run(args, part, limit, &mut record),
         };
         eprintln!("{}", line(&own));
         record.parts.push(own);
-        report::write(&args.out, &record)?;
+        write(&args.out, &record);
     }
     record.finished = !interrupted();
     report::write(&args.out, &record)?;
@@ -91,59 +99,111 @@ pub fn gpu(args: &GpuArgs) -> anyhow::Result<ExitCode> {
     })
 }
 
+/// How the process of a part ends where the machine lacks something.
+const LACKING: u8 = 4;
+
+/// What cannot be written now may be the next time: someone may look at it, or make room.
+fn write(folder: &Path, record: &Record) {
+    if let Err(error) = report::write(folder, record) {
+        warn(error);
+    }
+}
+
 /// Run a part in a process of its own, which is killed after so many seconds. While it runs, `record` on disk has what it
 /// has found so far.
-fn run(args: &GpuArgs, part: Part, limit: f64, record: &mut Record) -> anyhow::Result<PartRecord> {
+fn run(args: &GpuArgs, part: Part, limit: f64, record: &mut Record) -> PartRecord {
     let start = Instant::now();
     let mut own = PartRecord { part, seconds: 0.0, outcome: Outcome::Running, findings: Vec::new() };
     let (mut child, events, errors) = match begin(part, record.restrictions) {
         Ok(begun) => begun,
-        Err(error) => return Ok(PartRecord { outcome: Outcome::Failed(format!("does not start: {error}")), ..own }),
+        Err(error) => return PartRecord { outcome: Outcome::Failed(format!("does not start: {error}")), ..own },
     };
     let ended = loop {
-        let seconds = start.elapsed().as_secs_f64();
+        match child.try_wait() {
+            Ok(None) => {}
+            Ok(Some(status)) => break Ok(status),
+            Err(error) => break Err(format!("cannot be waited for: {error}")),
+        }
+        own.seconds = start.elapsed().as_secs_f64();
         if interrupted() {
-            break Some("interrupted".to_owned());
+            break Err("interrupted".to_owned());
         }
-        if seconds > limit {
-            break Some(format!("killed after {limit:.0} s, when it should have ended long ago"));
+        if own.seconds > limit {
+            break Err(format!("killed after {limit:.0} s, when it should have ended long ago"));
         }
-        match events.recv_timeout(Duration::from_millis(50)) {
+        match events.recv_timeout(POLL) {
             Ok(text) => {
-                match serde_json::from_str(&text) {
-                    Ok(finding) => own.findings.push(finding),
-                    Err(error) => own
-                        .findings
-                        .push(Finding::Failed { what: part.to_string(), why: format!("said {text}: {error}") }),
-                }
-                own.seconds = seconds;
+                own.findings.push(heard(part, &text));
                 record.parts.push(own.clone());
-                let written = report::write(&args.out, record);
+                write(&args.out, record);
                 record.parts.pop();
-                written?;
             }
-            Err(RecvTimeoutError::Disconnected) => break None,
+            Err(RecvTimeoutError::Disconnected) => thread::sleep(POLL),
             Err(RecvTimeoutError::Timeout) => {}
         }
     };
-    if ended.is_some() {
-        child.kill()?;
+    if ended.is_err() {
+        let _ = child.kill();
+        // Not for ever: a driver may keep it.
+        let killed = Instant::now();
+        while matches!(child.try_wait(), Ok(None)) && killed.elapsed() < LAST_WORDS {
+            thread::sleep(POLL);
+        }
     }
-    let status = child.wait()?;
+    while let Ok(text) = events.recv_timeout(LAST_WORDS) {
+        own.findings.push(heard(part, &text));
+    }
     own.seconds = start.elapsed().as_secs_f64();
     own.outcome = match ended {
-        Some(why) => Outcome::Failed(why),
-        None if status.success() => Outcome::Done,
-        None => {
-            let said = errors.recv().unwrap_or_default();
-            Outcome::Failed(match status.code() {
-                // The library's own words.
-                Some(1 | 2) => said.rsplit("error: ").next().unwrap_or_default().trim().to_owned(),
-                _ => format!("{status}: {}", last_lines(&said)),
-            })
-        }
+        Ok(status) if status.success() => Outcome::Done,
+        _ if interrupted() => Outcome::NotRun("interrupted".to_owned()),
+        Ok(status) => failure(part, status, &errors.recv_timeout(LAST_WORDS).unwrap_or_default()),
+        Err(why) => Outcome::Failed(why),
     };
-    Ok(own)
+    own
+}
+
+/// How often a process is looked at, and how long one that was killed or has ended is waited for and heard.
+const POLL: Duration = Duration::from_millis(20);
+const LAST_WORDS: Duration = Duration::from_secs(5);
+
+/// What a line of a process says.
+fn heard(part: Part, line: &str) -> Finding {
+    let unheard =
+        |error| Finding::Failed { what: part.to_string(), why: format!("said {}: {error}", without_folders(line)) };
+    serde_json::from_str(line).unwrap_or_else(unheard)
+}
+
+/// How a process has ended without success that wrote this to the standard error.
+fn failure(part: Part, status: ExitStatus, said: &str) -> Outcome {
+    // The library's own words, on one line; a driver may have said something too.
+    let own_words = said.lines().rev().find_map(|line| line.strip_prefix("error: "));
+    match (status.code(), own_words) {
+        (Some(code), Some(words)) if code == i32::from(LACKING) && part.may_lack() => {
+            Outcome::Lacking(without_folders(words))
+        }
+        (Some(_), Some(words)) => Outcome::Failed(without_folders(words)),
+        _ => Outcome::Failed(format!("{status}: {}", without_folders(&last_lines(said)))),
+    }
+}
+
+/// A text without what paths in it tell of whoever built or runs packstone.
+fn without_folders(text: &str) -> String {
+    let home = std::env::home_dir().filter(|home| home.components().count() > 1);
+    let text = home.map_or(text.to_owned(), |home| text.replace(&*home.to_string_lossy(), "~"));
+    text.split(' ').map(without_folder).collect::<Vec<_>>().join(" ")
+}
+
+/// Of a path, the sources of a crate, or else the file alone.
+fn without_folder(word: &str) -> String {
+    let separators = ['/', '\\'];
+    let mut begins = word.match_indices(separators).map(|(k, _)| k);
+    // Not in `GB/s`.
+    let begin = begins.find(|k| !word[..*k].ends_with(char::is_alphanumeric)).filter(|k| k + 1 < word.len());
+    let (before, path) = word.split_at(begin.unwrap_or(word.len()));
+    let names: Vec<&str> = path.split(separators).collect();
+    let sources = names.iter().rposition(|name| *name == "src").unwrap_or(names.len());
+    format!("{before}{}", names[sources.saturating_sub(1)..].join("/"))
 }
 
 /// The process, its lines, and what it writes to the standard error, once it has ended.
@@ -180,6 +240,7 @@ fn line(own: &PartRecord) -> String {
         Outcome::Running => "under way".to_owned(),
         Outcome::Done => format!("{:.1} s", own.seconds),
         Outcome::Failed(why) => format!("failed: {why}"),
+        Outcome::Lacking(why) => format!("lacking: {why}"),
         Outcome::NotRun(why) => format!("not run, {why}"),
     };
     let speed = own.findings.iter().find_map(|finding| match finding {
@@ -187,4 +248,49 @@ fn line(own: &PartRecord) -> String {
         _ => None,
     });
     format!("{}: {outcome}{}", own.part, speed.unwrap_or_default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_are_left_out() {
+        for (text, left) in [
+            (
+                "at /home/alice/.cargo/registry/src/index-1/wgpu-core-27/src/lib.rs:12:3: lost",
+                "at wgpu-core-27/src/lib.rs:12:3: lost",
+            ),
+            (
+                "at C:\\Users\\alice\\.cargo\\registry\\src\\index-1\\naga-27\\src\\a.rs:1:2:",
+                "at C:naga-27/src/a.rs:1:2:",
+            ),
+            ("`/opt/alice/libvulkan.so`: 3 / 4 GB/s, a\\b", "`libvulkan.so`: 3 / 4 GB/s, a\\b"),
+            ("/src/lib.rs", "/src/lib.rs"),
+        ] {
+            assert_eq!(without_folders(text), left);
+        }
+        let home = std::env::home_dir().unwrap();
+        let name = home.file_name().unwrap().to_string_lossy().into_owned();
+        assert!(!without_folders(&home.join("file").display().to_string()).contains(&name));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn errors_are_told_in_the_librarys_words() {
+        use std::os::unix::process::ExitStatusExt;
+        let ended = |code: i32| ExitStatus::from_raw(code << 8);
+        let said = "MESA: error: no\nerror: shader advance.wgsl:3: kernel `a`: Shader validation error: b\nMESA: end\n";
+        let words = "shader advance.wgsl:3: kernel `a`: Shader validation error: b".to_owned();
+        let speed = Part::Speed { case: packstone::bench::gpu::Case::Disks, grains: 1000 };
+        assert_eq!(failure(speed, ended(2), said), Outcome::Failed(words.clone()));
+        assert_eq!(failure(speed, ended(LACKING.into()), said), Outcome::Lacking(words.clone()));
+        // Without an adapter there is nothing.
+        assert_eq!(failure(Part::Adapter, ended(LACKING.into()), said), Outcome::Failed(words));
+        let crash = failure(speed, ExitStatus::from_raw(11), "\nat /home/alice/packstone/src/lib.rs:1\n");
+        assert!(
+            matches!(&crash, Outcome::Failed(why) if why.contains("SIGSEGV") && why.ends_with("at packstone/src/lib.rs:1"))
+        );
+        assert!(matches!(failure(speed, ended(101), "panicked"), Outcome::Failed(why) if why.ends_with(": panicked")));
+    }
 }

@@ -193,7 +193,7 @@ impl Run {
             }
             match self.advance(&mut progress) {
                 // What the simulation still holds is the last good state, also where the device gave up.
-                Err(error @ (Error::Run { .. } | Error::Device(_))) => break End::Stopped(error),
+                Err(error @ (Error::Run { .. } | Error::Lacking(_) | Error::Device(_))) => break End::Stopped(error),
                 result => result?,
             }
         };

@@ -44,7 +44,7 @@ impl DeviceArrays {
     /// Arrays of zeros.
     ///
     /// # Errors
-    /// [`Error::Device`] if one exceeds a limit or the memory of the device.
+    /// [`Error::Lacking`] if one exceeds a limit or the memory of the device.
     pub fn new(
         device: &Device,
         layouts: Layouts,
@@ -121,7 +121,7 @@ impl DeviceArrays {
     fn allocate_alone(&mut self, device: &Device, array: &'static Array, len: usize) -> Result<()> {
         if len > u32::MAX as usize {
             let name = array.name;
-            return Err(Error::Device(format!("array `{name}` needs {len} elements; 2^32 - 1 can be told apart")));
+            return Err(Error::Lacking(format!("array `{name}` needs {len} elements; 2^32 - 1 can be told apart")));
         }
         let stride = self.layouts.stride(array);
         let buffer = |len: usize| device.buffer(array.name, (len * stride) as u64, USAGE);
@@ -166,7 +166,7 @@ impl DeviceArrays {
         }
         let bytes = |elements: usize| (elements * pack.stride()) as u64;
         if end > u32::MAX as usize {
-            return Err(Error::Device(format!(
+            return Err(Error::Lacking(format!(
                 "`{}` needs {} bytes, more than kernels can find their way in; use --arrays buffers",
                 pack.name(),
                 bytes(end)
@@ -233,7 +233,7 @@ impl DeviceArrays {
     /// Elements of an array.
     ///
     /// # Errors
-    /// [`Error::Device`] if the device is lost or has no memory for a copy.
+    /// [`Error::Device`] if the device is lost, [`Error::Lacking`] if it has no memory for a copy.
     pub fn read(&self, device: &Device, array: &'static Array, elements: Range<usize>) -> Result<Vec<u8>> {
         let stride = self.layouts.stride(array);
         let (begin, bytes) = ((elements.start * stride) as u64, (elements.len() * stride) as u64);

@@ -93,7 +93,7 @@ impl Gpu {
     /// Compile the plans' kernels and allocate the model's arrays: as `state` has them, or zero where it has none.
     ///
     /// # Errors
-    /// [`Error::Device`] if the arrays do not fit, [`Error::Shader`] if a kernel does not compile.
+    /// [`Error::Lacking`] if the arrays do not fit, [`Error::Shader`] if a kernel does not compile.
     pub fn new(device: Device, plans: &Plans, state: &State) -> Result<Gpu> {
         let model = &state.model;
         let stages = plans.stages();
@@ -114,7 +114,7 @@ impl Gpu {
     /// Another one on the same device and with the same kernels, filled with the content of another state of the model.
     ///
     /// # Errors
-    /// [`Error::Device`] if the arrays do not fit.
+    /// [`Error::Lacking`] if the arrays do not fit.
     pub fn beside(&self, state: &State) -> Result<Gpu> {
         let kernels = self.compiled.kernels.iter();
         let kernels = kernels.map(|(stage, kernel)| (*stage, Kernel { groups: Vec::new(), ..kernel.clone() }));
@@ -136,7 +136,10 @@ impl Gpu {
         let of = |quantities: Vec<Quantity>| quantities.into_iter().map(|q| state.units.of(q)).collect::<Vec<_>>();
         let needed = present(&model, ARRAYS);
         let total: u64 = bytes(&model, &layouts, &state.sizes).map(|(_, b)| b).sum();
-        let of_total = |e| Error::Device(format!("scene too large, it needs {total} bytes in all: {e}"));
+        let of_total = |e| match e {
+            Error::Lacking(e) => Error::Lacking(format!("scene too large, it needs {total} bytes in all: {e}")),
+            other => other,
+        };
         let mut gpu = Gpu {
             arrays: DeviceArrays::new(&device, layouts, placements, &needed, &state.sizes).map_err(of_total)?,
             device,
@@ -374,7 +377,7 @@ fn check_memory(
     let in_buffer = |array: &Array| placements.get(array).copied().unwrap_or_default() == Placement::Buffer;
     let mut buffers = bytes(model, layouts, sizes).filter(|(array, _)| in_buffer(array));
     if let Some((array, need)) = buffers.find(|(_, b)| *b > limit) {
-        return Err(Error::Device(format!(
+        return Err(Error::Lacking(format!(
             "scene too large: array `{}` needs {need} bytes of {} in all, but {} allows {limit} bytes per array; use \
              fewer grains or --engine cpu",
             array.name,

@@ -57,7 +57,7 @@ impl Possible {
     /// Where the arrays are to lie on a device.
     ///
     /// # Errors
-    /// [`Error::Device`] if images, or more buffers, are asked for than it can have.
+    /// [`Error::Lacking`] if images, or more buffers, are asked for than it can have.
     pub fn choose(
         &self,
         device: &Device,
@@ -72,7 +72,7 @@ impl Possible {
         };
         let (needed, allowed) = (self.storage_buffers, device.summary.max_arrays);
         if needed > allowed && device.options.arrays == Arrays::Buffers {
-            return Err(Error::Device(format!(
+            return Err(Error::Lacking(format!(
                 "kernels need up to {needed} storage buffers, but {} allows {allowed}; use --arrays packed",
                 device.summary.name
             )));
@@ -97,7 +97,7 @@ impl Possible {
             let packs = placements.values().any(|p| *p == Placement::Packed).then_some(Pack::ALL.len()).unwrap_or(0);
             let needed = packs + program.bindings.iter().map(|b| buffers(stage, b)).sum::<usize>();
             if needed > allowed as usize {
-                return Err(Error::Device(format!(
+                return Err(Error::Lacking(format!(
                     "kernel `{}` needs {needed} storage buffers of at most {} bytes, but {} allows {allowed}; use fewer \
                      grains or --engine cpu",
                     stage.name, device.summary.max_array_bytes, device.summary.name
@@ -138,7 +138,7 @@ fn check_images(
         let is_image = |b: &&Binding| stage.array(&b.name).is_some_and(|a| images.contains(a));
         let used = program.bindings.iter().filter(is_image).count() as u32;
         if used > allowed {
-            return Err(Error::Device(format!(
+            return Err(Error::Lacking(format!(
                 "kernel `{}` uses {used} images, but {} allows {allowed}; use --arrays buffers",
                 stage.name, device.summary.name
             )));

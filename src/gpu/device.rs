@@ -178,12 +178,12 @@ impl Device {
     /// Open the best adapter that can do what is asked.
     ///
     /// # Errors
-    /// [`Error::Device`] if there is none, or it cannot be opened.
+    /// [`Error::Lacking`] if there is none, [`Error::Device`] if it cannot be opened.
     pub fn open(options: DeviceOptions) -> Result<Device> {
         let DeviceOptions { double, arrays, restrictions, .. } = options;
         let all = candidates();
         if all.is_empty() {
-            return Err(Error::Device(
+            return Err(Error::Lacking(
                 "no GPU adapter found: install a Vulkan, Metal or DX12 driver (on Debian or Ubuntu, mesa-vulkan-drivers \
                  gives a software one), or use --engine cpu"
                     .to_owned(),
@@ -192,7 +192,7 @@ impl Device {
         let wanted = Features::SHADER_F64;
         let names: Vec<String> = all.iter().map(|a| a.get_info().name).collect();
         let adapter = all.into_iter().find(|a| !double || a.features().contains(wanted)).ok_or_else(|| {
-            Error::Device(format!(
+            Error::Lacking(format!(
                 "--precision double needs the feature SHADER_F64, which no adapter has ({}); use --precision single or \
                  --engine cpu",
                 names.join(", ")
@@ -209,7 +209,7 @@ impl Device {
             Arrays::Auto => able && loads_lane_by_lane(&summary.driver),
             Arrays::Images if !able => {
                 let message = format!("{} has no images for arrays; use --arrays buffers", summary.name);
-                return Err(Error::Device(message));
+                return Err(Error::Lacking(message));
             }
             other => other == Arrays::Images,
         };
@@ -245,10 +245,10 @@ impl Device {
     /// Create a buffer of zeros.
     ///
     /// # Errors
-    /// [`Error::Device`] with the number of bytes if it exceeds a limit or the memory of the device.
+    /// [`Error::Lacking`] with the number of bytes if it exceeds a limit or the memory of the device.
     pub fn buffer(&self, label: &str, bytes: u64, usage: wgpu::BufferUsages) -> Result<wgpu::Buffer> {
         if bytes > self.summary.max_array_bytes {
-            return Err(Error::Device(format!(
+            return Err(Error::Lacking(format!(
                 "array `{label}` needs {bytes} bytes, but {} allows {} per array; use --engine cpu",
                 self.summary.name, self.summary.max_array_bytes
             )));
@@ -267,7 +267,7 @@ impl Device {
         match pollster::block_on(scope.pop()) {
             None => Ok(buffer),
             Some(e) => {
-                Err(Error::Device(format!("{}: no memory for `{label}`, {bytes} bytes: {e}", self.summary.name)))
+                Err(Error::Lacking(format!("{}: no memory for `{label}`, {bytes} bytes: {e}", self.summary.name)))
             }
         }
     }
@@ -292,18 +292,18 @@ impl Device {
         });
         match pollster::block_on(scope.pop()) {
             None => Ok(image),
-            Some(e) => Err(Error::Device(format!("{}: no memory for `{label}`: {e}", self.summary.name))),
+            Some(e) => Err(Error::Lacking(format!("{}: no memory for `{label}`: {e}", self.summary.name))),
         }
     }
 
     /// Whether an image may have so many texels.
     ///
     /// # Errors
-    /// [`Error::Device`] with the number of rows if it may not.
+    /// [`Error::Lacking`] with the number of rows if it may not.
     pub fn check_image(&self, label: &str, texels: usize) -> Result<()> {
         let (rows, most) = (texels.div_ceil(ROW), self.device.limits().max_texture_dimension_2d);
         if rows > most as usize {
-            return Err(Error::Device(format!(
+            return Err(Error::Lacking(format!(
                 "array `{label}` needs {rows} rows of {ROW} texels, but {} allows {most}; use fewer grains, --arrays buffers \
                  or --engine cpu",
                 self.summary.name
@@ -383,7 +383,7 @@ impl Device {
     /// Copy so many bytes of an image, from `begin` on, to the host.
     ///
     /// # Errors
-    /// [`Error::Device`] if there is no memory for the copy, or the device is lost.
+    /// [`Error::Lacking`] if there is no memory for the copy, [`Error::Device`] if the device is lost.
     pub fn read_image(&self, image: &wgpu::Texture, begin: u64, bytes: u64) -> Result<Vec<u8>> {
         let (layout, row) = (image_layout(image), row_bytes(image));
         // Rows as wholes: parts of them would have to be aligned.

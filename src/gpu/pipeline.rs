@@ -25,11 +25,11 @@ impl Device {
     /// Compile a kernel.
     ///
     /// # Errors
-    /// [`Error::Device`] if it uses more storage buffers than the device allows, [`Error::Shader`] if it does not compile.
+    /// [`Error::Lacking`] if it uses more storage buffers than the device allows, [`Error::Shader`] if it does not compile.
     pub fn pipeline(&self, label: &str, program: Program) -> Result<wgpu::ComputePipeline> {
         let storage = program.bindings.iter().filter(|b| b.resource.is_storage_buffer()).count() as u32;
         if storage > self.summary.max_arrays {
-            return Err(Error::Device(format!(
+            return Err(Error::Lacking(format!(
                 "kernel `{label}` uses {storage} storage buffers, but {} allows {}; use --engine cpu",
                 self.summary.name, self.summary.max_arrays
             )));

@@ -55,6 +55,15 @@ impl Parts {
 }
 
 impl Placement {
+    pub fn name(self) -> &'static str {
+        match self {
+            Placement::Buffer => "buffer",
+            Placement::Image => "image",
+            Placement::Parts(_) => "parts",
+            Placement::Packed => "packed",
+        }
+    }
+
     /// Whether a kernel can do what it does with this array where it lies.
     pub fn is_possible(self, binding: &Binding) -> bool {
         match self {

@@ -11,6 +11,7 @@ pub struct Restrictions {
     /// Storage buffers that a kernel can see.
     pub storage_buffers: Option<u32>,
     pub no_timestamps: bool,
+    /// No kernel uses them, so this changes only what the device is said to have.
     pub no_subgroups: bool,
     /// Submissions that the device lives to see.
     pub lost_after: Option<u64>,

@@ -18,7 +18,7 @@ impl Stopwatch {
     /// None if the device has no timestamps.
     ///
     /// # Errors
-    /// [`crate::Error::Device`] if there is no memory for the times.
+    /// [`crate::Error::Lacking`] if there is no memory for the times.
     pub fn new(device: &Device) -> Result<Option<Stopwatch>> {
         if !device.summary.timestamps {
             return Ok(None);

@@ -79,7 +79,7 @@ impl<'a> Painter<'a> {
         let most = (binding / 16).min(u64::from(u32::MAX / 18));
         if stage.balls.len() as u64 > most {
             let count = stage.balls.len();
-            return Err(Error::Device(format!("picture of {count} grains: this device can draw {most}")));
+            return Err(Error::Lacking(format!("picture of {count} grains: this device can draw {most}")));
         }
         let camera = Camera::new(stage, width, height);
         let solid = stage.dimension == 3;

@@ -83,7 +83,7 @@ fn wall_displacement(assembly: &Assembly, p: &Params) -> Result<f64> {
 /// [`Error::Device`] if kernels could not number them.
 fn with_room(needed: u32) -> Result<usize> {
     if needed as usize > MOST_ENTRIES {
-        return Err(Error::Device(format!("scene too large: it needs lists of more than {MOST_ENTRIES} entries")));
+        return Err(Error::Lacking(format!("scene too large: it needs lists of more than {MOST_ENTRIES} entries")));
     }
     Ok((needed as usize + needed as usize / 32 + LEAST_LENGTH).min(MOST_ENTRIES))
 }

@@ -1,18 +1,18 @@
 //! The parts of the benchmark of a GPU, each as its own process runs it.
 
-use super::{Case, CheckFinding, CheckRow, Finding, Part, Speed, Stage, Variant};
+use super::{Case, CheckFinding, CheckRow, Finding, Part, RUNS, Speed, Stage, Variant};
 use crate::{
     bench::{copy, machine::Machine, traffic},
     check,
-    error::Result,
+    error::{Error, Result},
     gpu::{Arrays, Checks, Device, Placement, Restrictions, adapter_facts},
     memory,
     model::Precision,
     scene::Assembly,
     simulation::{EngineChoice, LISTS_ABREAST, Options, Simulation},
-    state::array::POSITION,
+    state::{ARRAYS, array::POSITION, present},
 };
-use std::time::Instant;
+use std::{collections::BTreeMap, time::Instant};
 
 /// Grains of the scenes that are checked; few, since the host does it all too.
 const CHECKED: usize = 1000;
@@ -36,6 +36,9 @@ const REPEATS: usize = 3;
 const PROFILED: u64 = 75;
 /// Grains up to which warps are replayed on the host.
 const REPLAYED: usize = 150_000;
+
+/// Bytes of memory that every host has that has a GPU: no more is asked for where the system does not tell what is there.
+const PRESUMED: u64 = 4 << 30;
 
 /// Measure a part of the benchmark; `say` gets every finding as it comes.
 ///
@@ -100,9 +103,6 @@ fn copies(options: &Options, say: &mut dyn FnMut(Finding)) -> Result<()> {
 fn check(case: Case, double: bool, options: Options, say: &mut dyn FnMut(Finding)) -> Result<()> {
     let precision = if double { Precision::Double } else { Precision::Single };
     let options = Options { precision, ..options };
-    if double && lacking(&Part::Check { case, double }.to_string(), options, say) {
-        return Ok(());
-    }
     let assembly = case.assembly(CHECKED)?;
     let after = match case {
         Case::Rigid => RIGID,
@@ -135,14 +135,23 @@ fn finite(x: f64) -> Option<f64> {
 
 /// As large as asked, if the host has memory for it.
 fn filled(case: Case, grains: usize) -> Result<Assembly> {
-    memory::check_host(memory::of_grains(grains as u64))?;
+    check_room(memory::of_grains(grains as u64), memory::available())?;
     case.assembly(grains)
+}
+
+/// Whether there is memory for so many bytes, given what the system tells.
+fn check_room(need: u64, available: Option<u64>) -> Result<()> {
+    let (room, how) = available.map_or((PRESUMED, "taken for granted"), |bytes| (bytes, "available"));
+    if need > room {
+        return Err(Error::Lacking(format!("it needs {need} bytes of memory, and {room} are {how}")));
+    }
+    Ok(())
 }
 
 fn repeat(case: Case, grains: usize, process: u32, options: Options, say: &mut dyn FnMut(Finding)) -> Result<()> {
     let steps = if case == Case::Rigid { REPEATED_RIGID } else { REPEATED };
     let assembly = filled(case, grains)?;
-    for time in ["first", "second"] {
+    for time in RUNS {
         let mut simulation = Simulation::new(assembly.clone(), options)?;
         simulation.advance(steps)?;
         say(Finding::Bits {
@@ -198,8 +207,10 @@ fn median(mut costs: Vec<Cost>) -> Cost {
 }
 
 fn speed(case: Case, grains: usize, options: Options, say: &mut dyn FnMut(Finding)) -> Result<()> {
+    let assembly = filled(case, grains)?;
     let start = Instant::now();
-    let mut simulation = Simulation::new(filled(case, grains)?, options)?;
+    let mut simulation = Simulation::new(assembly, options)?;
+    simulation.advance(1)?;
     let setup_seconds = start.elapsed().as_secs_f64();
     // As many as there are, not as were asked for.
     let grains = simulation.assembly().grains.len();
@@ -218,6 +229,7 @@ fn speed(case: Case, grains: usize, options: Options, say: &mut dyn FnMut(Findin
         ahead_ms_per_step: 1e3 * ahead / steps as f64,
         particle_steps_per_second: (grains as u64 * steps) as f64 / wall,
         bytes_per_grain: simulation.bytes_per_particle()?,
+        placements: placements(&simulation),
     }));
     let profile = simulation.profile(PROFILED.max(steps / 10))?;
     let rows = profile.stages.iter().map(|stage| Stage {
@@ -236,6 +248,16 @@ fn speed(case: Case, grains: usize, options: Options, say: &mut dyn FnMut(Findin
         }
     }
     Ok(())
+}
+
+/// Where the arrays lie, and how many.
+fn placements(simulation: &Simulation) -> BTreeMap<String, usize> {
+    let gpu = simulation.engine().gpu().expect("a simulation on the device");
+    let mut counts = BTreeMap::new();
+    for array in present(simulation.model(), ARRAYS) {
+        *counts.entry(gpu.placement(array).name().to_owned()).or_default() += 1;
+    }
+    counts
 }
 
 /// Each setting beside the default ones, in turn.
@@ -267,9 +289,6 @@ fn variants(grains: usize, options: Options, say: &mut dyn FnMut(Finding)) -> Re
         lists || arrays
     };
     for (name, setting) in settings.into_iter().filter(|(_, setting)| !is_default(setting)) {
-        if lacking(name, setting, say) {
-            continue;
-        }
         let mut compared = || {
             let mut other = Simulation::new(assembly.clone(), setting)?;
             default.rewind()?;
@@ -286,7 +305,7 @@ fn variants(grains: usize, options: Options, say: &mut dyn FnMut(Finding)) -> Re
                 false => None,
             };
             let ms = |costs| 1e3 * median(costs).wall / steps as f64;
-            Ok::<_, crate::Error>(Variant {
+            Ok(Variant {
                 name: name.to_owned(),
                 grains: assembly.grains.len(),
                 ms_per_step: ms(other_costs),
@@ -296,19 +315,22 @@ fn variants(grains: usize, options: Options, say: &mut dyn FnMut(Finding)) -> Re
         };
         say(match compared() {
             Ok(variant) => Finding::Variant(variant),
+            Err(Error::Lacking(why)) => Finding::Lacking { what: name.to_owned(), why },
             Err(error) => Finding::Failed { what: name.to_owned(), why: error.to_string() },
         });
     }
     Ok(())
 }
 
-/// Whether there is no device for this; then that is said.
-fn lacking(what: &str, options: Options, say: &mut dyn FnMut(Finding)) -> bool {
-    match Device::open(options.device()) {
-        Ok(_) => false,
-        Err(error) => {
-            say(Finding::Lacking { what: what.to_owned(), why: error.to_string() });
-            true
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unknown_memory_is_little() {
+        assert!(check_room(PRESUMED, None).is_ok() && check_room(2 * PRESUMED, Some(2 * PRESUMED)).is_ok());
+        for available in [None, Some(PRESUMED)] {
+            assert!(matches!(check_room(PRESUMED + 1, available), Err(Error::Lacking(_))), "{available:?}");
         }
     }
 }

@@ -1,12 +1,13 @@
 //! The benchmark of a GPU on disk: a page that needs nothing beside it, and the same numbers as JSON.
 
-use super::{Case, CheckFinding, Finding, Outcome, Record, Speed, Stage, Variant};
+use super::{Case, CheckFinding, Finding, Outcome, PROCESSES, Part, PartRecord, RUNS, Record, Speed, Stage, Variant};
 use crate::{
     bench::{
         plot::{Curves, Picture},
         report::format::{met, percent, short},
     },
     error::Result,
+    gpu::Placement,
     io::{at, replace},
 };
 use std::{fmt::Write, fs, path::Path};
@@ -52,7 +53,7 @@ impl Page {
         let _ = writeln!(self.0, "<p class=\"bad\">{}</p>", escaped(text));
     }
 
-    /// Cells that begin with a digit, or are one character, are numbers.
+    /// A table; cells with a number stand on the right.
     fn table(&mut self, head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) {
         self.0.push_str("<table><tr>");
         for cell in head {
@@ -62,8 +63,8 @@ impl Page {
         for row in rows {
             self.0.push_str("<tr>");
             for cell in row {
-                let number = cell.starts_with(|c: char| c.is_ascii_digit() || c == '-');
-                let class = if number { " class=\"n\"" } else { "" };
+                let number = cell.trim_end_matches(" %").parse::<f64>();
+                let class = if number.is_ok() { " class=\"n\"" } else { "" };
                 let _ = write!(self.0, "<td{class}>{}</td>", escaped(&cell));
             }
             self.0.push_str("</tr>\n");
@@ -111,7 +112,8 @@ fn page(record: &Record, json: &str) -> Result<String> {
 fn head(page: &mut Page, record: &Record) {
     page.paragraph(
         "Please send back the folder that this page is in, as an archive; or this page alone, which has all numbers in it. \
-         It holds no personal data: names and limits of processor, adapters and driver, and what was measured.",
+         It holds names and limits of processor, adapters and driver, what was measured, and what errors say, without the \
+         folders that they name.",
     );
     let Record { version, commit, minutes, restrictions, .. } = record;
     let seconds: f64 = record.parts.iter().map(|p| p.seconds).sum();
@@ -153,12 +155,10 @@ fn in_short(page: &mut Page, record: &Record) {
             format!("{host:.4} ms per step, {submissions:.4} of it for submissions (at most {HOST_WORK}: {verdict})"),
         );
     }
-    let checks: Vec<&CheckFinding> = checked(record).collect();
-    let passed = checks.iter().filter(|c| c.passed).count();
-    row("kernels beside their f64 twins", format!("{passed} of {} scenes passed", checks.len()));
-    let runs = record.runs();
-    let same = runs.iter().filter(|(_, all)| all.iter().all(|(_, hash)| *hash == all[0].1)).count();
-    row("same input, same bits", format!("{same} of {} runs", runs.len()));
+    let passed = checked(record).filter(|check| check.passed).count();
+    let tried = tried(record).filter(|p| matches!(p.part, Part::Check { .. })).count();
+    row("kernels beside their f64 twins", format!("{passed} of {tried} scenes passed"));
+    row("same input, same bits", repeated(record).join("; "));
     page.table(&["", ""], rows);
     let defects = record.defects();
     if defects.is_empty() {
@@ -169,15 +169,40 @@ fn in_short(page: &mut Page, record: &Record) {
     }
 }
 
+/// Parts that are over, also those that failed.
+fn tried(record: &Record) -> impl Iterator<Item = &PartRecord> {
+    record.parts.iter().filter(|p| matches!(p.outcome, Outcome::Done | Outcome::Failed(_)))
+}
+
+/// Of every input, how many of all runs that there should be have ended with the bits of the first one.
+fn repeated(record: &Record) -> Vec<String> {
+    let mut inputs: Vec<(Case, usize, Vec<&String>)> = Vec::new();
+    for p in tried(record) {
+        let Part::Repeat { case, grains, .. } = p.part else { continue };
+        let hashes =
+            p.findings.iter().filter_map(|f| if let Finding::Bits { hash, .. } = f { Some(hash) } else { None });
+        match inputs.iter_mut().find(|(c, n, _)| (*c, *n) == (case, grains)) {
+            Some((.., all)) => all.extend(hashes),
+            None => inputs.push((case, grains, hashes.collect())),
+        }
+    }
+    let of_input = |(case, grains, all): (Case, usize, Vec<&String>)| {
+        let same = all.iter().filter(|hash| **hash == all[0]).count();
+        format!("{} {grains}, {same} of {} runs", case.name(), PROCESSES.len() * RUNS.len())
+    };
+    inputs.into_iter().map(of_input).collect()
+}
+
 fn parts(page: &mut Page, record: &Record) {
     page.heading("Parts");
     let not_run = record.parts.iter().filter(|p| matches!(p.outcome, Outcome::NotRun(_))).count();
     page.folded(&format!("{} parts, {not_run} not run", record.parts.len()), |page| {
-        let row = |p: &super::PartRecord| {
+        let row = |p: &PartRecord| {
             let outcome = match &p.outcome {
                 Outcome::Running => "under way".to_owned(),
                 Outcome::Done => "done".to_owned(),
                 Outcome::Failed(why) => format!("failed: {why}"),
+                Outcome::Lacking(why) => format!("lacking: {why}"),
                 Outcome::NotRun(why) => format!("not run: {why}"),
             };
             vec![p.part.to_string(), format!("{:.1}", p.seconds), outcome]
@@ -188,9 +213,13 @@ fn parts(page: &mut Page, record: &Record) {
         Finding::Lacking { what, why } => Some(vec![what.clone(), why.clone()]),
         _ => None,
     });
-    let lacking: Vec<_> = lacking.collect();
+    let parts = record.parts.iter().filter_map(|p| match &p.outcome {
+        Outcome::Lacking(why) => Some(vec![p.part.to_string(), why.clone()]),
+        _ => None,
+    });
+    let lacking: Vec<_> = parts.chain(lacking).collect();
     if !lacking.is_empty() {
-        page.paragraph("What the device does not have:");
+        page.paragraph("What the machine does not have:");
         page.table(&["", ""], lacking);
     }
 }
@@ -265,7 +294,8 @@ fn speed(page: &mut Page, record: &Record) -> Result<()> {
         "submission ms/step",
         "ahead ms/step",
         "bytes/grain",
-        "set-up s",
+        "arrays",
+        "first step s",
         "steps timed",
     ];
     let row = |s: &Speed| {
@@ -278,6 +308,7 @@ fn speed(page: &mut Page, record: &Record) -> Result<()> {
             format!("{:.4}", s.submission_ms_per_step),
             format!("{:.4}", s.ahead_ms_per_step),
             format!("{:.0}", s.bytes_per_grain),
+            s.placements.iter().map(|(name, count)| format!("{name} {count}")).collect::<Vec<_>>().join(", "),
             format!("{:.2}", s.setup_seconds),
             s.steps.to_string(),
         ]
@@ -370,11 +401,14 @@ fn traffic(page: &mut Page, record: &Record) {
     page.paragraph(
         "The accesses of the kernel that walks neighbour lists, replayed on the lists of the packing, for warps of 8, 32 and 64 \
          lanes: rounds of the loop, cache lines, sectors and bytes of a warp, and bytes of neighbours from beyond the first \
-         cache of a grain. Beside them the measured time of a call, what lines and gathered bytes make of it, and how many \
-         times as long it takes as a copy of the bytes that it has to move.",
+         cache of a grain; all with a buffer for every array. Where arrays lie like that, beside them the measured time of a \
+         call, what lines and gathered bytes make of it, and how many times as long it takes as a copy of the bytes that it \
+         has to move.",
     );
     let copy = bandwidth(record);
+    let buffers = |s: &Speed| s.placements.keys().all(|name| name == Placement::Buffer.name());
     let stage = |of: (Case, usize), name: &str| {
+        speeds(record).find(|s| (s.case, s.grains) == of && buffers(s))?;
         record.findings().find_map(|f| match f {
             Finding::Stages { case, grains, rows, .. } if (*case, *grains) == of => {
                 rows.iter().find(|s| s.stage == name)

@@ -1,8 +1,9 @@
 //! Which part comes next, and whether there is time for it.
 
-use super::{Case, Outcome, Part, PartRecord};
+use super::{Case, Outcome, PROCESSES, Part, PartRecord};
 
-/// Seconds that a part may take of which nothing is known; one that takes longer hangs.
+/// Seconds that a part may take of which nothing is known, one that takes longer hangs; and those that any part may take
+/// beyond the time that is left.
 const PATIENCE: f64 = 120.0;
 /// Grains of the runs whose bits are compared, by whether they are soft.
 const REPEATED: [(Case, usize); 3] = [(Case::Spheres, 10_000), (Case::Rods, 10_000), (Case::Rigid, 1000)];
@@ -21,7 +22,7 @@ pub fn parts() -> Vec<Part> {
         |cases: &[Case], grains| cases.iter().map(|case| Part::Speed { case: *case, grains }).collect::<Vec<_>>();
     let spheres = |grains| Part::Speed { case: Case::Spheres, grains };
     parts.extend([1000, 10_000, 100_000].map(spheres));
-    for process in [1, 2] {
+    for process in PROCESSES {
         parts.extend(REPEATED.map(|(case, grains)| Part::Repeat { case, grains, process }));
     }
     parts.push(Part::Variants { grains: 100_000 });
@@ -63,18 +64,21 @@ pub fn decide(part: Part, before: &[PartRecord], left: f64) -> Decision {
     if let Part::Speed { case, .. } = part {
         let ran = before.iter().rev().filter(|p| !matches!(p.outcome, Outcome::NotRun(_)));
         let smaller = ran.filter(|p| matches!(p.part, Part::Speed { case: of, .. } if of == case));
+        if smaller.clone().next().is_some_and(|p| matches!(p.outcome, Outcome::Lacking(_))) {
+            return Decision::Skip("a smaller one did not fit".to_owned());
+        }
         if smaller.take(2).filter(failed).count() == 2 {
             return Decision::Skip("two smaller ones failed".to_owned());
         }
     }
     let expected = expected(part, before);
     // Settings are not worth the larger packings that come after them.
-    let left = if matches!(part, Part::Variants { .. }) { 0.5 * left } else { left };
+    let own = if matches!(part, Part::Variants { .. }) { 0.5 * left } else { left };
     match expected {
-        Some(seconds) if seconds > left => {
-            Decision::Skip(format!("it would take about {seconds:.0} s, and there are {left:.0} s for it"))
+        Some(seconds) if seconds > own => {
+            Decision::Skip(format!("it would take about {seconds:.0} s, and there are {own:.0} s for it"))
         }
-        _ => Decision::Run { limit: PATIENCE.max(3.0 * expected.unwrap_or(0.0)) },
+        _ => Decision::Run { limit: PATIENCE.max(3.0 * expected.unwrap_or(0.0)).min(left + PATIENCE) },
     }
 }
 
@@ -134,12 +138,21 @@ mod tests {
         // 1e-4 s per grain.
         let Decision::Skip(why) = decide(spheres(1_000_000), &before, 100.0) else { panic!("too large") };
         assert_eq!(why, "it would take about 102 s, and there are 100 s for it");
-        let Decision::Run { limit } = decide(spheres(1_000_000), &before, 110.0) else { panic!("there is time") };
-        assert!((limit - 3.0 * (2.9 + 99.0)).abs() < 1e-6, "{limit}");
+        assert_eq!(decide(spheres(1_000_000), &before, 110.0), Decision::Run { limit: 110.0 + PATIENCE });
+        assert_eq!(decide(spheres(1_000_000), &before, 1000.0), Decision::Run { limit: 3.0 * (2.9 + 99.0) });
         // Larger ones took no longer.
         before.push(record(spheres(100_000), 2.8, Outcome::Done));
         assert_eq!(decide(spheres(1_000_000), &before, 3.0), Decision::Run { limit: PATIENCE });
         assert_eq!(decide(spheres(1_000_000), &before, 0.0), Decision::Skip("the time is up".to_owned()));
+    }
+
+    #[test]
+    fn what_does_not_fit_ends_a_series() {
+        let lacking = record(spheres(10_000), 1.0, Outcome::Lacking("no memory".to_owned()));
+        let before = [record(spheres(1000), 1.0, Outcome::Done), lacking];
+        assert_eq!(decide(spheres(100_000), &before, 1e4), Decision::Skip("a smaller one did not fit".to_owned()));
+        let disks = Part::Speed { case: Case::Disks, grains: 100_000 };
+        assert!(matches!(decide(disks, &before, 1e4), Decision::Run { .. }));
     }
 
     #[test]
