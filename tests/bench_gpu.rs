@@ -48,6 +48,7 @@ fn a_speed_has_work_of_the_host_stages_and_traffic() {
         };
         let Speed { ms_per_step, host_ms_per_step, submission_ms_per_step, .. } = *speed;
         assert!(ms_per_step >= host_ms_per_step && host_ms_per_step >= submission_ms_per_step, "{speed:?}");
+        assert!(speed.ahead_ms_per_step > 0.0 && speed.ahead_ms_per_step < host_ms_per_step, "{speed:?}");
         assert!(submission_ms_per_step > 0.0 && speed.bytes_per_grain > 100.0, "{speed:?}");
         assert!(rows.iter().any(|stage| stage.stage == "advance" && stage.ms_per_call > 0.0), "{rows:?}");
         assert!(!no_timestamps || clock.starts_with("host"), "{clock}");
@@ -314,6 +315,7 @@ fn speed(grains: usize, ms_per_step: f64) -> Speed {
         ms_per_step,
         host_ms_per_step: 0.04,
         submission_ms_per_step: 0.01,
+        ahead_ms_per_step: 0.01,
         particle_steps_per_second: 1e3 * grains as f64 / ms_per_step,
         bytes_per_grain: 300.0,
         placements: [("buffer".to_owned(), 9)].into(),
@@ -424,4 +426,22 @@ fn traffic_stands_beside_the_times_of_buffers_only() {
         page(folder.path()).matches(">0.12345<").count()
     };
     assert_eq!((times("buffer"), times("image")), (2, 1));
+}
+
+/// Arrays in parts, or packed: the same runs with the same bits.
+#[test]
+fn lesser_devices_end_with_the_same_bits() {
+    if no_gpu() {
+        return;
+    }
+    let bits = |restrict: Option<&str>| {
+        let restrictions = restrict.map(|list| list.parse().unwrap()).unwrap_or_default();
+        let (all, done) = found(Part::Repeat { case: Case::Spheres, grains: 2000, process: 1 }, restrictions);
+        done.unwrap_or_else(|error| panic!("{restrict:?}: {error}"));
+        all
+    };
+    let expected = bits(None);
+    for list in ["storage-buffers=8", "binding-bytes=200000", "no-subgroups", "no-timestamps"] {
+        assert_eq!(bits(Some(list)), expected, "{list}");
+    }
 }

@@ -163,3 +163,30 @@ fn prefix_sums_do_not_wrap() {
         assert!(found.list_start == expected, "{}", engine.name());
     }
 }
+
+/// What was encoded ahead is what comes, and where something else comes, it leaves no trace.
+#[test]
+fn chunks_are_encoded_ahead() {
+    if open(Restrictions::default()).is_none() {
+        return;
+    }
+    let options = Options { engine: EngineChoice::Gpu, ..Options::default() };
+    let mut straight = Simulation::new(example("two_grains.toml", &[]), options).unwrap();
+    straight.advance(2000).unwrap();
+    let ahead = straight.engine().gpu().unwrap().ahead();
+    assert!(2 * ahead.used > ahead.operations && ahead.used > 1000, "{ahead:?}");
+    let mut looked_at = Simulation::new(example("two_grains.toml", &[]), options).unwrap();
+    while looked_at.step() < 2000 {
+        looked_at.advance(37.min(2000 - looked_at.step())).unwrap();
+        looked_at.sample().unwrap();
+    }
+    let bits = |simulation: &mut Simulation| {
+        let grains = simulation.grains().unwrap();
+        grains
+            .iter()
+            .flat_map(|g| [g.position, g.velocity, g.spin])
+            .map(|x| x.to_array().map(f64::to_bits))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(bits(&mut straight), bits(&mut looked_at));
+}

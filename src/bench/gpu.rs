@@ -183,6 +183,8 @@ pub struct Speed {
     pub host_ms_per_step: f64,
     /// Of that, for submissions, which is when software drivers compute.
     pub submission_ms_per_step: f64,
+    /// And for the next steps, while the device works.
+    pub ahead_ms_per_step: f64,
     pub particle_steps_per_second: f64,
     /// On the device.
     pub bytes_per_grain: f64,

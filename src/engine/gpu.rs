@@ -18,7 +18,14 @@ use crate::{
     state::{ARRAYS, Array, Column, Counters, Element, Params, Sizes, State, array, present},
     units::Quantity,
 };
-use std::{any::Any, collections::HashMap, ops::Range, slice, time::Instant};
+use std::{
+    any::Any,
+    collections::{HashMap, VecDeque},
+    mem,
+    ops::Range,
+    slice,
+    time::{Duration, Instant},
+};
 use wgpu::ComputePassTimestampWrites;
 
 /// Runs the WGSL kernels.
@@ -33,7 +40,24 @@ pub struct Gpu {
     params_units: Vec<f64>,
     params: wgpu::Buffer,
     times: Option<Times>,
+    /// What was executed last, until it has been encoded again.
+    last: Vec<Op>,
+    /// What is expected next, encoded while the device works: pieces in order, whose exchanges of arrays are done already.
+    ahead: VecDeque<(Vec<Op>, wgpu::CommandBuffer)>,
+    ahead_work: Ahead,
 }
+
+/// What was encoded while the device was working.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Ahead {
+    pub time: Duration,
+    /// Operations, and those of them that came as expected.
+    pub operations: u64,
+    pub used: u64,
+}
+
+/// Operations of a piece: chunks of steps are similar, but not of the same length.
+const PIECE: usize = 128;
 
 /// The stages of a model.
 #[derive(Clone)]
@@ -123,6 +147,9 @@ impl Gpu {
             params_units: of(Params::quantities(Quantity::Number, model.dims())),
             params,
             times: None,
+            last: Vec::new(),
+            ahead: VecDeque::new(),
+            ahead_work: Ahead::default(),
         };
         for array in needed {
             match state.column(array).len() {
@@ -211,6 +238,49 @@ impl Gpu {
                 Op::Swap(a, b) => self.arrays.swap(a, b),
             }
         }
+    }
+
+    /// Encode what was executed last once more, since chunks of steps are alike. To be called while the device works.
+    fn encode_ahead(&mut self) {
+        let start = Instant::now();
+        for ops in mem::take(&mut self.last).chunks(PIECE) {
+            let mut encoder = self.device.device.create_command_encoder(&Default::default());
+            self.encode(&mut encoder, ops, None);
+            self.ahead_work.operations += ops.len() as u64;
+            self.ahead.push_back((ops.to_vec(), encoder.finish()));
+        }
+        self.ahead_work.time += start.elapsed();
+    }
+
+    /// Take pieces that operations begin with from what was encoded ahead, and forget the others: the commands, and the
+    /// operations that are left.
+    fn encoded<'a>(&mut self, mut ops: &'a [Op]) -> (Vec<wgpu::CommandBuffer>, &'a [Op]) {
+        let mut commands = Vec::new();
+        while let Some((piece, _)) = self.ahead.front()
+            && let Some(rest) = ops.strip_prefix(&piece[..])
+        {
+            self.ahead_work.used += piece.len() as u64;
+            ops = rest;
+            commands.extend(self.ahead.pop_front().map(|(_, encoded)| encoded));
+        }
+        self.forget_ahead();
+        (commands, ops)
+    }
+
+    /// Arrays are again what they are after the last operations that were executed.
+    fn forget_ahead(&mut self) {
+        while let Some((ops, _)) = self.ahead.pop_back() {
+            for op in ops.iter().rev() {
+                if let Op::Swap(a, b) = *op {
+                    self.arrays.swap(a, b);
+                }
+            }
+        }
+    }
+
+    /// What was encoded ahead so far.
+    pub fn ahead(&self) -> Ahead {
+        self.ahead_work
     }
 
     /// Run operations with a pass for every stage, by the device's clock.
@@ -325,6 +395,7 @@ impl Engine for Gpu {
             self.arrays.layouts().params.encode(1, &self.params_units, |sink| params.put(dims, &mut |x| sink(x)));
         self.device.queue.write_buffer(&self.params, 0, &bytes);
         if self.times.is_some() {
+            self.forget_ahead();
             let watch = Stopwatch::new(&self.device)?;
             let mut times = self.times.take().unwrap_or_default();
             let done = match watch {
@@ -334,20 +405,25 @@ impl Engine for Gpu {
             self.times = Some(times);
             return done;
         }
+        let (mut commands, rest) = self.encoded(ops);
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
-        self.encode(&mut encoder, ops, None);
-        self.device.submit(encoder);
+        self.encode(&mut encoder, rest, None);
+        commands.push(encoder.finish());
+        self.device.submit_all(commands);
+        self.last = ops.to_vec();
         Ok(())
     }
 
     fn counters(&mut self) -> Result<Counters> {
         self.device.check()?;
+        self.encode_ahead();
         let layout = self.arrays.layout(&array::COUNTERS).expect("kernels count");
         let bytes = self.arrays.read(&self.device, &array::COUNTERS, 0..1)?;
         Ok(Counters::take(self.model.dims(), &mut layout.decode(&bytes, &self.units[&array::COUNTERS])))
     }
 
     fn resize(&mut self, array: &'static Array, len: usize) -> Result<()> {
+        self.forget_ahead();
         let Gpu { device, arrays, model, compiled: Compiled { stages, kernels, possible, .. }, .. } = self;
         let changes = possible.changes(device, arrays.layouts(), array.length, len, arrays.placements());
         if !changes.is_empty() {
@@ -364,6 +440,7 @@ impl Engine for Gpu {
     }
 
     fn write(&mut self, arrays: &[&'static Array], first: usize, state: &State) -> Result<()> {
+        self.forget_ahead();
         let dims = self.model.dims();
         for &array in arrays {
             let Some(layout) = self.arrays.layout(array) else { continue };
@@ -377,6 +454,7 @@ impl Engine for Gpu {
     }
 
     fn read(&mut self, arrays: &[&'static Array], elements: Range<usize>, state: &mut State) -> Result<()> {
+        self.forget_ahead();
         for &array in arrays {
             let elements = within(&elements, self.arrays.len(array));
             let Some(layout) = self.arrays.layout(array).filter(|_| self.arrays.len(array) > 0) else { continue };

@@ -5,12 +5,12 @@ use crate::{
     bench::{copy, machine::Machine, traffic},
     check,
     error::{Error, Result},
-    gpu::{Arrays, Checks, Device, Restrictions, adapter_facts},
+    gpu::{Arrays, Checks, Device, Placement, Restrictions, adapter_facts},
     memory,
     model::Precision,
     scene::Assembly,
-    simulation::{EngineChoice, Options, Simulation},
-    state::{ARRAYS, present},
+    simulation::{EngineChoice, LISTS_ABREAST, Options, Simulation},
+    state::{ARRAYS, array::POSITION, present},
 };
 use std::{collections::BTreeMap, time::Instant};
 
@@ -84,7 +84,7 @@ fn adapter(options: &Options, say: &mut dyn FnMut(Finding)) -> Result<()> {
         ("subgroups", adapter.subgroup.map_or("no".to_owned(), |(least, most)| format!("{least} to {most}"))),
         ("bytes that a kernel sees of a buffer", adapter.max_array_bytes.to_string()),
         ("buffers that a kernel sees", adapter.max_arrays.to_string()),
-        ("arrays", if device.options.arrays == Arrays::Buffers { "buffers" } else { "images" }.to_owned()),
+        ("arrays as images", yes(device.images)),
     ];
     let rows = rows.map(|(name, value)| (name.to_owned(), value));
     say(Finding::Facts { of: "device".to_owned(), rows: rows.into() });
@@ -171,23 +171,27 @@ fn bits(simulation: &mut Simulation) -> Result<u64> {
     Ok(bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)))
 }
 
-/// What steps cost, s: wall time, and of it what the host does besides waiting, and of that submissions.
+/// What steps cost, s: wall time, of it what the host does besides waiting, and of that submissions and what it does while
+/// the device works.
 #[derive(Clone, Copy)]
 struct Cost {
     wall: f64,
     host: f64,
     submissions: f64,
+    ahead: f64,
 }
 
 fn cost(simulation: &mut Simulation, steps: u64) -> Result<Cost> {
     let spent = |s: &Simulation| {
-        let spent = s.engine().gpu().map(|gpu| gpu.device().spent());
-        spent.unwrap_or_default().map(|time| time.as_secs_f64())
+        let gpu = s.engine().gpu().expect("a simulation on the device");
+        let [submissions, waiting] = gpu.device().spent();
+        [submissions, waiting, gpu.ahead().time].map(|time| time.as_secs_f64())
     };
     let (start, before) = (Instant::now(), spent(simulation));
     simulation.advance(steps)?;
     let (wall, after) = (start.elapsed().as_secs_f64(), spent(simulation));
-    Ok(Cost { wall, host: wall - (after[1] - before[1]), submissions: after[0] - before[0] })
+    let [submissions, waiting, ahead] = std::array::from_fn(|k| after[k] - before[k]);
+    Ok(Cost { wall, host: wall - waiting, submissions, ahead })
 }
 
 /// As many steps as take long enough to be timed; whole lives of lists.
@@ -213,7 +217,7 @@ fn speed(case: Case, grains: usize, options: Options, say: &mut dyn FnMut(Findin
     simulation.advance(WARM)?;
     let steps = enough_steps(&mut simulation)?;
     let costs = (0..REPEATS).map(|_| cost(&mut simulation, steps)).collect::<Result<Vec<_>>>()?;
-    let Cost { wall, host, submissions } = median(costs);
+    let Cost { wall, host, submissions, ahead } = median(costs);
     say(Finding::Speed(Speed {
         case,
         grains,
@@ -222,6 +226,7 @@ fn speed(case: Case, grains: usize, options: Options, say: &mut dyn FnMut(Findin
         ms_per_step: 1e3 * wall / steps as f64,
         host_ms_per_step: 1e3 * host / steps as f64,
         submission_ms_per_step: 1e3 * submissions / steps as f64,
+        ahead_ms_per_step: 1e3 * ahead / steps as f64,
         particle_steps_per_second: (grains as u64 * steps) as f64 / wall,
         bytes_per_grain: simulation.bytes_per_particle()?,
         placements: placements(&simulation),
@@ -261,6 +266,7 @@ fn variants(grains: usize, options: Options, say: &mut dyn FnMut(Finding)) -> Re
         ("--checks off", Options { checks: Checks::Off, ..options }),
         ("--arrays buffers", Options { arrays: Arrays::Buffers, ..options }),
         ("--arrays images", Options { arrays: Arrays::Images, ..options }),
+        ("--arrays packed", Options { arrays: Arrays::Packed, ..options }),
         ("lists one after the other", Options { lists_abreast: Some(1), ..options }),
         ("32 lists side by side", Options { lists_abreast: Some(32), ..options }),
         ("64 lists side by side", Options { lists_abreast: Some(64), ..options }),
@@ -270,7 +276,19 @@ fn variants(grains: usize, options: Options, say: &mut dyn FnMut(Finding)) -> Re
     let mut default = Simulation::new(assembly.clone(), options)?;
     default.advance(WARM)?;
     let steps = enough_steps(&mut default)?;
-    for (name, setting) in settings {
+    let gpu = default.engine().gpu().expect("a simulation on the device");
+    let (placement, software) = (gpu.placement(&POSITION), gpu.device().software);
+    let is_default = |setting: &Options| {
+        let lists = setting.lists_abreast == Some(if software { 1 } else { LISTS_ABREAST });
+        let arrays = match setting.arrays {
+            Arrays::Buffers => matches!(placement, Placement::Buffer | Placement::Parts(_)),
+            Arrays::Images => placement == Placement::Image,
+            Arrays::Packed => placement == Placement::Packed,
+            Arrays::Auto => false,
+        };
+        lists || arrays
+    };
+    for (name, setting) in settings.into_iter().filter(|(_, setting)| !is_default(setting)) {
         let mut compared = || {
             let mut other = Simulation::new(assembly.clone(), setting)?;
             default.rewind()?;

@@ -259,7 +259,8 @@ fn speed(page: &mut Page, record: &Record) -> Result<()> {
     page.heading("Speed");
     page.paragraph(
         "Dense packings: rough spheres (3D, friction), rods of three of them (grains are members), smooth disks (2D). The work \
-         of the host is wall time less the time spent waiting for the device; software drivers compute in submissions.",
+         of the host is wall time less the time spent waiting for the device. Submissions are part of it, in which software \
+         drivers compute, and what is encoded ahead while the device works.",
     );
     let head = [
         "scene",
@@ -268,6 +269,7 @@ fn speed(page: &mut Page, record: &Record) -> Result<()> {
         "ms/step",
         "host ms/step",
         "submission ms/step",
+        "ahead ms/step",
         "bytes/grain",
         "arrays",
         "first step s",
@@ -281,6 +283,7 @@ fn speed(page: &mut Page, record: &Record) -> Result<()> {
             format!("{:.4}", s.ms_per_step),
             format!("{:.4}", s.host_ms_per_step),
             format!("{:.4}", s.submission_ms_per_step),
+            format!("{:.4}", s.ahead_ms_per_step),
             format!("{:.0}", s.bytes_per_grain),
             s.placements.iter().map(|(name, count)| format!("{name} {count}")).collect::<Vec<_>>().join(", "),
             format!("{:.2}", s.setup_seconds),
