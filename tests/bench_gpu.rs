@@ -358,23 +358,6 @@ fn the_page_bears_anything() {
     assert_eq!(data["parts"][0]["findings"][0]["facts"]["rows"][0][1], "</script><b>&");
 }
 
-/// Arrays in parts, or packed: the same runs with the same bits.
-#[test]
-fn lesser_devices_end_with_the_same_bits() {
-    if no_gpu() {
-        return;
-    }
-    let bits = |restrict: Option<&str>| {
-        let restrictions = restrict.map(|list| list.parse().unwrap()).unwrap_or_default();
-        let (all, done) = found(Part::Repeat { case: Case::Spheres, grains: 2000, process: 1 }, restrictions);
-        done.unwrap_or_else(|error| panic!("{restrict:?}: {error}"));
-        all
-    };
-    let expected = bits(None);
-    for list in ["storage-buffers=8", "binding-bytes=200000", "no-subgroups", "no-timestamps"] {
-        assert_eq!(bits(Some(list)), expected, "{list}");
-    }
-}
 /// What did not run is not counted as if it had gone well, nor what does not fit as if it had gone wrong.
 #[test]
 fn the_page_counts_what_was_tried() {
@@ -443,4 +426,22 @@ fn traffic_stands_beside_the_times_of_buffers_only() {
         page(folder.path()).matches(">0.12345<").count()
     };
     assert_eq!((times("buffer"), times("image")), (2, 1));
+}
+
+/// Arrays in parts, or packed: the same runs with the same bits.
+#[test]
+fn lesser_devices_end_with_the_same_bits() {
+    if no_gpu() {
+        return;
+    }
+    let bits = |restrict: Option<&str>| {
+        let restrictions = restrict.map(|list| list.parse().unwrap()).unwrap_or_default();
+        let (all, done) = found(Part::Repeat { case: Case::Spheres, grains: 2000, process: 1 }, restrictions);
+        done.unwrap_or_else(|error| panic!("{restrict:?}: {error}"));
+        all
+    };
+    let expected = bits(None);
+    for list in ["storage-buffers=8", "binding-bytes=200000", "no-subgroups", "no-timestamps"] {
+        assert_eq!(bits(Some(list)), expected, "{list}");
+    }
 }

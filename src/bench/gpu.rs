@@ -305,4 +305,28 @@ impl Record {
         }
         runs
     }
+
+    /// Parts that are over, also those that failed.
+    pub fn tried(&self) -> impl Iterator<Item = &PartRecord> {
+        self.parts.iter().filter(|p| matches!(p.outcome, Outcome::Done | Outcome::Failed(_)))
+    }
+
+    /// Of every input, how many of all runs that there should be have ended with the bits of the first one.
+    pub fn repeated(&self) -> Vec<String> {
+        let mut inputs: Vec<(Case, usize, Vec<&String>)> = Vec::new();
+        for p in self.tried() {
+            let Part::Repeat { case, grains, .. } = p.part else { continue };
+            let hashes =
+                p.findings.iter().filter_map(|f| if let Finding::Bits { hash, .. } = f { Some(hash) } else { None });
+            match inputs.iter_mut().find(|(c, n, _)| (*c, *n) == (case, grains)) {
+                Some((.., all)) => all.extend(hashes),
+                None => inputs.push((case, grains, hashes.collect())),
+            }
+        }
+        let of_input = |(case, grains, all): (Case, usize, Vec<&String>)| {
+            let same = all.iter().filter(|hash| **hash == all[0]).count();
+            format!("{} {grains}, {same} of {} runs", case.name(), PROCESSES.len() * RUNS.len())
+        };
+        inputs.into_iter().map(of_input).collect()
+    }
 }

@@ -1,6 +1,6 @@
 //! The benchmark of a GPU on disk: a page that needs nothing beside it, and the same numbers as JSON.
 
-use super::{Case, CheckFinding, Finding, Outcome, PROCESSES, Part, PartRecord, RUNS, Record, Speed, Stage, Variant};
+use super::{Case, CheckFinding, Finding, Outcome, Part, PartRecord, Record, Speed, Stage, Variant};
 use crate::{
     bench::{
         plot::{Curves, Picture},
@@ -156,9 +156,10 @@ fn in_short(page: &mut Page, record: &Record) {
         );
     }
     let passed = checked(record).filter(|check| check.passed).count();
-    let tried = tried(record).filter(|p| matches!(p.part, Part::Check { .. })).count();
+    let tried = record.tried().filter(|p| matches!(p.part, Part::Check { .. })).count();
     row("kernels beside their f64 twins", format!("{passed} of {tried} scenes passed"));
-    row("same input, same bits", repeated(record).join("; "));
+    let repeated = record.repeated();
+    row("same input, same bits", if repeated.is_empty() { "not tried".to_owned() } else { repeated.join("; ") });
     page.table(&["", ""], rows);
     let defects = record.defects();
     if defects.is_empty() {
@@ -167,30 +168,6 @@ fn in_short(page: &mut Page, record: &Record) {
         page.alarm("What went wrong:");
         page.table(&[""], defects.into_iter().map(|defect| vec![defect]));
     }
-}
-
-/// Parts that are over, also those that failed.
-fn tried(record: &Record) -> impl Iterator<Item = &PartRecord> {
-    record.parts.iter().filter(|p| matches!(p.outcome, Outcome::Done | Outcome::Failed(_)))
-}
-
-/// Of every input, how many of all runs that there should be have ended with the bits of the first one.
-fn repeated(record: &Record) -> Vec<String> {
-    let mut inputs: Vec<(Case, usize, Vec<&String>)> = Vec::new();
-    for p in tried(record) {
-        let Part::Repeat { case, grains, .. } = p.part else { continue };
-        let hashes =
-            p.findings.iter().filter_map(|f| if let Finding::Bits { hash, .. } = f { Some(hash) } else { None });
-        match inputs.iter_mut().find(|(c, n, _)| (*c, *n) == (case, grains)) {
-            Some((.., all)) => all.extend(hashes),
-            None => inputs.push((case, grains, hashes.collect())),
-        }
-    }
-    let of_input = |(case, grains, all): (Case, usize, Vec<&String>)| {
-        let same = all.iter().filter(|hash| **hash == all[0]).count();
-        format!("{} {grains}, {same} of {} runs", case.name(), PROCESSES.len() * RUNS.len())
-    };
-    inputs.into_iter().map(of_input).collect()
 }
 
 fn parts(page: &mut Page, record: &Record) {
