@@ -94,7 +94,7 @@ impl Possible {
             Some(Placement::Parts(parts)) => parts.count,
         };
         for (stage, program) in programs {
-            let packs = placements.values().any(|p| *p == Placement::Packed).then_some(Pack::ALL.len()).unwrap_or(0);
+            let packs = if placements.values().any(|p| *p == Placement::Packed) { Pack::ALL.len() } else { 0 };
             let needed = packs + program.bindings.iter().map(|b| buffers(stage, b)).sum::<usize>();
             if needed > allowed as usize {
                 return Err(Error::Lacking(format!(
