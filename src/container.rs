@@ -76,11 +76,17 @@ impl Description {
     }
 }
 
+/// Takes blocks of bytes.
+type Sink<'s> = dyn FnMut(&[u8]) -> io::Result<()> + 's;
+
+/// Feeds it the bytes of a column.
+type Encode<'a> = Box<dyn Fn(&mut Sink) -> io::Result<()> + 'a>;
+
 /// A column to be written.
 pub struct Column<'a> {
     description: Description,
     /// Feeds blocks of its bytes.
-    encode: Box<dyn Fn(&mut dyn FnMut(&[u8]) -> io::Result<()>) -> io::Result<()> + 'a>,
+    encode: Encode<'a>,
 }
 
 impl<'a> Column<'a> {
@@ -98,7 +104,7 @@ impl<'a> Column<'a> {
             rows: rows.len() as u64,
             unit: unit.to_owned(),
         };
-        let encode = move |sink: &mut dyn FnMut(&[u8]) -> io::Result<()>| {
+        let encode = move |sink: &mut Sink| {
             let mut block = Vec::with_capacity(BLOCK);
             rows.chunks(BLOCK / (N * T::BYTES)).try_for_each(|rows| {
                 block.clear();

@@ -247,7 +247,7 @@ impl Run {
         let work = steps as f64 * self.simulation.assembly().grains.len() as f64;
         let rate = if work > 0.0 { work / then.elapsed().as_secs_f64() } else { 0.0 };
         self.results.history(&sample, rate)?;
-        self.row = (Instant::now(), Some(sample.clone()));
+        self.row = (Instant::now(), Some(sample));
         Ok(sample)
     }
 

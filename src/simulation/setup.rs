@@ -4,7 +4,7 @@ use super::{
     grid,
     lists::LEAST_LENGTH,
     options::{EngineChoice, Options},
-    start::{self, anchor, middle},
+    start::{self, Put, anchor, middle},
 };
 use crate::{
     body::blocks::BLOCK,
@@ -16,7 +16,7 @@ use crate::{
     scene::{Assembly, Clump, Grain, Method},
     solve,
     space::precision::{QUANTA_OF_SLACK, extent_of, quantised, quantum, set_quantum, split},
-    state::{Array, Level, Params, Sizes, State},
+    state::{Level, Params, Sizes, State},
     time_step,
     units::{Quantity, Units, power_of_two},
 };
@@ -85,11 +85,7 @@ impl Setup {
     ///
     /// # Errors
     /// [`Error::Scene`](crate::Error::Scene) for what single precision cannot hold, and what `put` says.
-    pub fn fill(
-        &self,
-        assembly: &Assembly,
-        put: &mut dyn FnMut(&[&'static Array], usize, &State) -> Result<()>,
-    ) -> Result<()> {
+    pub fn fill(&self, assembly: &Assembly, put: &mut Put) -> Result<()> {
         start::fill(&self.state, assembly, put)
     }
 

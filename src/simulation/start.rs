@@ -56,15 +56,14 @@ pub fn fill_small(state: &mut State, assembly: &Assembly) {
     rolling::fill(state, assembly);
 }
 
-/// Hand out the grains of a scene, piece by piece: arrays, the number of the first element, and a state with these alone.
+/// Takes elements of arrays: which arrays, the number of the first element, and a state with these alone.
+pub type Put<'p> = dyn FnMut(&[&'static Array], usize, &State) -> Result<()> + 'p;
+
+/// Hand out the grains of a scene, piece by piece.
 ///
 /// # Errors
 /// [`Error::Scene`] for what single precision cannot hold, and what `put` says.
-pub fn fill(
-    like: &State,
-    assembly: &Assembly,
-    put: &mut dyn FnMut(&[&'static Array], usize, &State) -> Result<()>,
-) -> Result<()> {
+pub fn fill(like: &State, assembly: &Assembly, put: &mut Put) -> Result<()> {
     let model = &like.model;
     let pieces = pieces(assembly);
     for several in pieces.chunks(rayon::current_num_threads()) {
