@@ -218,7 +218,7 @@ fn smallest_of_bodies(assembly: &Assembly, value: impl Fn(Body) -> f64 + Sync) -
 
 /// The smallest value of many.
 fn smallest<T: Sync>(of: &[T], value: impl Fn(&T) -> f64 + Sync) -> f64 {
-    of.par_iter().map(value).reduce(|| f64::INFINITY, f64::min)
+    of.par_iter().map(&value).reduce(|| f64::INFINITY, f64::min)
 }
 
 fn dimension(assembly: &Assembly) -> Dimension {

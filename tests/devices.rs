@@ -93,7 +93,7 @@ fn scenes() -> Vec<(&'static str, Assembly, u64, u64)> {
     };
     vec![
         ("bed of spheres", example("published_bed.toml", &[]), 5, 1 << 20),
-        ("spheres of two sizes", example("hard/size_ratio.toml", &[]), 300, 1 << 14),
+        ("spheres of two sizes", example("hard/size_ratio.toml", &[]), 300, 1 << 13),
         ("jacobi", rigid("solver.relaxation=jacobi-accelerated"), 12, 1 << 16),
         ("colours", rigid("solver.relaxation=coloured-accelerated"), 12, 1 << 16),
         ("clumps", example("hard/dimer_bed.toml", &[]), 300, 1 << 16),
