@@ -16,7 +16,7 @@ pub enum Placement {
     /// In a storage buffer of its own.
     #[default]
     Buffer,
-    /// In a storage image: [`images`].
+    /// In a storage image, see `gpu/images.rs`.
     Image,
     /// In several storage buffers, because it is longer than a kernel may see of one.
     Parts(Parts),
