@@ -2,6 +2,7 @@
 
 use super::bodies::{Placed, Pose};
 use super::check::{Check, show};
+use super::rows::unit;
 use super::shape::Shapes;
 use super::table::Options;
 use super::{Clump, Grain, Material, Shape};
@@ -159,9 +160,7 @@ pub(super) fn read(path: &Path, options: &Options, shapes: &mut Shapes, check: &
         }
         let key = || format!("{}: row {k}: shape", path.display());
         let shape = shapes.named(key, &names(&file.about.shapes, pose.shape))?;
-        // What is a unit quaternion to rounding keeps its bits.
-        let unit = (q.length_squared() - 1.0).abs() <= 4.0 * f64::EPSILON;
-        *pose = Pose { shape, orientation: if unit { q } else { q.normalize() } };
+        *pose = Pose { shape, orientation: unit(q) };
     }
     Ok(Placed { grains, poses: Some(poses) })
 }

@@ -1,4 +1,6 @@
-//! Rows of CSV tables.
+//! Rows of CSV tables, and what other files have in common with them.
+
+use glam::DQuat;
 
 /// A value, or what is wrong with it.
 pub type Parsed<T> = std::result::Result<T, String>;
@@ -24,4 +26,9 @@ pub fn number(row: &[&str], column: usize) -> Parsed<f64> {
         Ok(number) if number.is_finite() => Ok(number),
         _ => Err(format!("value {} = \"{text}\": must be a finite number", column + 1)),
     }
+}
+
+/// Of length 1; what is that to rounding keeps its bits, so that a state that was written is read as it was.
+pub fn unit(q: DQuat) -> DQuat {
+    if (q.length_squared() - 1.0).abs() <= 4.0 * f64::EPSILON { q } else { q.normalize() }
 }

@@ -8,7 +8,7 @@ use super::Grain;
 use super::bodies::{Placed, Pose};
 use super::check::{Check, show};
 use super::origin::read_text;
-use super::rows::{Parsed, lines, number, split};
+use super::rows::{Parsed, lines, number, split, unit};
 use super::shape::Shapes;
 use crate::{Error, Result};
 
@@ -150,7 +150,7 @@ impl Columns {
             return Err("qx and qy must be 0 in two dimensions".to_owned());
         }
         match (q.length() - 1.0).abs() < 1e-3 {
-            true => Ok(q.normalize()),
+            true => Ok(unit(q)),
             false => Err(format!("the quaternion has the length {}, must be 1", show(q.length()))),
         }
     }
