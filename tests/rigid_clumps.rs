@@ -421,6 +421,7 @@ fn contacts_of_a_colour_share_no_clump() {
             &array::NEIGHBOUR,
             &array::LIST_START,
             &array::ID,
+            &array::CLUMP_OF_ID,
         ];
         let s = simulation.read(&arrays).unwrap();
         let turns = &s.colored_contact[..s.coloring_state[0].contacts as usize];
