@@ -7,8 +7,8 @@ use crate::error::{Error, Result};
 use crc32fast::Hasher;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::{
-    fs::File,
-    io::{self, BufReader, Read, Seek, SeekFrom, Write},
+    fs::{self, File},
+    io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
 };
 
@@ -124,28 +124,74 @@ struct Header<A> {
     columns: Vec<Description>,
 }
 
+/// Let `content` write a file under another name, and give it its own when it is complete and on the disk.
+///
+/// # Errors
+/// [`Error::Io`], and what `content` says; there is no file then, or the old one.
+pub fn replace(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
+    let mut part = path.as_os_str().to_owned();
+    part.push(".part");
+    let part = PathBuf::from(part);
+    let failed = |source| Error::Io { path: path.to_owned(), source };
+    let fill = || {
+        let mut out = BufWriter::with_capacity(1 << 20, File::create(&part).map_err(failed)?);
+        content(&mut out)?;
+        let file = out.into_inner().map_err(|e| failed(e.into_error()))?;
+        file.sync_all().map_err(failed)?;
+        fs::rename(&part, path).map_err(failed)
+    };
+    let filled = fill();
+    if filled.is_err() {
+        // The first error is the one to report; the file may not even exist.
+        let _ = fs::remove_file(&part);
+    }
+    filled
+}
+
 /// Write a file: what there is to say besides the columns, and these.
 pub fn write(out: &mut impl Write, about: &impl Serialize, columns: &[Column]) -> io::Result<()> {
     let descriptions = columns.iter().map(|column| column.description.clone()).collect();
-    let header = serde_json::to_vec(&Header { about, columns: descriptions })?;
-    if header.len() > LONGEST_HEADER as usize {
-        return Err(io::Error::other(format!(
-            "names take {} bytes, {LONGEST_HEADER} at most are written",
-            header.len()
-        )));
+    let mut file = Writer::begin(out, about, descriptions)?;
+    columns.iter().try_for_each(|column| {
+        (column.encode)(&mut |block| file.bytes(block))?;
+        file.end_column()
+    })
+}
+
+/// Writes a file column by column, for those who do not have all of a column at once.
+pub struct Writer<W> {
+    out: W,
+    /// Of the column that is being written.
+    hasher: Hasher,
+}
+
+impl<W: Write> Writer<W> {
+    /// Write the header. The columns have to be as they are described.
+    pub fn begin(mut out: W, about: &impl Serialize, columns: Vec<Description>) -> io::Result<Writer<W>> {
+        let header = serde_json::to_vec(&Header { about, columns })?;
+        if header.len() > LONGEST_HEADER as usize {
+            return Err(io::Error::other(format!(
+                "names take {} bytes, {LONGEST_HEADER} at most are written",
+                header.len()
+            )));
+        }
+        let head = [&MAGIC[..], &VERSION.to_le_bytes(), &(header.len() as u32).to_le_bytes(), &header].concat();
+        out.write_all(&head)?;
+        out.write_all(&crc32fast::hash(&head).to_le_bytes())?;
+        Ok(Writer { out, hasher: Hasher::new() })
     }
-    let head = [&MAGIC[..], &VERSION.to_le_bytes(), &(header.len() as u32).to_le_bytes(), &header].concat();
-    out.write_all(&head)?;
-    out.write_all(&crc32fast::hash(&head).to_le_bytes())?;
-    for column in columns {
-        let mut hasher = Hasher::new();
-        (column.encode)(&mut |block| {
-            hasher.update(block);
-            out.write_all(block)
-        })?;
-        out.write_all(&hasher.finalize().to_le_bytes())?;
+
+    /// The next bytes of a column.
+    pub fn bytes(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.hasher.update(bytes);
+        self.out.write_all(bytes)
     }
-    Ok(())
+
+    /// The column is whole.
+    pub fn end_column(&mut self) -> io::Result<()> {
+        let checksum = std::mem::take(&mut self.hasher).finalize();
+        self.out.write_all(&checksum.to_le_bytes())
+    }
 }
 
 /// Whether there is a file that begins as these do, even if it has been changed as text since. What can be read only
@@ -231,41 +277,84 @@ impl<A> Container<A> {
         self.columns.iter().find(|(column, _)| column.name == name).map(|(column, _)| column.rows)
     }
 
+    /// What the header says of the columns.
+    pub fn descriptions(&self) -> impl Iterator<Item = &Description> {
+        self.columns.iter().map(|(column, _)| column)
+    }
+
     /// Read a column, row by row. Whether it has been altered is known in the end only.
     ///
     /// # Errors
     /// [`Error::Io`] if it cannot be read, [`Error::Scene`] if it is not there, of another type, or altered.
     pub fn read<T: Number, const N: usize>(&mut self, name: &str, mut row: impl FnMut(usize, [T; N])) -> Result<()> {
-        let wrong = |message: String| Error::Scene(format!("{}: {message}", self.path.display()));
-        let (column, begin) = self
-            .columns
-            .iter()
-            .find(|(column, _)| column.name == name)
-            .ok_or_else(|| wrong(format!("has no column \"{name}\"")))?;
-        if column.number != T::TYPE || column.components != N as u64 {
-            let Description { number, components, .. } = column;
+        let Description { number, components, .. } = self.description(name)?;
+        if number != T::TYPE || *components != N as u64 {
             let message = format!("column \"{name}\" is {number} x {components}, must be {} x {N}", T::TYPE);
-            return Err(wrong(message));
+            return Err(self.wrong(message));
         }
-        let io = |source| Error::Io { path: self.path.clone(), source };
-        self.file.seek(SeekFrom::Start(*begin)).map_err(io)?;
-        let (of_row, rows) = (N * T::BYTES, column.rows as usize);
-        let mut block = vec![0; BLOCK / of_row * of_row];
-        let (mut hasher, mut at) = (Hasher::new(), 0);
-        while at < rows {
-            let bytes = &mut block[..(rows - at).min(BLOCK / of_row) * of_row];
-            self.file.read_exact(bytes).map_err(io)?;
-            hasher.update(bytes);
-            for numbers in bytes.chunks_exact(of_row) {
-                row(at, std::array::from_fn(|k| T::decode(&numbers[k * T::BYTES..][..T::BYTES])));
-                at += 1;
+        let of_row = N * T::BYTES;
+        self.blocks(name, BLOCK / of_row, |first, bytes| {
+            for (k, numbers) in bytes.chunks_exact(of_row).enumerate() {
+                row(first + k, std::array::from_fn(|k| T::decode(&numbers[k * T::BYTES..][..T::BYTES])));
             }
+            Ok(())
+        })
+    }
+
+    /// Read a column of whatever type, so many rows at a time: the number of the first, and all numbers of these rows.
+    /// Whether it has been altered is known in the end only.
+    ///
+    /// # Errors
+    /// As [`Container::read`], and what `piece` says.
+    pub fn read_pieces(
+        &mut self,
+        name: &str,
+        rows: usize,
+        mut piece: impl FnMut(usize, &[f64]) -> Result<()>,
+    ) -> Result<()> {
+        let whole = self.description(name)?.number == u32::TYPE;
+        let mut numbers = Vec::new();
+        self.blocks(name, rows, |first, bytes| {
+            numbers.clear();
+            match whole {
+                true => numbers.extend(bytes.chunks_exact(u32::BYTES).map(|bytes| f64::from(u32::decode(bytes)))),
+                false => numbers.extend(bytes.chunks_exact(f64::BYTES).map(f64::decode)),
+            }
+            piece(first, &numbers)
+        })
+    }
+
+    fn description(&self, name: &str) -> Result<&Description> {
+        let found = self.descriptions().find(|column| column.name == name);
+        found.ok_or_else(|| self.wrong(format!("has no column \"{name}\"")))
+    }
+
+    /// What is wrong with the file, by its name.
+    pub fn wrong(&self, message: String) -> Error {
+        Error::Scene(format!("{}: {message}", self.path.display()))
+    }
+
+    /// The bytes of a column that there is, so many rows at a time.
+    fn blocks(&mut self, name: &str, rows: usize, mut block: impl FnMut(usize, &[u8]) -> Result<()>) -> Result<()> {
+        let place = self.columns.iter().find(|(column, _)| column.name == name);
+        let (column, begin) = place.expect("asked for before");
+        let of_row = (column.bytes().unwrap_or(0) / column.rows.max(1)) as usize;
+        let (len, begin) = (column.rows as usize, *begin);
+        let path = self.path.clone();
+        let io = |source| Error::Io { path: path.clone(), source };
+        self.file.seek(SeekFrom::Start(begin)).map_err(io)?;
+        let (mut hasher, mut bytes) = (Hasher::new(), Vec::new());
+        for first in (0..len).step_by(rows.max(1)) {
+            bytes.resize((len - first).min(rows.max(1)) * of_row, 0);
+            self.file.read_exact(&mut bytes).map_err(io)?;
+            hasher.update(&bytes);
+            block(first, &bytes)?;
         }
         let mut checksum = [0; 4];
         self.file.read_exact(&mut checksum).map_err(io)?;
         match hasher.finalize() == u32::decode(&checksum) {
             true => Ok(()),
-            false => Err(wrong(format!("is damaged: the checksum of column \"{name}\" is another"))),
+            false => Err(self.wrong(format!("is damaged: the checksum of column \"{name}\" is another"))),
         }
     }
 }

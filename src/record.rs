@@ -44,13 +44,29 @@ impl Element for f64 {
     }
 }
 
-impl Element for u32 {
+macro_rules! whole {
+    ($($type:ty),*) => {
+        $(impl Element for $type {
+            const INTEGER: bool = true;
+            fn put(&self, _: usize, sink: &mut impl FnMut(f64)) {
+                sink(*self as f64);
+            }
+            fn take(_: usize, source: &mut impl FnMut() -> f64) -> $type {
+                source() as $type
+            }
+        })*
+    };
+}
+
+whole!(u32, u64, usize);
+
+impl Element for bool {
     const INTEGER: bool = true;
     fn put(&self, _: usize, sink: &mut impl FnMut(f64)) {
-        sink(f64::from(*self));
+        sink(f64::from(u8::from(*self)));
     }
-    fn take(_: usize, source: &mut impl FnMut() -> f64) -> u32 {
-        source() as u32
+    fn take(_: usize, source: &mut impl FnMut() -> f64) -> bool {
+        source() != 0.0
     }
 }
 

@@ -1,6 +1,7 @@
 //! Simulation = scene + plans + engine + state: advances in chunks, replays a chunk that did not fit, and hands out
 //! samples and states.
 
+pub mod checkpoint;
 mod columns;
 mod dem;
 mod grid;
@@ -16,6 +17,7 @@ mod start;
 mod stops;
 mod works;
 
+pub use checkpoint::Checkpoint;
 pub use columns::Columns;
 pub use nscd::{ResidualRecord, SolverStatistics};
 pub use options::{EngineChoice, Options};
@@ -72,7 +74,7 @@ enum Stepper {
 }
 
 /// Set-up and engine for a choice, and one line that says which engine and why.
-fn build(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engine>, String)> {
+fn set_up(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engine>, String)> {
     let double = options.precision == Precision::Double;
     let filled = |setup: &Setup, mut engine: Box<dyn Engine>| {
         setup.fill(assembly, &mut |arrays, first, piece| engine.write(arrays, first, piece)).map(|()| engine)
@@ -127,12 +129,19 @@ impl Simulation {
     /// # Errors
     /// [`Error::Scene`] for what [`Assembly::validate`] refuses and for a time step above the bound, [`Error::Lacking`] if there is
     /// no adapter or not enough memory.
-    pub fn new(mut assembly: Assembly, options: Options) -> Result<Simulation> {
+    pub fn new(assembly: Assembly, options: Options) -> Result<Simulation> {
+        let mut simulation = Simulation::build(assembly, options)?;
+        simulation.start()?;
+        Ok(simulation)
+    }
+
+    /// Everything but the first lists.
+    fn build(mut assembly: Assembly, options: Options) -> Result<Simulation> {
         assembly.validate()?;
         assembly.fold_ends();
-        let (Setup { state, plans, dt_bound }, engine, notice) = build(&assembly, &options)?;
+        let (Setup { state, plans, dt_bound }, engine, notice) = set_up(&assembly, &options)?;
         let runner = Runner::new(engine, state, Known::of(&assembly, dt_bound));
-        let mut simulation = Simulation {
+        Ok(Simulation {
             lists: NeighbourLists::new(&assembly, &runner.state, &options)?,
             stepper: match assembly.solver.method {
                 Method::DiscreteElements => Stepper::Dem,
@@ -145,9 +154,7 @@ impl Simulation {
             works: None,
             notice,
             dt_bound,
-        };
-        simulation.start()?;
-        Ok(simulation)
+        })
     }
 
     /// Back to time 0, without impulses or springs, on an engine that has compiled its kernels already.
@@ -236,12 +243,17 @@ impl Simulation {
         self.runner.read(arrays)
     }
 
+    /// Those of the engine's arrays.
+    fn sizes(&self) -> Sizes {
+        let (entries, history) = (self.lists.entries(), self.lists.history().0);
+        Sizes { entries, history, ..self.runner.state.sizes }
+    }
+
     /// Bytes per grain of all arrays as they are now.
     pub fn bytes_per_particle(&self) -> Result<f64> {
         let s = &self.runner.state;
         let layouts = programs::layouts(&s.model, &self.plans)?;
-        let sizes = Sizes { entries: self.lists.entries(), history: self.lists.history().0, ..s.sizes };
-        let total: u64 = programs::bytes(&s.model, &layouts, &sizes).map(|(_, b)| b).sum();
+        let total: u64 = programs::bytes(&s.model, &layouts, &self.sizes()).map(|(_, b)| b).sum();
         Ok(total as f64 / s.sizes.bodies as f64)
     }
 

@@ -386,6 +386,17 @@ pub enum Length {
     OnDemand,
 }
 
+/// How long the content of an array matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lifetime {
+    /// The scene says it, and it never changes.
+    Scene,
+    /// Later steps depend on it: a checkpoint has it.
+    State,
+    /// Of a step, of the making of lists, of a sample: written before it is read.
+    Scratch,
+}
+
 /// The numbers all lengths follow from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sizes {
@@ -506,6 +517,7 @@ pub struct Array {
     /// In Rust and in WGSL.
     pub name: &'static str,
     pub length: Length,
+    pub lifetime: Lifetime,
     /// What the numbers measure; those of a record say it themselves.
     pub quantity: Quantity,
     /// What else there is to say of them.
@@ -540,7 +552,7 @@ impl fmt::Debug for Array {
 macro_rules! state {
     (@quantity -) => { Quantity::Number };
     (@quantity $quantity:ident) => { Quantity::$quantity };
-    ($($handle:ident $name:ident: $ty:ty, $length:ident, $quantity:tt, $note:literal, $needed:expr;)*) => {
+    ($($handle:ident $name:ident: $ty:ty, $length:ident, $lifetime:ident, $quantity:tt, $note:literal, $needed:expr;)*) => {
         /// All arrays, with what the scene chose and the numbers kernels may know. An array may be missing, or be a
         /// piece of what an engine has.
         #[derive(Clone, Debug)]
@@ -561,6 +573,7 @@ macro_rules! state {
             $(pub static $handle: Array = Array {
                 name: stringify!($name),
                 length: Length::$length,
+                lifetime: Lifetime::$lifetime,
                 quantity: state!(@quantity $quantity),
                 note: $note,
                 needed: $needed,
@@ -787,98 +800,98 @@ fn walled(m: &Model) -> bool {
 }
 
 state! {
-    POSITION position: Position, Bodies, -, "", always;
-    POSITION_NEXT position_next: Position, Bodies, -, "", always;
-    POSITION_LOW position_low: PositionLow, Bodies, -, "beyond f32", single;
-    POSITION_LOW_NEXT position_low_next: PositionLow, Bodies, -, "beyond f32", single;
-    VELOCITY velocity: Velocity, Bodies, -, "", always;
-    VELOCITY_NEXT velocity_next: Velocity, Bodies, -, "", always;
-    SPIN spin: Spin, Bodies, Rate, "", rotating;
-    SPIN_NEXT spin_next: Spin, Bodies, Rate, "", rotating;
-    VELOCITY_LOW velocity_low: VelocityLow, Bodies, -, "beyond f32", single_spheres;
-    VELOCITY_LOW_NEXT velocity_low_next: VelocityLow, Bodies, -, "beyond f32", single_spheres;
-    ID id: u32, Bodies, Number, "number in the scene", always;
-    ID_NEXT id_next: u32, Bodies, Number, "number in the scene", always;
-    CLUMP_OF_ID clump_of_id: u32, Bodies, Number, "clump, by number", clumped;
-    MEMBER_OFFSET member_offset: Packed, Bodies, Length, "by number", clumped;
-    INDEX_OF_ID index_of_id: u32, Bodies, Number, "index, by number", always;
-    FIRST_MEMBER first_member: u32, ClumpsPlusOne, Number, "number in the scene", clumped;
-    INVERSE_MOMENTS inverse_moments: Spin, Clumps, InverseInertia, "", clumped;
-    CENTER center: DVec3, Clumps, Length, "", clumped;
-    CENTER_NEXT center_next: DVec3, Clumps, Length, "", clumped;
-    CENTER_LOW center_low: DVec3, Clumps, Length, "beyond f32", single_clumped;
-    CENTER_LOW_NEXT center_low_next: DVec3, Clumps, Length, "beyond f32", single_clumped;
-    ORIENTATION orientation: Orientation, Clumps, Number, "unit quaternion", clumped;
-    ORIENTATION_NEXT orientation_next: Orientation, Clumps, Number, "unit quaternion", clumped;
-    ORIENTATION_LOW orientation_low: Orientation, Clumps, Number, "beyond f32", single_clumped;
-    ORIENTATION_LOW_NEXT orientation_low_next: Orientation, Clumps, Number, "beyond f32", single_clumped;
-    ORIENTATION_REST orientation_rest: Orientation, Clumps, Number, "beyond that", single_clumped;
-    ORIENTATION_REST_NEXT orientation_rest_next: Orientation, Clumps, Number, "beyond that", single_clumped;
-    CLUMP_VELOCITY clump_velocity: Velocity, Clumps, -, "", clumped;
-    CLUMP_VELOCITY_NEXT clump_velocity_next: Velocity, Clumps, -, "", clumped;
-    CLUMP_SPIN clump_spin: Spin, Clumps, Rate, "", clumped;
-    CLUMP_SPIN_NEXT clump_spin_next: Spin, Clumps, Rate, "", clumped;
-    CLUMP_VELOCITY_LOW clump_velocity_low: VelocityLow, Clumps, -, "beyond f32", single_clumped;
-    CLUMP_VELOCITY_LOW_NEXT clump_velocity_low_next: VelocityLow, Clumps, -, "beyond f32", single_clumped;
-    SPIN_INCREMENT spin_increment: Spin, Clumps, Rate, "of the last step", soft_clumped;
-    MEMBER_FORCE member_force: DVec3, Bodies, Load, "", clumped;
-    MEMBER_TORQUE member_torque: Spin, Bodies, LoadTorque, "", clumped;
-    ROTATION_ITERATIONS rotation_iterations: RotationIterations, One, -, "of iterations for the rotation", clumped;
-    DISPLACEMENT displacement: f64, Bodies, Length, "since the lists were made", always;
-    MATERIAL material: u32, BodiesAndWalls, Number, "index, by number", mixed;
-    PAIR pair: Pair, MaterialsSquared, -, "", mixed;
-    WALL wall: Wall, Walls, -, "", walled;
-    LEVEL level: Level, Levels, -, "of the grid", always;
-    CELL_RANK cell_rank: u32, Bodies, Number, "order inside the cell", always;
-    SORTED sorted: u32, Bodies, Number, "index before the sort", always;
-    CELL_START cell_start: u32, CellsPlusOne, Number, "index of the first grain", always;
-    TILE_SUM tile_sum: u32, Tiles, Number, "sums of the prefix sum", always;
-    ACROSS across: u32, Bodies, Number, "entries for neighbours on other levels", leveled;
-    ACROSS_FILLED across_filled: u32, Bodies, Number, "how many of them are filled", leveled;
-    LIST_START list_start: u32, SlicesPlusOne, Number, "index into neighbour", always;
-    NEIGHBOUR neighbour: u32, Entries, Number, "index and flag; wall w is bodies + w", always;
-    TANGENTIAL_FORCE tangential_force: Packed, Entries, Force, "", frictional;
-    IMPULSE impulse: Packed, Entries, Impulse, "", rigid;
-    HISTORY_START history_start: u32, BodiesPlusOne, Number, "index into history_other", remembering;
-    HISTORY_OTHER history_other: u32, History, Number, "index before the sort", remembering;
-    HISTORY_TANGENTIAL_FORCE history_tangential_force: Packed, History, Force, "", frictional;
-    ROLLING_PAIR rolling_pair: RollingPair, MaterialsSquared, -, "", rolling;
-    ROLLING_TORQUE rolling_torque: Spin, Entries, Torque, "", rolling;
-    HISTORY_ROLLING_TORQUE history_rolling_torque: Spin, History, Torque, "", rolling;
-    HISTORY_IMPULSE history_impulse: Packed, History, Impulse, "", rigid;
-    CONTACT_GEOMETRY contact_geometry: ContactGeometry, Entries, -, "", rigid;
-    FREE_CONTACT_VELOCITY free_contact_velocity: Packed, Entries, Velocity, "if nothing touched", rigid;
-    INVERSE_EFFECTIVE_MASS inverse_effective_mass: InverseEffectiveMass, Entries, -, "", rigid;
-    DELASSUS_EIGENVALUE delassus_eigenvalue: f64, Entries, InverseMass, "", rigid_clumped;
-    IMPULSE_BEFORE impulse_before: Packed, Entries, Impulse, "", rigid;
-    PASS_VELOCITY pass_velocity: Velocity, Bodies, -, "after the last pass", rigid;
-    PASS_VELOCITY_BEFORE pass_velocity_before: Velocity, Bodies, -, "after the pass before", rigid;
-    EXTRAPOLATED_VELOCITY extrapolated_velocity: Velocity, Bodies, -, "carried ahead by momentum", rigid;
-    PASS_SPIN pass_spin: Spin, Bodies, Rate, "", rigid_rotating;
-    PASS_SPIN_BEFORE pass_spin_before: Spin, Bodies, Rate, "", rigid_rotating;
-    EXTRAPOLATED_SPIN extrapolated_spin: Spin, Bodies, Rate, "", rigid_rotating;
-    CONTACT_COLOR contact_color: ContactColor, Entries, -, "from 1, index", colored;
-    PROPOSAL proposal: u32, Bodies, Number, "neighbour, as in the lists", colored;
-    COLORING_STATE coloring_state: ColoringState, One, -, "see nscd/coloring/priority.wgsl", colored;
-    COLOR_COUNT color_count: u32, Colors, Number, "contacts of each colour", colored;
-    COLORED_CONTACT colored_contact: ColoredContact, Contacts, -, "see nscd/coloring/priority.wgsl", colored;
-    COLORED_GEOMETRY colored_geometry: ContactGeometry, Contacts, -, "", colored;
-    COLORED_FREE_VELOCITY colored_free_velocity: Packed, Contacts, Velocity, "", colored;
-    COLORED_INVERSE_EFFECTIVE_MASS colored_inverse_effective_mass: InverseEffectiveMass, Contacts, -, "", colored;
-    COLORED_IMPULSE colored_impulse: Packed, Contacts, Impulse, "", colored;
-    COLORED_IMPULSE_BEFORE colored_impulse_before: Packed, Contacts, Impulse, "", colored;
-    COLOR_CURSOR color_cursor: ColorCursor, One, -, "see nscd/coloring/priority.wgsl", colored;
-    COLOR_CURSOR_NEXT color_cursor_next: ColorCursor, One, -, "see nscd/coloring/priority.wgsl", colored;
-    PASS_RESIDUAL pass_residual: f64, Bodies, VelocitySquared, "", colored;
-    LARGE_CONTACTS large_contacts: LargeContacts, Bodies, -, "see nscd/coloring/priority.wgsl", colored_with_large;
-    LOAD_SPEED load_speed: f64, Bodies, Velocity, "if loads all push one way", rigid;
-    RESIDUAL_SUMS residual_sums: ResidualSums, Groups, -, "", rigid;
-    SOLVER_STATE solver_state: SolverState, One, -, "see nscd/contact.wgsl", rigid;
-    HALT halt: u32, One, Number, "steps of this chunk, or HALTED", always;
-    HALT_NEXT halt_next: u32, One, Number, "steps of this chunk, or HALTED", always;
-    COUNTERS counters: Counters, One, -, "see state.wgsl", always;
-    PARTIAL_SUMS partial_sums: PartialSums, PartialSums, -, "", always;
-    WORKS works: Works, Bodies, -, "by number", working;
-    FORCE force: DVec3, OnDemand, Force, "", always;
-    TORQUE torque: Spin, OnDemand, Torque, "", rotating;
+    POSITION position: Position, Bodies, State, -, "", always;
+    POSITION_NEXT position_next: Position, Bodies, Scratch, -, "", always;
+    POSITION_LOW position_low: PositionLow, Bodies, State, -, "beyond f32", single;
+    POSITION_LOW_NEXT position_low_next: PositionLow, Bodies, Scratch, -, "beyond f32", single;
+    VELOCITY velocity: Velocity, Bodies, State, -, "", always;
+    VELOCITY_NEXT velocity_next: Velocity, Bodies, Scratch, -, "", always;
+    SPIN spin: Spin, Bodies, State, Rate, "", rotating;
+    SPIN_NEXT spin_next: Spin, Bodies, Scratch, Rate, "", rotating;
+    VELOCITY_LOW velocity_low: VelocityLow, Bodies, State, -, "beyond f32", single_spheres;
+    VELOCITY_LOW_NEXT velocity_low_next: VelocityLow, Bodies, Scratch, -, "beyond f32", single_spheres;
+    ID id: u32, Bodies, State, Number, "number in the scene", always;
+    ID_NEXT id_next: u32, Bodies, Scratch, Number, "number in the scene", always;
+    CLUMP_OF_ID clump_of_id: u32, Bodies, Scene, Number, "clump, by number", clumped;
+    MEMBER_OFFSET member_offset: Packed, Bodies, Scene, Length, "by number", clumped;
+    INDEX_OF_ID index_of_id: u32, Bodies, State, Number, "index, by number", always;
+    FIRST_MEMBER first_member: u32, ClumpsPlusOne, Scene, Number, "number in the scene", clumped;
+    INVERSE_MOMENTS inverse_moments: Spin, Clumps, Scene, InverseInertia, "", clumped;
+    CENTER center: DVec3, Clumps, State, Length, "", clumped;
+    CENTER_NEXT center_next: DVec3, Clumps, Scratch, Length, "", clumped;
+    CENTER_LOW center_low: DVec3, Clumps, State, Length, "beyond f32", single_clumped;
+    CENTER_LOW_NEXT center_low_next: DVec3, Clumps, Scratch, Length, "beyond f32", single_clumped;
+    ORIENTATION orientation: Orientation, Clumps, State, Number, "unit quaternion", clumped;
+    ORIENTATION_NEXT orientation_next: Orientation, Clumps, Scratch, Number, "unit quaternion", clumped;
+    ORIENTATION_LOW orientation_low: Orientation, Clumps, State, Number, "beyond f32", single_clumped;
+    ORIENTATION_LOW_NEXT orientation_low_next: Orientation, Clumps, Scratch, Number, "beyond f32", single_clumped;
+    ORIENTATION_REST orientation_rest: Orientation, Clumps, State, Number, "beyond that", single_clumped;
+    ORIENTATION_REST_NEXT orientation_rest_next: Orientation, Clumps, Scratch, Number, "beyond that", single_clumped;
+    CLUMP_VELOCITY clump_velocity: Velocity, Clumps, State, -, "", clumped;
+    CLUMP_VELOCITY_NEXT clump_velocity_next: Velocity, Clumps, Scratch, -, "", clumped;
+    CLUMP_SPIN clump_spin: Spin, Clumps, State, Rate, "", clumped;
+    CLUMP_SPIN_NEXT clump_spin_next: Spin, Clumps, Scratch, Rate, "", clumped;
+    CLUMP_VELOCITY_LOW clump_velocity_low: VelocityLow, Clumps, State, -, "beyond f32", single_clumped;
+    CLUMP_VELOCITY_LOW_NEXT clump_velocity_low_next: VelocityLow, Clumps, Scratch, -, "beyond f32", single_clumped;
+    SPIN_INCREMENT spin_increment: Spin, Clumps, State, Rate, "of the last step", soft_clumped;
+    MEMBER_FORCE member_force: DVec3, Bodies, Scratch, Load, "", clumped;
+    MEMBER_TORQUE member_torque: Spin, Bodies, Scratch, LoadTorque, "", clumped;
+    ROTATION_ITERATIONS rotation_iterations: RotationIterations, One, State, -, "of iterations for the rotation", clumped;
+    DISPLACEMENT displacement: f64, Bodies, State, Length, "since the lists were made", always;
+    MATERIAL material: u32, BodiesAndWalls, Scene, Number, "index, by number", mixed;
+    PAIR pair: Pair, MaterialsSquared, Scene, -, "", mixed;
+    WALL wall: Wall, Walls, State, -, "", walled;
+    LEVEL level: Level, Levels, Scene, -, "of the grid", always;
+    CELL_RANK cell_rank: u32, Bodies, Scratch, Number, "order inside the cell", always;
+    SORTED sorted: u32, Bodies, Scratch, Number, "index before the sort", always;
+    CELL_START cell_start: u32, CellsPlusOne, Scratch, Number, "index of the first grain", always;
+    TILE_SUM tile_sum: u32, Tiles, Scratch, Number, "sums of the prefix sum", always;
+    ACROSS across: u32, Bodies, Scratch, Number, "entries for neighbours on other levels", leveled;
+    ACROSS_FILLED across_filled: u32, Bodies, Scratch, Number, "how many of them are filled", leveled;
+    LIST_START list_start: u32, SlicesPlusOne, State, Number, "index into neighbour", always;
+    NEIGHBOUR neighbour: u32, Entries, State, Number, "index and flag; wall w is bodies + w", always;
+    TANGENTIAL_FORCE tangential_force: Packed, Entries, State, Force, "", frictional;
+    IMPULSE impulse: Packed, Entries, State, Impulse, "", rigid;
+    HISTORY_START history_start: u32, BodiesPlusOne, Scratch, Number, "index into history_other", remembering;
+    HISTORY_OTHER history_other: u32, History, Scratch, Number, "index before the sort", remembering;
+    HISTORY_TANGENTIAL_FORCE history_tangential_force: Packed, History, Scratch, Force, "", frictional;
+    ROLLING_PAIR rolling_pair: RollingPair, MaterialsSquared, Scene, -, "", rolling;
+    ROLLING_TORQUE rolling_torque: Spin, Entries, State, Torque, "", rolling;
+    HISTORY_ROLLING_TORQUE history_rolling_torque: Spin, History, Scratch, Torque, "", rolling;
+    HISTORY_IMPULSE history_impulse: Packed, History, Scratch, Impulse, "", rigid;
+    CONTACT_GEOMETRY contact_geometry: ContactGeometry, Entries, Scratch, -, "", rigid;
+    FREE_CONTACT_VELOCITY free_contact_velocity: Packed, Entries, Scratch, Velocity, "if nothing touched", rigid;
+    INVERSE_EFFECTIVE_MASS inverse_effective_mass: InverseEffectiveMass, Entries, Scratch, -, "", rigid;
+    DELASSUS_EIGENVALUE delassus_eigenvalue: f64, Entries, Scratch, InverseMass, "", rigid_clumped;
+    IMPULSE_BEFORE impulse_before: Packed, Entries, Scratch, Impulse, "", rigid;
+    PASS_VELOCITY pass_velocity: Velocity, Bodies, Scratch, -, "after the last pass", rigid;
+    PASS_VELOCITY_BEFORE pass_velocity_before: Velocity, Bodies, Scratch, -, "after the pass before", rigid;
+    EXTRAPOLATED_VELOCITY extrapolated_velocity: Velocity, Bodies, Scratch, -, "carried ahead by momentum", rigid;
+    PASS_SPIN pass_spin: Spin, Bodies, Scratch, Rate, "", rigid_rotating;
+    PASS_SPIN_BEFORE pass_spin_before: Spin, Bodies, Scratch, Rate, "", rigid_rotating;
+    EXTRAPOLATED_SPIN extrapolated_spin: Spin, Bodies, Scratch, Rate, "", rigid_rotating;
+    CONTACT_COLOR contact_color: ContactColor, Entries, State, -, "from 1, index", colored;
+    PROPOSAL proposal: u32, Bodies, Scratch, Number, "neighbour, as in the lists", colored;
+    COLORING_STATE coloring_state: ColoringState, One, State, -, "see nscd/coloring/priority.wgsl", colored;
+    COLOR_COUNT color_count: u32, Colors, State, Number, "contacts of each colour", colored;
+    COLORED_CONTACT colored_contact: ColoredContact, Contacts, Scratch, -, "see nscd/coloring/priority.wgsl", colored;
+    COLORED_GEOMETRY colored_geometry: ContactGeometry, Contacts, Scratch, -, "", colored;
+    COLORED_FREE_VELOCITY colored_free_velocity: Packed, Contacts, Scratch, Velocity, "", colored;
+    COLORED_INVERSE_EFFECTIVE_MASS colored_inverse_effective_mass: InverseEffectiveMass, Contacts, Scratch, -, "", colored;
+    COLORED_IMPULSE colored_impulse: Packed, Contacts, Scratch, Impulse, "", colored;
+    COLORED_IMPULSE_BEFORE colored_impulse_before: Packed, Contacts, Scratch, Impulse, "", colored;
+    COLOR_CURSOR color_cursor: ColorCursor, One, Scratch, -, "see nscd/coloring/priority.wgsl", colored;
+    COLOR_CURSOR_NEXT color_cursor_next: ColorCursor, One, Scratch, -, "see nscd/coloring/priority.wgsl", colored;
+    PASS_RESIDUAL pass_residual: f64, Bodies, Scratch, VelocitySquared, "", colored;
+    LARGE_CONTACTS large_contacts: LargeContacts, Bodies, Scratch, -, "see nscd/coloring/priority.wgsl", colored_with_large;
+    LOAD_SPEED load_speed: f64, Bodies, Scratch, Velocity, "if loads all push one way", rigid;
+    RESIDUAL_SUMS residual_sums: ResidualSums, Groups, Scratch, -, "", rigid;
+    SOLVER_STATE solver_state: SolverState, One, State, -, "see nscd/contact.wgsl", rigid;
+    HALT halt: u32, One, Scratch, Number, "steps of this chunk, or HALTED", always;
+    HALT_NEXT halt_next: u32, One, Scratch, Number, "steps of this chunk, or HALTED", always;
+    COUNTERS counters: Counters, One, Scratch, -, "see state.wgsl", always;
+    PARTIAL_SUMS partial_sums: PartialSums, PartialSums, Scratch, -, "", always;
+    WORKS works: Works, Bodies, State, -, "by number", working;
+    FORCE force: DVec3, OnDemand, Scratch, Force, "", always;
+    TORQUE torque: Spin, OnDemand, Scratch, Torque, "", rotating;
 }

@@ -177,6 +177,28 @@ impl Assembly {
     }
 }
 
+impl Assembly {
+    /// A checksum of everything that a step may depend on: not of when to stop and what to write.
+    pub fn checksum(&self) -> u32 {
+        let Assembly { dimension, gravity, domain, materials, pairs, walls, grains, shapes, clumps, solver, .. } = self;
+        let mut hasher = crc32fast::Hasher::new();
+        let rest = (dimension, gravity, domain, materials, pairs, walls, shapes, solver);
+        hasher.update(format!("{rest:?}").as_bytes());
+        let mut numbers = |numbers: &[f64]| numbers.iter().for_each(|x| hasher.update(&x.to_le_bytes()));
+        for Grain { position, velocity, spin, radius, material, fixed } in grains {
+            [position, velocity, spin].into_iter().for_each(|v| numbers(&v.to_array()));
+            numbers(&[*radius, f64::from(*material), f64::from(u8::from(*fixed))]);
+        }
+        for Clump { shape, first, position, orientation, velocity, spin, radius, material, fixed } in clumps {
+            [position, velocity, spin].into_iter().for_each(|v| numbers(&v.to_array()));
+            numbers(&orientation.to_array());
+            numbers(&[*radius, f64::from(u8::from(*fixed))]);
+            [shape, first, material].into_iter().for_each(|k| numbers(&[f64::from(*k)]));
+        }
+        hasher.finalize()
+    }
+}
+
 /// Time step as the scene asks for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TimeStep {

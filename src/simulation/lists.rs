@@ -6,6 +6,7 @@ use crate::{
     model::Precision,
     plan::{Driver, Loop, Op},
     plans::Plans,
+    record::record,
     scene::{Assembly, Wall},
     space::precision::{extent_of, follow_extent, quantum},
     state::{ARRAYS, Array, Counters, Length, Params, State},
@@ -25,6 +26,32 @@ const MOST_ENTRIES: usize = u32::MAX as usize - 1024;
 /// Devices round short buffers up, and kernels ask how long they are.
 pub const LEAST_LENGTH: usize = 16;
 
+record!(
+    /// How long the lists live, and how long their arrays are.
+    Schedule {
+        /// How far grains and walls are from the origin, m.
+        extent: f64,
+        wall_extent: f64,
+        /// Of the fastest grain in the last chunk, m.
+        displacement_per_step: f64,
+        /// Entries that there are, and that the next lists get.
+        entries: usize,
+        next_entries: usize,
+        /// Entries of the history that there are.
+        history: usize,
+        /// Contacts at the end of the last chunk: what the history has to hold.
+        active_contacts: u32,
+        /// Steps that the next lists are made for, that the present ones have left and have served.
+        steps_planned: u32,
+        steps_left: u32,
+        steps_served: u32,
+        /// Whether grains may have moved out of the reach of the lists.
+        margin_used_up: bool,
+        repeated_chunks: u64,
+        lost_contacts: u64,
+    }
+);
+
 /// Neighbour lists reach a margin ("skin") beyond contact, and are made anew before a grain has used up its half of it.
 pub struct NeighbourLists {
     /// What the scene allows, m; lists are made with less where grains are slow.
@@ -32,31 +59,14 @@ pub struct NeighbourLists {
     smallest_margin: f64,
     /// The parameters at time 0.
     start: Params,
-    /// How far grains and walls are from the origin, m, and the coarsest quantum of positions in single precision.
-    extent: f64,
-    wall_extent: f64,
+    /// The coarsest quantum of positions in single precision, m.
     coarsest: Option<f64>,
-    /// Of the fastest grain in the last chunk, and of the fastest wall, m.
-    displacement_per_step: f64,
+    /// Of the fastest wall in a step, m.
     wall_displacement_per_step: f64,
-    /// Entries that there are, and that the next lists get.
-    entries: usize,
-    next_entries: usize,
     least_entries: usize,
-    /// Entries of the history that there are.
-    history: usize,
-    /// Contacts at the end of the last chunk: what the history has to hold.
-    active_contacts: u32,
-    /// Steps that lists may serve at most, that the next ones are made for, that the present ones have left and have
-    /// served.
+    /// Steps that lists may serve at most.
     most_steps: u32,
-    steps_planned: u32,
-    steps_left: u32,
-    steps_served: u32,
-    /// Whether grains may have moved out of the reach of the lists.
-    margin_used_up: bool,
-    repeated_chunks: u64,
-    lost_contacts: u64,
+    pub schedule: Schedule,
 }
 
 /// Of the fastest wall in a step, m.
@@ -99,76 +109,72 @@ impl NeighbourLists {
         let single = state.model.precision == Precision::Single;
         Ok(NeighbourLists {
             start: *params,
-            extent: 0.0,
-            wall_extent: 0.25 * extent_of(params.quantum),
             coarsest: single.then_some(quantum(0.25 * state.range)),
             largest_margin,
             smallest_margin: (SMALLEST_MARGIN * largest_margin / assembly.solver.margin).min(largest_margin),
-            displacement_per_step: 0.0,
             wall_displacement_per_step: wall_displacement(assembly, params)?,
-            entries,
-            next_entries: entries,
             least_entries: options.entries.unwrap_or(0),
-            history: LEAST_LENGTH,
-            active_contacts: 0,
             most_steps: options.longest_chunk.max(1),
-            steps_planned: 1,
-            steps_left: 0,
-            steps_served: 0,
-            margin_used_up: false,
-            repeated_chunks: 0,
-            lost_contacts: 0,
+            schedule: Schedule {
+                wall_extent: 0.25 * extent_of(params.quantum),
+                entries,
+                next_entries: entries,
+                history: LEAST_LENGTH,
+                steps_planned: 1,
+                ..Schedule::default()
+            },
         })
     }
 
     /// Back to time 0; arrays stay as long as they are.
     pub fn rewind(&mut self, p: &mut Params) {
         *p = self.start;
-        (self.extent, self.wall_extent) = (0.0, 0.25 * extent_of(p.quantum));
-        (self.active_contacts, self.steps_planned, self.steps_left, self.margin_used_up) = (0, 1, 0, false);
-        (self.repeated_chunks, self.lost_contacts) = (0, 0);
+        let Schedule { entries, next_entries, history, .. } = self.schedule;
+        let wall_extent = 0.25 * extent_of(p.quantum);
+        self.schedule =
+            Schedule { wall_extent, entries, next_entries, history, steps_planned: 1, ..Schedule::default() };
     }
 
     /// The first lists, of grains of which the fastest moves this far in a step, m.
     pub fn start(&mut self, plans: &Plans, runner: &mut Runner, displacement_per_step: f64) -> Result<()> {
         // Nothing is known yet of what forces will do to the speeds.
-        self.displacement_per_step = displacement_per_step.max(self.largest_margin / LIFE);
+        self.schedule.displacement_per_step = displacement_per_step.max(self.largest_margin / LIFE);
         let counters = self.make(plans, runner)?;
         runner.check_lost(&counters)
     }
 
     /// Whether they have to be made anew before the next step.
     pub fn are_used_up(&self) -> bool {
-        self.steps_left == 0
+        self.schedule.steps_left == 0
     }
 
     /// Whether they have served no step yet.
     pub fn are_new(&self) -> bool {
-        self.steps_served == 0
+        self.schedule.steps_served == 0
     }
 
     /// Whether grains may have moved out of their reach.
     pub fn margin_is_used_up(&self) -> bool {
-        self.margin_used_up
+        self.schedule.margin_used_up
     }
 
     /// Let lists reach as far as they must to live a while, and plan for how many steps that is. Positions in single
     /// precision become multiples of more where grains have gone far.
     pub fn set_margin(&mut self, p: &mut Params) {
         if let Some(coarsest) = self.coarsest {
-            follow_extent(p, self.extent.max(self.wall_extent), coarsest);
+            follow_extent(p, self.schedule.extent.max(self.schedule.wall_extent), coarsest);
         }
-        let fastest = self.displacement_per_step.max(self.wall_displacement_per_step).max(f64::MIN_POSITIVE);
+        let fastest = self.schedule.displacement_per_step.max(self.wall_displacement_per_step).max(f64::MIN_POSITIVE);
         let margin = (2.0 * fastest * LIFE / BOLDNESS).clamp(self.smallest_margin, self.largest_margin);
         (p.margin, p.displacement_limit) = (p.reach + margin, 0.5 * margin);
         let walls = p.displacement_limit / self.wall_displacement_per_step;
         let steps = (BOLDNESS * p.displacement_limit / fastest).min(walls).min(f64::from(self.most_steps));
-        self.steps_planned = (steps as u32).max(1);
+        self.schedule.steps_planned = (steps as u32).max(1);
     }
 
     /// Steps until they have to be made anew; if they have to be now, those after that.
     pub fn steps(&self) -> u32 {
-        if self.are_used_up() { self.steps_planned } else { self.steps_left }
+        if self.are_used_up() { self.schedule.steps_planned } else { self.schedule.steps_left }
     }
 
     /// New lists.
@@ -192,34 +198,35 @@ impl NeighbourLists {
             self.begin(&counters)?;
         }
         self.note_displacements(&counters, &runner.state.params);
-        self.steps_left = if self.margin_used_up { 0 } else { self.steps_left - counters.steps_done };
-        self.repeated_chunks += u64::from(counters.steps_done < steps);
+        self.schedule.steps_left =
+            if self.schedule.margin_used_up { 0 } else { self.schedule.steps_left - counters.steps_done };
+        self.schedule.repeated_chunks += u64::from(counters.steps_done < steps);
         Ok(counters)
     }
 
     /// The contacts that there are fit into the history. To be called before lists are made.
     pub fn make_room_for_history(&mut self, runner: &mut Runner) -> Result<()> {
-        if self.active_contacts as usize > self.history {
-            self.history = with_room(self.active_contacts)?;
-            resize(runner, Length::History, self.history)?;
+        if self.schedule.active_contacts as usize > self.schedule.history {
+            self.schedule.history = with_room(self.schedule.active_contacts)?;
+            resize(runner, Length::History, self.schedule.history)?;
         }
         Ok(())
     }
 
     /// What the next lists need, so far as is known.
     pub fn make_room(&mut self, runner: &mut Runner) -> Result<()> {
-        if self.next_entries != self.entries {
+        if self.schedule.next_entries != self.schedule.entries {
             runner.submit()?;
-            self.resize_entries(runner, self.next_entries)?;
+            self.resize_entries(runner, self.schedule.next_entries)?;
         }
         Ok(())
     }
 
     /// More if they have turned out too short: whether they have.
     fn make_more_room(&mut self, runner: &mut Runner, counters: &Counters) -> Result<bool> {
-        let short = counters.entries_needed as usize > self.entries;
+        let short = counters.entries_needed as usize > self.schedule.entries;
         if short {
-            self.repeated_chunks += 1;
+            self.schedule.repeated_chunks += 1;
             runner.submit()?;
             self.resize_entries(runner, with_room(counters.entries_needed)?)?;
         }
@@ -242,61 +249,67 @@ impl NeighbourLists {
     fn begin(&mut self, counters: &Counters) -> Result<()> {
         let needed = counters.entries_needed as usize;
         let ample = with_room(counters.entries_needed)?.max(self.least_entries);
-        self.next_entries = if 8 * needed < 7 * self.entries { ample } else { self.entries };
-        let forgotten = self.active_contacts.saturating_sub(counters.restored_contacts);
-        self.lost_contacts += u64::from(forgotten) + u64::from(counters.unlisted);
-        (self.steps_left, self.steps_served, self.margin_used_up) = (self.steps_planned, 0, false);
+        self.schedule.next_entries = if 8 * needed < 7 * self.schedule.entries { ample } else { self.schedule.entries };
+        let forgotten = self.schedule.active_contacts.saturating_sub(counters.restored_contacts);
+        self.schedule.lost_contacts += u64::from(forgotten) + u64::from(counters.unlisted);
+        (self.schedule.steps_left, self.schedule.steps_served, self.schedule.margin_used_up) =
+            (self.schedule.steps_planned, 0, false);
         Ok(())
     }
 
     /// How far grains have gone, and how many contacts there are.
     pub fn note_displacements(&mut self, counters: &Counters, p: &Params) {
-        self.active_contacts = counters.active_contacts;
-        self.steps_served += counters.steps_done;
-        self.extent = f64::from(f32::from_bits(counters.max_coordinate)) * p.quantum;
-        self.wall_extent += f64::from(counters.steps_done) * self.wall_displacement_per_step;
+        self.schedule.active_contacts = counters.active_contacts;
+        self.schedule.steps_served += counters.steps_done;
+        self.schedule.extent = f64::from(f32::from_bits(counters.max_coordinate)) * p.quantum;
+        self.schedule.wall_extent += f64::from(counters.steps_done) * self.wall_displacement_per_step;
         let displacement = f64::from(f32::from_bits(counters.max_displacement));
-        self.margin_used_up = !(displacement <= 1.0);
-        if self.steps_served > 0 {
-            self.displacement_per_step = displacement * p.displacement_limit / f64::from(self.steps_served);
+        self.schedule.margin_used_up = !(displacement <= 1.0);
+        if self.schedule.steps_served > 0 {
+            self.schedule.displacement_per_step =
+                displacement * p.displacement_limit / f64::from(self.schedule.steps_served);
         }
     }
 
     /// A step of contact dynamics, which runs none of theirs, is done.
     pub fn serve_step(&mut self) {
-        self.steps_left = self.steps_left.saturating_sub(1);
+        self.schedule.steps_left = self.schedule.steps_left.saturating_sub(1);
     }
 
     /// A step of contact dynamics was taken back, to be done again with longer ones.
     pub fn repeat_step(&mut self) {
-        self.steps_left = 0;
-        self.repeated_chunks += 1;
+        self.schedule.steps_left = 0;
+        self.schedule.repeated_chunks += 1;
     }
 
     /// They are those of another state.
     pub fn discard(&mut self) {
-        (self.margin_used_up, self.steps_left) = (true, 0);
+        (self.schedule.margin_used_up, self.schedule.steps_left) = (true, 0);
+    }
+
+    pub fn most_steps(&self) -> u32 {
+        self.most_steps
     }
 
     pub fn entries(&self) -> usize {
-        self.entries
+        self.schedule.entries
     }
 
     /// Entries of the history: as long as it is, and as many as are in use.
     pub fn history(&self) -> (usize, usize) {
-        (self.history, self.active_contacts as usize)
+        (self.schedule.history, self.schedule.active_contacts as usize)
     }
 
     pub fn repeated_chunks(&self) -> u64 {
-        self.repeated_chunks
+        self.schedule.repeated_chunks
     }
 
     pub fn lost_contacts(&self) -> u64 {
-        self.lost_contacts
+        self.schedule.lost_contacts
     }
 
     fn resize_entries(&mut self, runner: &mut Runner, entries: usize) -> Result<()> {
-        self.entries = entries;
+        self.schedule.entries = entries;
         resize(runner, Length::Entries, entries)
     }
 }

@@ -10,6 +10,7 @@ use crate::{
     nscd::coloring::Coloring,
     plan::{Driver, Loop, Op},
     plans::Plans,
+    record::record,
     scene::Relaxation,
     state::{Length, SolverState, array},
 };
@@ -34,27 +35,30 @@ const PATIENCE: u32 = 16;
 /// Most solutions of a step on the host, each with the pairs that the one before has brought together.
 const HOST_ROUNDS: u32 = 16;
 
-/// How the contacts of the steps so far have been solved.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SolverStatistics {
-    pub steps: u64,
-    /// Steps that ended with a residual above the tolerance that is not the rounding of loads.
-    pub unconverged: u64,
-    /// Passes of all steps, and of the last one.
-    pub iterations: u64,
-    pub last_iterations: u32,
-    /// Largest residual of a contact, by the natural map and relative to what acts on it: sum over the steps, largest,
-    /// and of the last one.
-    pub residual_sum: f64,
-    pub residual_max: f64,
-    pub last_residual: f64,
-    /// Whether the last step was left unsolved.
-    pub last_unsolved: bool,
-    /// Largest friction beyond the Coulomb limit over the largest normal impulse, of the last step.
-    pub last_excess: f64,
-    /// Solvers that solve contacts one by one: updates that found no solution, also those of steps done again.
-    pub local_failures: u64,
-}
+record!(
+    /// How the contacts of the steps so far have been solved.
+    SolverStatistics {
+        steps: u64,
+        /// Steps that ended with a residual above the tolerance that is not the rounding of loads.
+        unconverged: u64,
+        /// Passes of all steps, and of the last one.
+        iterations: u64,
+        last_iterations: u32,
+        /// Largest residual of a contact, by the natural map and relative to what acts on it: sum over the steps,
+        /// largest, and of the last one.
+        residual_sum: f64,
+        residual_max: f64,
+        last_residual: f64,
+        /// Whether the last step was left unsolved.
+        last_unsolved: bool,
+        /// Largest friction beyond the Coulomb limit over the largest normal impulse, of the last step.
+        last_excess: f64,
+        /// Solvers that solve contacts one by one: updates that found no solution, also those of steps done again.
+        local_failures: u64,
+        /// Passes after which the residual of the last step fell no more.
+        last_useful_iterations: u32,
+    }
+);
 
 impl SolverStatistics {
     fn add(&mut self, passes: u32, end: &SolverState, solved: bool) {
@@ -84,15 +88,13 @@ pub struct ResidualRecord {
 pub struct Nscd {
     pub relaxation: Relaxation,
     pub statistics: SolverStatistics,
-    /// Passes after which the residual of the last step fell no more.
-    enough: u32,
     /// Of the last step; the last entry is what it ended with.
     pub residual_history: Vec<ResidualRecord>,
 }
 
 impl Nscd {
     pub fn new(relaxation: Relaxation) -> Nscd {
-        Nscd { relaxation, statistics: SolverStatistics::default(), enough: 0, residual_history: Vec::new() }
+        Nscd { relaxation, statistics: SolverStatistics::default(), residual_history: Vec::new() }
     }
 
     /// One step.
@@ -103,7 +105,7 @@ impl Nscd {
         let mut step = Step::new(self, runner, lists);
         plans.chunk.walk(&mut step)?;
         let (passes, end, solved, best) = (step.passes, step.end, step.solved, step.best);
-        self.enough = best.1;
+        self.statistics.last_useful_iterations = best.1;
         self.statistics.add(passes, &end, solved);
         lists.serve_step();
         runner.step += 1;
@@ -156,7 +158,7 @@ impl<'a> Step<'a> {
         self.began = Instant::now();
         self.passes = 0;
         // Most steps take about as many passes as the one before; to learn of fewer, begin with fewer.
-        self.batch = (self.nscd.enough * 3 / 4).clamp(LEAST_AT_ONCE, MOST_AT_ONCE);
+        self.batch = (self.nscd.statistics.last_useful_iterations * 3 / 4).clamp(LEAST_AT_ONCE, MOST_AT_ONCE);
         self.end = SolverState { residual: f64::INFINITY, ..SolverState::default() };
         self.best = (f64::INFINITY, 0);
         self.coloring = Coloring::default();

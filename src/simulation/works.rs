@@ -6,21 +6,23 @@ use crate::{
     error::Result,
     measure::Sample,
     plan::Plan,
+    record::record,
     state::{Works, array::WORKS},
 };
 
 /// Steps that the device adds up by itself: in single precision they cost its sums less than 1e-5 of their value.
 const STEPS: u64 = 256;
 
-/// Of the steps done so far.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Totals {
-    sum: Works,
-    /// What step 0 has added by itself, per time, W.
-    first: Works,
-    /// The step after the last one in the sum.
-    step: u64,
-}
+record!(
+    /// Of the steps done so far.
+    Totals {
+        sum: Works,
+        /// What step 0 has added by itself, per time, W.
+        first: Works,
+        /// The step after the last one in the sum.
+        step: u64,
+    }
+);
 
 fn powers(sample: &Sample) -> Works {
     Works { dissipated: sample.dissipation, walls: sample.wall_power, fixed: sample.fixed_power }

@@ -1,0 +1,301 @@
+//! Checkpoints: a file with everything that the next steps depend on, so that a run goes on from it as if nothing had
+//! happened, to the bit. `docs/output.md` has what is in it.
+//!
+//! It has the arrays whose lifetime is [`Lifetime::State`], as they lie in the engine, and what the host knows: parameters,
+//! the schedule of the neighbour lists, sums so far. All else follows from the scene. Numbers of a device in single
+//! precision are converted to SI units by powers of two, so that no bit is lost.
+
+use super::{Options, Simulation, Stepper, lists::resize, options::EngineChoice, works::Totals};
+use crate::{
+    container::{self, Container, Description, Number, Writer},
+    engine::PIECE,
+    error::{Error, Result},
+    model::Precision,
+    record::Element,
+    scene::Assembly,
+    state::{ARRAYS, Array, Length, Lifetime, Sizes, State, array::WALL, present},
+};
+use serde::{Deserialize, Serialize};
+use std::{fmt::Display, io, path::Path};
+
+/// What such a file says of itself.
+const KIND: &str = "checkpoint";
+/// Of what is in it.
+const FORMAT: u32 = 1;
+
+/// What a checkpoint says besides its columns.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct About {
+    kind: String,
+    format: u32,
+    /// Of packstone.
+    pub version: String,
+    /// `cpu` or `gpu`, and what it ran on.
+    pub engine: String,
+    pub adapter: String,
+    /// `single` or `double`.
+    pub precision: String,
+    pub step: u64,
+    /// s
+    pub time: f64,
+    pub grains: usize,
+    /// What [`Assembly::checksum`] says of the scene.
+    scene: u32,
+    /// Choices of the model, as text.
+    model: String,
+    /// Of [`Options`].
+    lists_abreast: u32,
+    longest_chunk: u32,
+    /// Of contact dynamics by colours, as in [`Sizes`].
+    contacts: usize,
+    colors: usize,
+    /// What whoever has written it adds.
+    pub run: serde_json::Value,
+}
+
+/// Of the parameters of kernels, the neighbour lists, the works and the solver of contacts: a row each.
+const PARAMS: &str = "params";
+const LISTS: &str = "lists";
+const WORKS: &str = "works_so_far";
+const SOLVER: &str = "solver_statistics";
+
+/// A checkpoint whose header has been read.
+#[derive(Debug)]
+pub struct Checkpoint(Container<About>);
+
+impl Checkpoint {
+    /// # Errors
+    /// [`Error::Io`] if it cannot be read, [`Error::Scene`] if it is none, is cut off, altered, or of another format.
+    pub fn open(path: &Path) -> Result<Checkpoint> {
+        // Files of other kinds say other things.
+        #[derive(Deserialize)]
+        struct Kind {
+            kind: Option<String>,
+            format: Option<u32>,
+            version: Option<String>,
+        }
+        let wrong = |message: String| Error::Scene(format!("{}: {message}", path.display()));
+        let Kind { kind, format, version } = Container::open(path)?.about;
+        match kind.as_deref() {
+            Some(KIND) if format == Some(FORMAT) => Ok(Checkpoint(Container::open(path)?)),
+            Some(KIND) => Err(wrong(format!(
+                "is a checkpoint of packstone {}, which this packstone ({}) cannot read",
+                version.as_deref().unwrap_or("of unknown version"),
+                env!("CARGO_PKG_VERSION")
+            ))),
+            other => Err(wrong(format!("holds {}, and is no checkpoint", other.unwrap_or("something else")))),
+        }
+    }
+
+    pub fn about(&self) -> &About {
+        &self.0.about
+    }
+
+    /// How the simulation ran that it is of, on whatever device.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if it says what this packstone does not know.
+    pub fn options(&self, options: Options) -> Result<Options> {
+        let About { engine, precision, lists_abreast, longest_chunk, .. } = self.about();
+        let engine = match &**engine {
+            "cpu" => EngineChoice::Cpu,
+            "gpu" => EngineChoice::Gpu,
+            other => return Err(self.wrong(format!("is of an engine \"{other}\""))),
+        };
+        let known = Precision::ALL.iter().find(|known| known.label() == precision);
+        let precision = *known.ok_or_else(|| self.wrong(format!("is in precision \"{precision}\"")))?;
+        let (lists_abreast, longest_chunk) = (Some(*lists_abreast), *longest_chunk);
+        Ok(Options { engine, precision, lists_abreast, longest_chunk, ..options })
+    }
+
+    fn wrong(&self, message: impl Display) -> Error {
+        self.0.wrong(message.to_string())
+    }
+
+    /// The only row of a column.
+    fn one<T: Element>(&mut self, name: &str, dims: usize) -> Result<T> {
+        let mut row = None;
+        self.0.read_pieces(name, 1, |_, numbers| {
+            if numbers.len() == T::width(dims) {
+                let mut numbers = numbers.iter().copied();
+                row = Some(T::take(dims, &mut || numbers.next().unwrap_or(0.0)));
+            }
+            Ok(())
+        })?;
+        row.ok_or_else(|| self.wrong(format!("column \"{name}\" has another number of components")))
+    }
+}
+
+impl Simulation {
+    /// Write a checkpoint, with what the caller has to add. The file is complete, and on the disk, or not there. Nothing
+    /// of the simulation changes.
+    ///
+    /// # Errors
+    /// [`Error::Io`] if it cannot be written, [`Error::Device`] if the device is lost.
+    pub fn save(&mut self, path: &Path, run: &impl Serialize) -> Result<()> {
+        let failed = |source| Error::Io { path: path.to_owned(), source };
+        let about = self.about(serde_json::to_value(run).map_err(|e| failed(e.into()))?);
+        let s = &self.runner.state;
+        let (model, params, dims) = (s.model, s.params, s.model.dims());
+        let (arrays, sizes) = (kept(s), self.sizes());
+        let mut columns =
+            vec![description_of(PARAMS, &params, dims), description_of(LISTS, &self.lists.schedule, dims)];
+        columns.extend(self.works.iter().map(|works| description_of(WORKS, works, dims)));
+        columns.extend(self.solver_statistics().map(|solved| description_of(SOLVER, solved, dims)));
+        columns.extend(arrays.iter().map(|array| description(s, array, sizes.of(array.length))));
+        container::replace(path, |out| {
+            let mut file = Writer::begin(out, &about, columns).map_err(failed)?;
+            put(&mut file, &params, dims).map_err(failed)?;
+            put(&mut file, &self.lists.schedule, dims).map_err(failed)?;
+            if let Some(works) = &self.works {
+                put(&mut file, works, dims).map_err(failed)?;
+            }
+            if let Some(solved) = self.solver_statistics() {
+                put(&mut file, solved, dims).map_err(failed)?;
+            }
+            // Not the host's mirror, which stays as it is.
+            let mut piece = State::bare(model, sizes, params);
+            let mut bytes = Vec::new();
+            for array in arrays {
+                let len = sizes.of(array.length);
+                for first in (0..len).step_by(PIECE) {
+                    self.runner.engine.read(&[array], first..(first + PIECE).min(len), &mut piece)?;
+                    bytes.clear();
+                    let column = piece.column(array);
+                    match column.integer() {
+                        true => column.lanes(dims, &mut |x| (x as u32).encode(&mut bytes)),
+                        false => column.lanes(dims, &mut |x| x.encode(&mut bytes)),
+                    }
+                    file.bytes(&bytes).map_err(failed)?;
+                }
+                file.end_column().map_err(failed)?;
+                piece.release(&[array]);
+            }
+            Ok(())
+        })
+    }
+
+    /// Go on from a checkpoint of the same scene, on the engine and in the precision that it is of: see
+    /// [`Checkpoint::options`].
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if it is of another scene, or is damaged, and as [`Simulation::new`].
+    pub fn resume(assembly: Assembly, options: Options, checkpoint: &mut Checkpoint) -> Result<Simulation> {
+        let mut simulation = Simulation::build(assembly, checkpoint.options(options)?)?;
+        simulation.load(checkpoint)?;
+        Ok(simulation)
+    }
+
+    fn load(&mut self, checkpoint: &mut Checkpoint) -> Result<()> {
+        let (about, own) = (checkpoint.about().clone(), self.about(serde_json::Value::Null));
+        for (what, theirs, ours) in [
+            ("engine", &about.engine, &own.engine),
+            ("precision", &about.precision, &own.precision),
+            ("model", &about.model, &own.model),
+        ] {
+            if theirs != ours {
+                return Err(checkpoint.wrong(format!("is of another {what}: {theirs}, not {ours}")));
+            }
+        }
+        if about.scene != own.scene || about.grains != own.grains {
+            return Err(checkpoint.wrong("is of another scene, or the scene has been changed since"));
+        }
+        let dims = self.model().dims();
+        self.runner.step = about.step;
+        self.runner.state.params = checkpoint.one(PARAMS, dims)?;
+        let (old, schedule) = (self.sizes(), checkpoint.one(LISTS, dims)?);
+        self.lists.schedule = schedule;
+        (self.runner.state.sizes.contacts, self.runner.state.sizes.colors) = (about.contacts, about.colors);
+        if self.model().works {
+            self.works = Some(checkpoint.one::<Totals>(WORKS, dims)?);
+        }
+        if let Stepper::Nscd(nscd) = &mut self.stepper {
+            nscd.statistics = checkpoint.one(SOLVER, dims)?;
+        }
+        let sizes = self.sizes();
+        for kind in [Length::Entries, Length::History, Length::Contacts, Length::Colors] {
+            if sizes.of(kind) != old.of(kind) {
+                resize(&mut self.runner, kind, sizes.of(kind))?;
+            }
+        }
+        let s = &self.runner.state;
+        let arrays = kept(s);
+        for array in &arrays {
+            let expected = description(s, array, sizes.of(array.length));
+            if checkpoint.0.descriptions().find(|column| column.name == array.name) != Some(&expected) {
+                return Err(checkpoint.wrong(format!("lacks the array {}, or has it in another form", array.name)));
+            }
+        }
+        let engine = &mut self.runner.engine;
+        let mut piece = State::bare(s.model, sizes, s.params);
+        for array in arrays {
+            checkpoint.0.read_pieces(array.name, PIECE, |first, numbers| {
+                let column = piece.column_mut(array);
+                column.resize(numbers.len() / column.widths(dims).iter().sum::<usize>());
+                let mut numbers = numbers.iter().copied();
+                column.fill(dims, &mut || numbers.next().unwrap_or(0.0));
+                engine.write(&[array], first, &piece)
+            })?;
+            piece.release(&[array]);
+        }
+        // The mirror has walls at all times.
+        self.runner.read(&present(&self.runner.state.model, &[&WALL]))?;
+        Ok(())
+    }
+
+    fn about(&self, run: serde_json::Value) -> About {
+        let Sizes { slice_shift, contacts, colors, .. } = self.runner.state.sizes;
+        About {
+            kind: KIND.to_owned(),
+            format: FORMAT,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            engine: self.engine().name().to_owned(),
+            adapter: self.engine().adapter(),
+            precision: self.model().precision.label().to_owned(),
+            step: self.step(),
+            time: self.time(),
+            grains: self.assembly.grains.len(),
+            scene: self.assembly.checksum(),
+            model: format!("{:?}", self.model()),
+            lists_abreast: 1 << slice_shift,
+            longest_chunk: self.lists.most_steps(),
+            contacts,
+            colors,
+            run,
+        }
+    }
+}
+
+/// The arrays of a checkpoint.
+fn kept(s: &State) -> Vec<&'static Array> {
+    present(&s.model, ARRAYS).into_iter().filter(|array| array.lifetime == Lifetime::State).collect()
+}
+
+fn description(s: &State, array: &Array, rows: usize) -> Description {
+    let (column, dims) = (s.column(array), s.model.dims());
+    Description {
+        name: array.name.to_owned(),
+        number: if column.integer() { u32::TYPE } else { f64::TYPE }.to_owned(),
+        components: column.widths(dims).iter().sum::<usize>() as u64,
+        rows: rows as u64,
+        unit: s.unit_text(array),
+    }
+}
+
+/// Of the only row of a column.
+fn description_of<T: Element>(name: &str, _: &T, dims: usize) -> Description {
+    Description {
+        name: name.to_owned(),
+        number: f64::TYPE.to_owned(),
+        components: T::width(dims) as u64,
+        rows: 1,
+        unit: T::names(dims).join(", "),
+    }
+}
+
+fn put<T: Element>(file: &mut Writer<impl io::Write>, row: &T, dims: usize) -> io::Result<()> {
+    let mut bytes = Vec::new();
+    row.put(dims, &mut |x| x.encode(&mut bytes));
+    file.bytes(&bytes)?;
+    file.end_column()
+}

@@ -1,0 +1,127 @@
+//! A run that goes on from a checkpoint is the run that was never interrupted, to the bit.
+
+mod common;
+
+use common::*;
+use packstone::{
+    measure::Sample,
+    scene::{Assembly, Scene},
+    simulation::{Checkpoint, Options, Simulation},
+    state::{ACTIVE, ARRAYS, Array, Lifetime, NONE, array::IMPULSE, present},
+};
+use std::{fs, path::Path};
+
+fn example(name: &str, set: &[&str]) -> Assembly {
+    let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
+    Scene::load(&Path::new("examples/scenes").join(name), &set).unwrap().assemble().unwrap()
+}
+
+/// Scenes of every kind of memory, and the steps to a sample: lists are made anew in between, but not at every one.
+fn scenes() -> Vec<(&'static str, Assembly, u64)> {
+    let column = ["population.0.count=300"];
+    let rigid = |solver| {
+        let few = ["population.0.count=2", "population.1.count=498", "solver.max_iterations=20", solver];
+        let narrow = ["wall.0.upper=[0.025, 0.025, 2]", "population.0.region.upper=[0.025, 0.025, 0.05]"];
+        example("hard/rigid_settling_3d.toml", &[&few[..], &narrow[..]].concat())
+    };
+    let mut periodic = example("hard/gas.toml", &["output.works=true"]);
+    periodic.solver.allow_overlap = true;
+    let mut moving = example("heap_2d.toml", &[]);
+    moving.walls[0].velocity.y = 0.05;
+    let mut beads = example("elastic_beads.toml", &column);
+    beads.grains.iter_mut().for_each(|grain| grain.velocity.z = -2.0);
+    vec![
+        ("disks on a moving floor", moving, 1000),
+        ("works in a periodic box", periodic, 150),
+        ("elastic spheres that roll", beads, 150),
+        ("spheres of two sizes", example("hard/size_ratio.toml", &[]), 150),
+        ("clumps", example("hard/dimer_bed.toml", &[]), 150),
+        ("jacobi", rigid("solver.relaxation=jacobi-accelerated"), 7),
+        ("colours", rigid("solver.relaxation=coloured-accelerated"), 7),
+        ("disks by gauss-seidel", example("hard/rigid_settling_2d.toml", &["solver.relaxation=gauss-seidel"]), 4),
+        ("clumps by jacobi", rigid_clumps("jacobi-accelerated"), 7),
+        ("clumps by colours", rigid_clumps("coloured-accelerated"), 7),
+    ]
+}
+
+fn rigid_clumps(solver: &str) -> Assembly {
+    let solver = format!("solver.relaxation={solver}");
+    let set = ["solver.method=cd", "solver.dt=2e-4", "solver.max_iterations=20", &solver];
+    example("hard/dimer_bed.toml", &set)
+}
+
+/// Samples every so many steps, so often.
+fn samples(simulation: &mut Simulation, steps: u64, times: u64) -> Vec<Sample> {
+    let sample = |_| {
+        let next = simulation.step() + steps;
+        while simulation.step() < next {
+            simulation.advance_chunk(next - simulation.step()).unwrap();
+        }
+        simulation.sample().unwrap()
+    };
+    (0..times).map(sample).collect()
+}
+
+/// All that later steps depend on, array by array. Impulses of pairs that do not touch are left over, and never read.
+fn content(simulation: &mut Simulation) -> Vec<(&'static str, Vec<u64>)> {
+    let arrays = present(simulation.model(), ARRAYS);
+    let kept: Vec<_> = arrays.into_iter().filter(|array| array.lifetime == Lifetime::State).collect();
+    let dims = simulation.model().dims();
+    let state = simulation.read(&kept).unwrap();
+    let content = |array: &&'static Array| {
+        let mut bits = Vec::new();
+        state.column(array).lanes(dims, &mut |x| bits.push(x.to_bits()));
+        if **array == IMPULSE {
+            let touching = state.neighbour.iter().map(|entry| *entry != NONE && entry & ACTIVE != 0);
+            bits.chunks_mut(dims).zip(touching).filter(|(_, touching)| !touching).for_each(|(bits, _)| bits.fill(0));
+        }
+        (array.name, bits)
+    };
+    kept.iter().map(content).collect()
+}
+
+#[test]
+fn runs_go_on_from_checkpoints_to_the_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("checkpoint.bin");
+    for (name, scene, steps) in scenes() {
+        for bench in engines() {
+            // The first runs on the host alone; double precision on a device moves what the others have moved.
+            let skipped = name.contains("gauss-seidel") || bench.name == GPU_DOUBLE.name && !name.contains("clumps");
+            if bench.name != CPU.name && skipped {
+                continue;
+            }
+            let mut whole = bench.start(&scene);
+            let expected = samples(&mut whole, steps, 4);
+            let expected_content = content(&mut whole);
+            assert!(expected.last().unwrap().contacts > 10, "{name}: hardly any contacts");
+
+            // In the middle between two samples, and of lists.
+            let mut first = bench.start(&scene);
+            let before = samples(&mut first, steps, 1);
+            while first.step() < steps + steps / 2 {
+                first.advance_chunk(2 * steps - first.step()).unwrap();
+            }
+            first.save(&path, &"whatever").unwrap();
+            let at = first.step();
+            drop(first);
+
+            let mut checkpoint = Checkpoint::open(&path).unwrap();
+            assert_eq!((checkpoint.about().step, checkpoint.about().run.as_str()), (at, Some("whatever")));
+            let mut second = Simulation::resume(scene.clone(), Options::default(), &mut checkpoint).unwrap();
+            assert_eq!(second.step(), at);
+            let rest = 2 * steps - at;
+            let mut after = if rest > 0 { samples(&mut second, rest, 1) } else { vec![second.sample().unwrap()] };
+            after.extend(samples(&mut second, steps, 2));
+            let bytes = fs::metadata(&path).unwrap().len() / scene.grains.len() as u64;
+            println!("{name} on {}: {bytes} bytes per grain, {} samples", bench.name, before.len() + after.len());
+            let found = [before, after].concat();
+            assert_eq!(found, expected, "{name} on {}", bench.name);
+            for ((array, found), (_, expected)) in content(&mut second).iter().zip(&expected_content) {
+                assert!(found == expected, "{name} on {}: {array} differs", bench.name);
+            }
+            assert_eq!(second.solver_statistics(), whole.solver_statistics(), "{name} on {}", bench.name);
+            assert_eq!(second.replayed_chunks(), whole.replayed_chunks(), "{name} on {}", bench.name);
+        }
+    }
+}
