@@ -3,6 +3,7 @@
 
 pub mod checkpoint;
 mod columns;
+mod contacts;
 mod dem;
 mod grid;
 mod host_solver;
@@ -19,6 +20,7 @@ mod works;
 
 pub use checkpoint::Checkpoint;
 pub use columns::Columns;
+pub use contacts::{ContactHistory, Other};
 pub use nscd::{ResidualRecord, SolverStatistics};
 pub use options::{EngineChoice, Options};
 pub use runner::params_of_step;
@@ -171,7 +173,7 @@ impl Simulation {
         // Lists without entries leave no history.
         let counted = present(&runner.state.model, &[&LIST_START, &ROTATION_ITERATIONS]);
         runner.execute(&counted.into_iter().map(Op::Clear).collect::<Vec<_>>(), 1)?;
-        runner.step = 0;
+        (runner.step, runner.remembering) = (0, false);
         if let Stepper::Nscd(nscd) = stepper {
             *nscd = Nscd::new(nscd.relaxation);
         }

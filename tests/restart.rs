@@ -125,3 +125,37 @@ fn runs_go_on_from_checkpoints_to_the_bit() {
         }
     }
 }
+
+/// Grains at rest that begin anew with what their contacts remember stay where they are; without it they sag.
+#[test]
+fn contacts_remember_in_another_simulation() {
+    let mut scene = example("heap_2d.toml", &[]);
+    scene.solver.damping = 40.0;
+    for bench in engines().into_iter().filter(|bench| bench.name != GPU_DOUBLE.name) {
+        let mut first = bench.start(&scene);
+        first.advance(15_000).unwrap();
+        let contacts = first.contact_history().unwrap();
+        assert!(contacts.len() > 200, "{} contacts", contacts.len());
+        let before = first.sample().unwrap();
+        let mut after = scene.clone();
+        after.grains = first.grains().unwrap();
+        let mut with = Simulation::with_history(after.clone(), bench.options(), &contacts).unwrap();
+        assert_eq!(with.lost_contacts(), 0);
+        // As many as there were, up to those that touch by rounding alone.
+        let now = with.sample().unwrap();
+        let (elastic, expected) = (now.elastic_energy, before.elastic_energy);
+        println!("{}: elastic energy {expected:e} J before, {elastic:e} J after", bench.name);
+        assert!((elastic - expected).abs() < 1e-4 * expected, "{}: {elastic:e} J, not {expected:e} J", bench.name);
+        let mut without = Simulation::new(after, bench.options()).unwrap();
+        first.advance(500).unwrap();
+        let expected = first.grains().unwrap();
+        let moved = |simulation: &mut Simulation| {
+            simulation.advance(500).unwrap();
+            let grains = simulation.grains().unwrap();
+            grains.iter().zip(&expected).map(|(a, b)| (a.position - b.position).length()).fold(0.0, f64::max)
+        };
+        let (with, without) = (moved(&mut with), moved(&mut without));
+        println!("{}: {with:e} m from where they would be, {without:e} m if contacts forget", bench.name);
+        assert!(with < 0.01 * without, "{}: {with:e} m, {without:e} m", bench.name);
+    }
+}

@@ -46,6 +46,8 @@ pub struct About {
     /// Of [`Options`].
     lists_abreast: u32,
     longest_chunk: u32,
+    /// Whether contacts remembered something at the start.
+    remembering: bool,
     /// Of contact dynamics by colours, as in [`Sizes`].
     contacts: usize,
     colors: usize,
@@ -201,7 +203,7 @@ impl Simulation {
             return Err(checkpoint.wrong("is of another scene, or the scene has been changed since"));
         }
         let dims = self.model().dims();
-        self.runner.step = about.step;
+        (self.runner.step, self.runner.remembering) = (about.step, about.remembering);
         self.runner.state.params = checkpoint.one(PARAMS, dims)?;
         let (old, schedule) = (self.sizes(), checkpoint.one(LISTS, dims)?);
         self.lists.schedule = schedule;
@@ -259,6 +261,7 @@ impl Simulation {
             model: format!("{:?}", self.model()),
             lists_abreast: 1 << slice_shift,
             longest_chunk: self.lists.most_steps(),
+            remembering: self.runner.remembering,
             contacts,
             colors,
             run,

@@ -91,7 +91,7 @@ fn wall_displacement(assembly: &Assembly, p: &Params) -> Result<f64> {
 ///
 /// # Errors
 /// [`Error::Device`] if kernels could not number them.
-fn with_room(needed: u32) -> Result<usize> {
+pub fn with_room(needed: u32) -> Result<usize> {
     if needed as usize > MOST_ENTRIES {
         return Err(Error::Lacking(format!("scene too large: it needs lists of more than {MOST_ENTRIES} entries")));
     }

@@ -8,7 +8,7 @@ use crate::{
     state::{Array, Counters, Params, State, array::*, present},
 };
 
-/// The parameters of a chunk after so many steps: at time 0 springs have not been stretched yet.
+/// The parameters of a chunk after so many steps: at time 0 springs have not been stretched yet, if contacts are new.
 pub fn params_of_step(p: &Params, step: u64) -> Params {
     Params { history_dt: if step == 0 { 0.0 } else { p.dt }, step: step as u32, ..*p }
 }
@@ -19,6 +19,8 @@ pub struct Runner {
     pub state: State,
     /// Steps done.
     pub step: u64,
+    /// Whether contacts remember what was before step 0.
+    pub remembering: bool,
     /// Operations of many steps are submitted together.
     queue: Vec<Op>,
     /// What messages say of the scene.
@@ -27,12 +29,13 @@ pub struct Runner {
 
 impl Runner {
     pub fn new(engine: Box<dyn Engine>, state: State, known: Known) -> Runner {
-        Runner { engine, state, step: 0, queue: Vec::new(), known }
+        Runner { engine, state, step: 0, remembering: false, queue: Vec::new(), known }
     }
 
     /// The parameters of the next step.
     fn params(&self) -> Params {
-        params_of_step(&self.state.params, self.step)
+        let params = params_of_step(&self.state.params, self.step);
+        if self.remembering { Params { history_dt: params.dt, ..params } } else { params }
     }
 
     /// To be done with the next submission.

@@ -1,0 +1,157 @@
+//! What contacts remember, by the numbers of their grains: to be looked at, or to begin another simulation with.
+
+use super::{
+    Options, Simulation,
+    lists::{resize, with_room},
+};
+use crate::{
+    error::Result,
+    scene::Assembly,
+    state::{
+        ACTIVE, Array, INDEX, Length, NONE, Packed, Spin, State,
+        array::{ID, IMPULSE, LIST_START, NEIGHBOUR, ROLLING_TORQUE, TANGENTIAL_FORCE},
+        present,
+    },
+};
+use glam::DVec3;
+
+/// The arrays that lists of contacts consist of, with what contacts remember.
+const OF_CONTACTS: [&Array; 5] = [&LIST_START, &NEIGHBOUR, &TANGENTIAL_FORCE, &ROLLING_TORQUE, &IMPULSE];
+
+/// The other one of a contact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Other {
+    /// A grain of a larger number.
+    Grain(u32),
+    /// A wall, by its place in [`Assembly::walls`].
+    Wall(u32),
+}
+
+/// What a contact remembers: what the law of contact or contact dynamics has no use for is zero. Forces and torques are
+/// those on `grain`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactHistory {
+    /// By its place in [`Assembly::grains`].
+    pub grain: u32,
+    pub other: Other,
+    /// Of the tangential spring, N.
+    pub tangential_force: DVec3,
+    /// Of the rolling spring, N m.
+    pub rolling_torque: DVec3,
+    /// Of the last step of contact dynamics, N s.
+    pub impulse: DVec3,
+}
+
+impl Simulation {
+    /// What the contacts remember that there are now, each once. None of a law without memory.
+    ///
+    /// # Errors
+    /// [`Error::Device`](crate::Error::Device) if the device is lost.
+    pub fn contact_history(&mut self) -> Result<Vec<ContactHistory>> {
+        let model = *self.model();
+        let arrays = present(&model, OF_CONTACTS.iter().chain(&[&ID]));
+        let bodies = self.runner.state.sizes.bodies;
+        let s = self.runner.read(&arrays)?;
+        let mut contacts = Vec::new();
+        for i in 0..bodies {
+            let grain = s.id[i];
+            for entry in s.row(i) {
+                let tagged = s.neighbour[entry];
+                if tagged == NONE || tagged & ACTIVE == 0 {
+                    continue;
+                }
+                let j = (tagged & INDEX) as usize;
+                let other = match s.id.get(j) {
+                    Some(id) if *id < grain => continue,
+                    Some(id) => Other::Grain(*id),
+                    None => Other::Wall((j - bodies) as u32),
+                };
+                contacts.push(ContactHistory {
+                    grain,
+                    other,
+                    tangential_force: s.tangential_force.get(entry).map_or(DVec3::ZERO, |f| f.0),
+                    rolling_torque: s.rolling_torque.get(entry).map_or(DVec3::ZERO, |t| t.0),
+                    impulse: s.impulse.get(entry).map_or(DVec3::ZERO, |p| p.0),
+                });
+            }
+        }
+        self.runner.state.release(&arrays);
+        contacts.sort_unstable_by_key(|contact| contact.key());
+        Ok(contacts)
+    }
+
+    /// As [`Simulation::new`], with contacts that remember what they did elsewhere. Those that are not near each other
+    /// any more, and what the law has no use for, are forgotten.
+    ///
+    /// # Errors
+    /// As [`Simulation::new`].
+    pub fn with_history(assembly: Assembly, options: Options, contacts: &[ContactHistory]) -> Result<Simulation> {
+        let mut simulation = Simulation::build(assembly, options)?;
+        simulation.remember(contacts)?;
+        simulation.start()?;
+        simulation.lists.schedule.lost_contacts = 0;
+        Ok(simulation)
+    }
+
+    /// Lists of these contacts alone, of grains that have not been sorted: the first lists take over what they hold, as
+    /// all lists do from those before them.
+    fn remember(&mut self, contacts: &[ContactHistory]) -> Result<()> {
+        let model = *self.model();
+        let sizes = self.sizes();
+        let arrays = present(&model, &OF_CONTACTS);
+        if contacts.is_empty() || arrays.len() == 2 {
+            return Ok(());
+        }
+        let mut of_grain: Vec<Vec<&ContactHistory>> = vec![Vec::new(); sizes.bodies];
+        contacts.iter().for_each(|contact| of_grain[contact.grain as usize].push(contact));
+        let mut lists = State::bare(model, sizes, *self.params());
+        lists.list_start = vec![0];
+        for slice in 0..sizes.slices() {
+            let (grains, abreast) = sizes.lists_of_slice(slice);
+            let longest = grains.map(|i| of_grain[i].len()).max().unwrap_or(0);
+            lists.list_start.push(lists.list_start[slice] + (longest * abreast) as u32);
+        }
+        let entries = lists.all_entries();
+        for array in &arrays[1..] {
+            lists.column_mut(array).resize(entries);
+        }
+        lists.neighbour.fill(NONE);
+        for (i, contacts) in of_grain.iter().enumerate() {
+            for (entry, contact) in lists.row(i).zip(contacts) {
+                let number = match contact.other {
+                    Other::Grain(id) => id,
+                    Other::Wall(wall) => sizes.bodies as u32 + wall,
+                };
+                lists.neighbour[entry] = number | ACTIVE;
+                if let Some(force) = lists.tangential_force.get_mut(entry) {
+                    *force = Packed(contact.tangential_force);
+                }
+                if let Some(torque) = lists.rolling_torque.get_mut(entry) {
+                    *torque = Spin(contact.rolling_torque);
+                }
+                if let Some(impulse) = lists.impulse.get_mut(entry) {
+                    *impulse = Packed(contact.impulse);
+                }
+            }
+        }
+        if entries > sizes.entries {
+            let entries = with_room(entries as u32)?;
+            resize(&mut self.runner, Length::Entries, entries)?;
+            (self.lists.schedule.entries, self.lists.schedule.next_entries) = (entries, entries);
+        }
+        self.lists.schedule.active_contacts = contacts.len() as u32;
+        self.runner.remembering = true;
+        self.runner.engine.write(&arrays, 0, &lists)
+    }
+}
+
+impl ContactHistory {
+    /// Grains by their numbers, then walls.
+    fn key(&self) -> (u32, u64) {
+        let other = match self.other {
+            Other::Grain(id) => u64::from(id),
+            Other::Wall(wall) => (1 << 32) + u64::from(wall),
+        };
+        (self.grain, other)
+    }
+}
