@@ -14,7 +14,7 @@ mod table;
 mod tune;
 
 use clap::{Parser, Subcommand};
-use common::{BAD_INPUT, STOPPED, complain};
+use common::{BAD_INPUT, STOPPED, complain, unsaid};
 use packstone::Error;
 use std::process::ExitCode;
 
@@ -53,9 +53,16 @@ pub fn main() -> ExitCode {
         Command::Solve(args) => solve::solve(&args),
         Command::Adapters(_) => adapters::adapters(),
     };
-    outcome.unwrap_or_else(|error| {
+    let code = outcome.unwrap_or_else(|error| {
         complain(&error);
         let stopped = matches!(error.downcast_ref(), Some(Error::Run { .. }));
         ExitCode::from(if stopped { STOPPED } else { BAD_INPUT })
-    })
+    });
+    match unsaid() {
+        Some(error) => {
+            complain(format!("standard output: {error}"));
+            if code == ExitCode::SUCCESS { ExitCode::from(STOPPED) } else { code }
+        }
+        None => code,
+    }
 }

@@ -17,6 +17,10 @@ pub enum Error {
     /// The device has failed, or was lost. Exit code 2.
     #[error("{0}")]
     Device(String),
+    /// The folder of a result cannot be used: another run writes there, or files that are not packstone's are in the way.
+    /// Exit code 2.
+    #[error("{0}")]
+    Folder(String),
     /// A run had to stop; the last good state is kept.
     #[error("stopped at step {step} (t = {time:e} s): {reason}")]
     Run { step: u64, time: f64, reason: String },

@@ -3,40 +3,46 @@
 
 pub mod csv;
 mod files;
+pub mod folder;
+mod inputs;
+pub mod names;
 pub mod problem;
+mod record;
+mod rows;
+pub mod schedule;
 pub mod summary;
 pub mod vtp;
 
 use crate::{
-    container::{Container, is_container},
-    error::Result,
+    error::{Error, Result},
     measure::Sample,
     scene::{
-        Assembly, Material, Output, Shape,
+        Assembly, Material, Output, Scene, Shape,
         grain_file::{self, Moment, Names},
     },
 };
-use csv::GrainRow;
 pub(crate) use files::at;
 pub use files::replace;
 use files::write;
+pub use folder::Folder;
+use names::{CHECKPOINT, FINAL, FINAL_BIN, HISTORY, MEMBERS, PREVIOUS, SERIES, SUMMARY, snapshot, snapshot_number};
+pub use record::{Kept, Machine, Record, Resumed, Written, cpu_name};
+pub use rows::read_rows;
 use std::{
-    fs,
-    io::Write,
+    fs::{self, File},
+    io::{self, BufWriter, Write},
     path::{Path, PathBuf},
 };
 use summary::Summary;
 
-pub const HISTORY: &str = "history.csv";
-pub const FINAL: &str = "final.csv";
-pub const FINAL_BIN: &str = "final.bin";
-pub const MEMBERS: &str = "members.csv";
-pub const SUMMARY: &str = "summary.json";
-pub const SERIES: &str = "packstone.pvd";
-
-/// The folder a run writes to.
+/// The result of a run while it is written.
 pub struct Results {
-    folder: PathBuf,
+    folder: Folder,
+    /// Where it is written: the partial result of the folder, or, if that cannot be written, somewhere else.
+    place: PathBuf,
+    /// How many such places have been tried.
+    moved: usize,
+    record: Record,
     output: Output,
     dimension: usize,
     materials: Vec<Material>,
@@ -49,29 +55,92 @@ pub struct Results {
 }
 
 impl Results {
-    /// Make the folder. What an earlier run left there is removed, everything else stays.
+    /// Begin a result in a folder, beside the one that is there. `file` is that of the scene, if it has one.
     ///
     /// # Errors
-    /// [`Error::Io`](crate::Error::Io), here and in all functions below.
-    pub fn create(folder: &Path, assembly: &Assembly) -> Result<Results> {
-        fs::create_dir_all(folder).map_err(at(folder))?;
-        for entry in fs::read_dir(folder).map_err(at(folder))? {
-            let path = entry.map_err(at(folder))?.path();
-            if path.file_name().and_then(|name| name.to_str()).is_some_and(is_ours) {
-                fs::remove_file(&path).map_err(at(&path))?;
+    /// As [`Folder::check`]; [`Error::Io`] here and in all functions below.
+    pub fn create(
+        folder: &Path,
+        file: Option<&Path>,
+        scene: &Scene,
+        assembly: &Assembly,
+        mut record: Record,
+    ) -> Result<Results> {
+        let mut folder = Folder::open(folder)?;
+        record.scene = file.and_then(|file| folder::scene_from(&folder.path, file));
+        folder.begin(|folder, new| {
+            inputs::keep(scene, &mut record, &folder.path, folder.older(), new)?;
+            record.write(new)
+        })?;
+        let history = csv::History::create(&folder.partial().join(HISTORY))?;
+        Ok(Results::new(folder, assembly, record, history, Vec::new()))
+    }
+
+    /// Go on with the result in `from`, one of [`folder::resumable`]: with the rows of the history up to a step, and with
+    /// these snapshots (steps, and times in s). Later rows and snapshots are removed.
+    pub fn resume(
+        folder: &Path,
+        from: &Path,
+        assembly: &Assembly,
+        resumed: Resumed,
+        snapshots: Vec<(u64, f64)>,
+    ) -> Result<Results> {
+        let mut folder = Folder::open(folder)?;
+        let place = folder.partial();
+        if from != place {
+            // It stays as it is until the new one is complete.
+            let from = Record::read(from).map(|record| (record, from)).ok_or_else(|| no_record(from))?;
+            folder.begin(|_, new| copy(from, new))?;
+        }
+        let mut record = Record::read(&place).ok_or_else(|| no_record(&place))?;
+        let history = csv::History::resume(&place.join(HISTORY), resumed.step)?;
+        for name in record::names(&place)? {
+            let later = snapshot_number(&name).is_some_and(|number| number >= snapshots.len());
+            if later || name == SERIES {
+                fs::remove_file(place.join(&name)).map_err(at(&place))?;
             }
         }
-        let history = csv::History::create(&folder.join(HISTORY))?;
-        Ok(Results {
-            folder: folder.to_owned(),
+        record.resumed.push(resumed);
+        (record.end, record.ended, record.complete) = (None, None, false);
+        record.write(&place)?;
+        Ok(Results::new(folder, assembly, record, history, snapshots))
+    }
+
+    fn new(
+        folder: Folder,
+        assembly: &Assembly,
+        record: Record,
+        history: csv::History,
+        snapshots: Vec<(u64, f64)>,
+    ) -> Results {
+        Results {
+            place: folder.partial(),
+            moved: 0,
+            folder,
+            record,
             output: assembly.output,
             dimension: assembly.dimension,
             materials: assembly.materials.clone(),
             shapes: assembly.shapes.clone(),
             owners: assembly.owners(),
             history,
-            snapshots: Vec::new(),
-        })
+            snapshots,
+        }
+    }
+
+    /// Where it is written now.
+    pub fn place(&self) -> &Path {
+        &self.place
+    }
+
+    /// What a user should know of the folder.
+    pub fn notices(&self) -> &[String] {
+        &self.folder.notices
+    }
+
+    /// Steps and times, s, of the snapshots so far.
+    pub fn snapshots(&self) -> &[(u64, f64)] {
+        &self.snapshots
     }
 
     /// A row of the history; `rate` is in particle-steps/s since the row before.
@@ -83,19 +152,32 @@ impl Results {
     pub fn snapshot(&mut self, moment: &Moment) -> Result<()> {
         let number = self.snapshots.len();
         if self.output.vtp {
-            self.write_vtp(&snapshot_name(number, "vtp"), moment)?;
+            self.write_vtp(&snapshot(number, "vtp"), moment)?;
         }
         if self.output.bin {
-            self.write_bin(&snapshot_name(number, "bin"), moment)?;
+            self.write_bin(&snapshot(number, "bin"), moment)?;
         }
         self.snapshots.push((moment.step, moment.time));
         Ok(())
     }
 
-    /// Everything that is written once, at the end. With clumps `final.csv` has them, and `members.csv` their members.
+    /// A checkpoint, on the disk when this returns; the one before it is kept.
+    pub fn checkpoint(&mut self, content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<()> {
+        let (path, previous) = (self.place.join(CHECKPOINT), self.place.join(PREVIOUS));
+        let fill = |part: &Path| {
+            let mut file = BufWriter::new(File::create(part)?);
+            content(&mut file)?;
+            file.flush()?;
+            file.get_ref().sync_all()?;
+            if path.exists() { fs::rename(&path, &previous) } else { Ok(()) }
+        };
+        replace(&path, |part| fill(part).map_err(at(&path)))
+    }
+
+    /// What is written once, of the last state. With clumps `final.csv` has them, and `members.csv` their members.
     /// What can be written is, whatever cannot.
-    pub fn finish(mut self, summary: &Summary, moment: &Moment) -> Result<()> {
-        let mut result = self.history.finish();
+    pub fn finish(&mut self, summary: &Summary, moment: &Moment) -> Result<()> {
+        let mut result = Ok(());
         let mut also = |written: Result<()>| result = std::mem::replace(&mut result, Ok(())).and(written);
         let Moment { grains, clumps, .. } = *moment;
         if self.output.bin {
@@ -103,89 +185,99 @@ impl Results {
         }
         if self.output.csv {
             let grains_file = if clumps.is_empty() { FINAL } else { MEMBERS };
-            also(csv::write_grains(&self.folder.join(grains_file), grains, &self.materials));
+            also(csv::write_grains(&self.place.join(grains_file), grains, &self.materials));
         }
         if self.output.csv && !clumps.is_empty() {
-            also(csv::write_clumps(&self.folder.join(FINAL), clumps, &self.shapes, &self.materials));
+            also(csv::write_clumps(&self.place.join(FINAL), clumps, &self.shapes, &self.materials));
         }
-        also(write(&self.folder.join(SUMMARY), |file| {
+        also(write(&self.place.join(SUMMARY), |file| {
             serde_json::to_writer_pretty(&mut *file, summary)?;
             writeln!(file)
         }));
         if self.output.vtp {
             if self.snapshots.last().is_none_or(|(step, _)| *step != moment.step) {
-                also(self.write_vtp(&snapshot_name(self.snapshots.len(), "vtp"), moment));
+                also(self.write_vtp(&snapshot(self.snapshots.len(), "vtp"), moment));
                 self.snapshots.push((moment.step, moment.time));
             }
-            let file = |(number, (_, time)): (usize, &(u64, f64))| (*time, snapshot_name(number, "vtp"));
-            let series: Vec<_> = self.snapshots.iter().enumerate().map(file).collect();
-            also(write(&self.folder.join(SERIES), |file| vtp::write_series(file, &series)));
+            let file = |(number, (_, time)): (usize, &(u64, f64))| (*time, snapshot(number, "vtp"));
+            let there = |(_, name): &(f64, String)| self.place.join(name).exists();
+            let series: Vec<_> = self.snapshots.iter().enumerate().map(file).filter(there).collect();
+            also(write(&self.place.join(SERIES), |file| vtp::write_series(file, &series)));
         }
         result
     }
 
+    /// Go on in another folder, beside that of the result or among temporary files, if this one cannot be written. The
+    /// history goes on there; what was written before stays where it is.
+    ///
+    /// # Errors
+    /// The last one, when no place is left.
+    pub fn elsewhere(&mut self) -> Result<()> {
+        let root = self.folder.root();
+        let name = root.file_name().map_or("packstone".into(), |name| name.to_string_lossy());
+        let beside = root.parent().map(Path::to_owned);
+        let bases: Vec<PathBuf> = beside.into_iter().chain([std::env::temp_dir()]).collect();
+        let mut result = Err(at(&self.place)(io::ErrorKind::NotFound.into()));
+        while let Some(base) = bases.get(self.moved) {
+            self.moved += 1;
+            if self.place != self.folder.partial() {
+                // Nothing is there that is not written once more.
+                let _ = fs::remove_dir_all(&self.place);
+            }
+            self.place = folder::unused(base, &format!("{name}.rescued"));
+            let made = fs::create_dir_all(&self.place).map_err(at(&self.place));
+            result = made.and_then(|()| self.history.go_on_in(&self.place.join(HISTORY)));
+            if result.is_ok() {
+                break;
+            }
+        }
+        result
+    }
+
+    /// The last word: how the run ended, and whether it came to its end. A complete result takes the place of the one
+    /// that is there; another does so only where there is none. Returns the folder where it is now.
+    pub fn close(mut self, ended: &str, complete: bool) -> Result<PathBuf> {
+        for entry in fs::read_dir(&self.place).map_err(at(&self.place))?.flatten() {
+            if entry.path().extension().is_some_and(|ending| ending == "part") {
+                fs::remove_file(entry.path()).map_err(at(&self.place))?;
+            }
+        }
+        (self.record.end, self.record.ended, self.record.complete) =
+            (Some(record::now()), Some(ended.to_owned()), complete);
+        self.record.list(&self.place)?;
+        self.record.write(&self.place)?;
+        let stays = self.moved > 0 || !(complete || self.folder.older().is_none());
+        if stays {
+            return Ok(self.place);
+        }
+        self.folder.take_place()?;
+        Ok(self.folder.path)
+    }
+
     fn write_vtp(&self, name: &str, moment: &Moment) -> Result<()> {
-        write(&self.folder.join(name), |file| vtp::write(file, moment.time, moment.grains, &self.owners))
+        write(&self.place.join(name), |file| vtp::write(file, moment.time, moment.grains, &self.owners))
     }
 
     fn write_bin(&self, name: &str, moment: &Moment) -> Result<()> {
         let Results { dimension, materials, shapes, owners, .. } = self;
         let names = Names { dimension: *dimension, materials, shapes, owners };
-        write(&self.folder.join(name), |file| grain_file::write(file, moment, &names))
+        write(&self.place.join(name), |file| grain_file::write(file, moment, &names))
     }
 }
 
-/// Reads the spheres of a table or of a binary file; of clumps in a binary file the members.
-///
-/// # Errors
-/// As [`csv::read_grains`] and [`Container::open`].
-pub fn read_rows(path: &Path) -> Result<Vec<GrainRow>> {
-    if !is_container(path) {
-        return csv::read_grains(path);
-    }
-    let mut file = Container::<serde_json::Value>::open(path)?;
-    let prefix = if file.rows("member_position").is_some() { "member_" } else { "" };
-    let mut rows = Vec::new();
-    file.read(&format!("{prefix}position"), |k, [x, y, z]| {
-        rows.push(GrainRow { id: Some(k as u64), x, y, z, ..GrainRow::default() });
-    })?;
-    file.read(&format!("{prefix}radius"), |k, [radius]| {
-        if let Some(row) = rows.get_mut(k) {
-            row.radius = radius;
+fn no_record(folder: &Path) -> Error {
+    Error::Folder(format!("{}: has no result that could be continued", folder.display()))
+}
+
+/// The files of a result, by links where the system has them; the history, which is written on, as a file of its own.
+fn copy((record, from): (Record, &Path), to: &Path) -> Result<()> {
+    for name in record.files_in(from) {
+        let (source, target) = (from.join(name), to.join(name));
+        let inside = target.parent().expect("it is in a folder");
+        fs::create_dir_all(inside).map_err(at(inside))?;
+        if name == HISTORY || fs::hard_link(&source, &target).is_err() {
+            fs::copy(&source, &target).map_err(at(&target))?;
         }
-    })?;
-    file.read(&format!("{prefix}velocity"), |k, [x, y, z]| {
-        if let Some(row) = rows.get_mut(k) {
-            (row.vx, row.vy, row.vz) = (x, y, z);
-        }
-    })?;
-    Ok(rows)
-}
-
-fn snapshot_name(number: usize, extension: &str) -> String {
-    format!("snapshot_{number:06}.{extension}")
-}
-
-/// Whether a run may have written a file of this name.
-fn is_ours(name: &str) -> bool {
-    let name = name.strip_suffix(".part").unwrap_or(name);
-    let of_snapshot = name.strip_suffix(".vtp").or_else(|| name.strip_suffix(".bin"));
-    let number = of_snapshot.and_then(|name| name.strip_prefix("snapshot_"));
-    [HISTORY, FINAL, MEMBERS, FINAL_BIN, SUMMARY, SERIES].contains(&name)
-        || number.is_some_and(|n| n.parse::<u64>().is_ok())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn only_files_of_a_run_are_ours() {
-        assert!(
-            ["summary.json", "snapshot_000012.vtp", "snapshot_000012.bin.part", "final.bin", "history.csv.part"]
-                .into_iter()
-                .all(is_ours)
-        );
-        assert!(!["picture.png", "snapshot_mine.vtp", "notes.csv", "summary.json.bak"].into_iter().any(is_ours));
     }
+    record.write(to)
 }

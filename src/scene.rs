@@ -6,6 +6,7 @@ mod bodies;
 pub mod builder;
 mod check;
 pub mod grain_file;
+mod inputs;
 mod invariants;
 mod law;
 mod levels;
@@ -27,6 +28,7 @@ pub use assembly::{
     Assembly, Clump, Domain, Grain, Material, Method, Output, Relaxation, Solver, Stop, Surface, TimeStep, Wall,
 };
 pub use builder::SceneBuilder;
+pub use inputs::Input;
 pub use law::{Dashpot, Hertz, MaterialBuilder, Pair, PairBuilder, Rolling};
 pub use levels::SizeLevel;
 pub(crate) use neighbours::Neighbours;
@@ -44,6 +46,8 @@ use origin::{Origin, read_text};
 pub struct Scene {
     file: schema::File,
     origin: Origin,
+    /// With all overrides; None for a scene in code.
+    text: Option<String>,
 }
 
 impl Scene {
@@ -62,7 +66,7 @@ impl Scene {
         let edited = overrides::apply(text, set, &origin)?;
         let file = schema::read(&edited).map_err(|fault| overrides::blame(text, fault, &origin))?;
         overrides::refuse_infinite(&edited, &origin)?;
-        Ok(Scene { file, origin })
+        Ok(Scene { file, origin, text: Some(edited) })
     }
 
     /// Checks every value, fills in the defaults and places the grains.

@@ -1,9 +1,11 @@
 //! Where a benchmark ran, and with what.
 
 use super::{copy, trial::Backend};
-use crate::gpu::{AdapterSummary, DeviceOptions, adapters};
+use crate::{
+    gpu::{AdapterSummary, DeviceOptions, adapters},
+    io::cpu_name,
+};
 use serde::Serialize;
-use std::process::Command;
 
 /// The machine and the program.
 #[derive(Clone, Debug, Serialize)]
@@ -29,7 +31,7 @@ impl Machine {
     pub fn here() -> Machine {
         let adapters = adapters();
         Machine {
-            cpu: cpu().unwrap_or_else(|| "unknown".to_owned()),
+            cpu: cpu_name(),
             cores: std::thread::available_parallelism().map_or(1, |n| n.get()),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
             double_adapter: adapters.iter().find(|a| a.double).map(|a| a.name.clone()),
@@ -62,18 +64,4 @@ impl Machine {
         };
         Backend::ALL.into_iter().filter(present).collect()
     }
-}
-
-/// Name of the processor, as Linux, macOS and Windows tell it.
-fn cpu() -> Option<String> {
-    let of_linux = || {
-        let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
-        let line = text.lines().find(|line| line.starts_with("model name"))?;
-        Some(line.split_once(':')?.1.trim().to_owned())
-    };
-    let of_macos = || {
-        let output = Command::new("sysctl").args(["-n", "machdep.cpu.brand_string"]).output().ok()?;
-        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
-    };
-    of_linux().or_else(of_macos).or_else(|| std::env::var("PROCESSOR_IDENTIFIER").ok())
 }

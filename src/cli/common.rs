@@ -12,8 +12,9 @@ use packstone::{
 };
 use std::{
     fmt::Display,
-    io::Write,
+    io::{self, Write},
     path::{Path, PathBuf},
+    sync::OnceLock,
 };
 
 /// Exit codes besides 0; 2 is also clap's for wrong usage.
@@ -63,7 +64,7 @@ impl SceneArgs {
 pub fn load(path: &Path, set: &[String]) -> anyhow::Result<(Scene, Assembly)> {
     let scene = Scene::load(path, set)?;
     let assembly = scene.assemble()?;
-    assembly.notices.iter().for_each(|notice| eprintln!("note: {notice}"));
+    assembly.notices.iter().for_each(note);
     Ok((scene, assembly))
 }
 
@@ -81,20 +82,40 @@ pub fn engines<const N: usize>(names: [&'static str; N]) -> impl TypedValueParse
     })
 }
 
-/// A line on the standard output. That nobody reads it any more (`| head`) is no reason to panic.
+/// The first line that could not be written to the standard output, other than by nobody reading it any more (`| head`).
+static UNSAID: OnceLock<io::Error> = OnceLock::new();
+
+/// A line on the standard output.
 pub fn say(line: impl Display) {
-    let _ = writeln!(std::io::stdout().lock(), "{line}");
+    match writeln!(io::stdout().lock(), "{line}") {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => drop(UNSAID.set(error)),
+        _ => {}
+    }
+}
+
+/// Why what was said has not been heard.
+pub fn unsaid() -> Option<&'static io::Error> {
+    UNSAID.get()
+}
+
+/// A line on the standard error; where nobody hears it, nobody can be told so.
+fn remark(kind: &str, line: impl Display) {
+    let _ = writeln!(io::stderr().lock(), "{kind}: {line}");
 }
 
 /// An error, on one line.
 pub fn complain(error: impl Display) {
-    let line = error.to_string().lines().map(str::trim).collect::<Vec<_>>().join(" ");
-    eprintln!("error: {line}");
+    remark("error", error.to_string().lines().map(str::trim).collect::<Vec<_>>().join(" "));
 }
 
-/// What makes a result doubtful, on the standard error.
+/// What makes a result doubtful.
 pub fn warn(doubt: impl Display) {
-    eprintln!("warning: {doubt}");
+    remark("warning", doubt);
+}
+
+/// What is good to know.
+pub fn note(notice: impl Display) {
+    remark("note", notice);
 }
 
 /// The name of a file without folder and ending.

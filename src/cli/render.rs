@@ -1,10 +1,16 @@
 //! `packstone render`
 
-use super::common::say;
+use super::common::{note, say};
 use anyhow::bail;
 use packstone::{
     gpu::{Device, DeviceOptions},
-    io::{self, csv::GrainRow, read_rows, summary::Surroundings},
+    io::{
+        self,
+        csv::GrainRow,
+        names::{FINAL, FINAL_BIN, MEMBERS, SUMMARY, snapshot, snapshot_number},
+        read_rows,
+        summary::Surroundings,
+    },
     render::{ColorBy, Picture, colors, draw, write_png},
 };
 use std::{
@@ -52,22 +58,40 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Grains and what is around them: a folder knows its walls, a table only whether it is flat.
+/// Grains and what is around them: a folder knows its walls.
 fn read(state: &Path) -> anyhow::Result<(Vec<GrainRow>, Surroundings)> {
     if !state.is_dir() {
         let grains = read_rows(state)?;
-        let flat = grains.iter().all(|g| g.z == 0.0);
-        return Ok((grains, Surroundings::empty(if flat { 2 } else { 3 })));
+        let surroundings = without_walls(&grains);
+        return Ok((grains, surroundings));
     }
-    // Of clumps the members are drawn.
-    let members = state.join(io::MEMBERS);
-    let Some(file) = [members, state.join(io::FINAL), state.join(io::FINAL_BIN)].into_iter().find(|f| f.exists())
-    else {
-        let (table, binary) = (io::FINAL, io::FINAL_BIN);
+    let (folder, notice) = io::folder::find(state)?;
+    notice.iter().for_each(note);
+    // Of clumps the members are drawn; a run that was killed has no last state, but may have snapshots.
+    let files = [MEMBERS, FINAL, FINAL_BIN].map(|name| folder.join(name)).into_iter();
+    let Some(file) = files.chain(last_snapshot(&folder)).find(|file| file.exists()) else {
         let formats = "\"csv\" or \"bin\" in output.formats";
-        bail!("{}: has no {table} and no {binary}; is it the folder of a run with {formats}?", state.display());
+        bail!("{}: has no {FINAL} and no {FINAL_BIN}; is it the folder of a run with {formats}?", state.display());
     };
-    Ok((read_rows(&file)?, Surroundings::read(&state.join(io::SUMMARY))?))
+    let grains = read_rows(&file)?;
+    let summary = folder.join(SUMMARY);
+    if !summary.exists() {
+        note(format!("drawn is {}, without walls", file.display()));
+        let surroundings = without_walls(&grains);
+        return Ok((grains, surroundings));
+    }
+    Ok((grains, Surroundings::read(&summary)?))
+}
+
+/// A table only knows whether it is flat.
+fn without_walls(grains: &[GrainRow]) -> Surroundings {
+    Surroundings::empty(if grains.iter().all(|g| g.z == 0.0) { 2 } else { 3 })
+}
+
+fn last_snapshot(folder: &Path) -> Option<PathBuf> {
+    let names = std::fs::read_dir(folder).ok()?.flatten().filter_map(|entry| entry.file_name().into_string().ok());
+    let numbered = names.filter(|name| name.ends_with(".bin")).filter_map(|name| snapshot_number(&name));
+    numbered.max().map(|number| folder.join(snapshot(number, "bin")))
 }
 
 fn default_path(state: &Path) -> PathBuf {

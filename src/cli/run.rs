@@ -1,15 +1,16 @@
 //! `packstone run`
 
-use super::common::{INTERRUPTED, STOPPED, SceneArgs, UNSURE, complain, engines, say, stem, warn};
+use super::common::{INTERRUPTED, STOPPED, SceneArgs, UNSURE, complain, engines, note, say, stem, warn};
 use super::progress::Progress;
 use packstone::{
     Error,
     io::{
-        Results,
+        Folder, Record, Results,
+        schedule::Schedule,
         summary::{Ending, Relaxation, Summary},
     },
     measure::Sample,
-    scene::{Assembly, Stop, grain_file::Moment},
+    scene::{Scene, grain_file::Moment},
     simulation::{EngineChoice, Options, Simulation},
 };
 use std::{
@@ -55,30 +56,46 @@ impl RunArgs {
 
 pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let (scene, assembly) = args.scene.load(&args.stop())?;
-    let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(stem(&args.scene.scene)));
+    let file = &args.scene.scene;
+    let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(stem(file)));
+    // A folder that is asked for may have the result of any scene.
+    Folder::check(&folder, args.out.is_none().then_some(file))?;
     let options = Options { engine: args.engine, ..args.scene.options() };
     let simulation = Simulation::new(assembly, options)?;
     say(simulation.notice());
     listen()?;
     // Only now, so that a scene that cannot run leaves no trace.
-    let mut run = Run::new(simulation, &folder)?;
+    let record = Record::new(&scene, &simulation, std::env::args().skip(1).collect());
+    let results = Results::create(&folder, Some(file), &scene, simulation.assembly(), record)?;
+    results.notices().iter().for_each(note);
+    let mut run = Run::new(simulation, results);
     let end = run.drive()?;
-    let summary = run.write(scene.name(), &end)?;
+    let Written { summary, place, spoilt } = run.write(&scene, &end)?;
     if let Some(Relaxation { force_balance_max: Some(worst), force_balance_grain: Some(grain), .. }) =
         summary.relaxation
     {
         say(format!("forces on a grain balance to {worst:.1e} of its weight or more (grain {grain})"));
     }
     summary.doubts.iter().for_each(warn);
-    say(format!("results in {}", folder.display()));
+    say(format!("results in {}", place.display()));
+    if place != folder && spoilt.is_none() {
+        note(format!("{} keeps the older result, as this run did not come to its end", folder.display()));
+    }
+    if let Some(error) = &spoilt {
+        complain(format!("{error}; the last state is in {}", place.display()));
+    }
     Ok(match end {
+        End::Stopped(error) => {
+            // If that was the error, it has been said.
+            if spoilt.is_none() || !matches!(error, Error::Io { .. }) {
+                complain(error);
+            }
+            ExitCode::from(STOPPED)
+        }
+        _ if spoilt.is_some() => ExitCode::from(STOPPED),
         End::Reached | End::AtRest if args.strict && !summary.doubts.is_empty() => ExitCode::from(UNSURE),
         End::Reached | End::AtRest => ExitCode::SUCCESS,
         End::Interrupted => ExitCode::from(INTERRUPTED),
-        End::Stopped(error) => {
-            complain(error);
-            ExitCode::from(STOPPED)
-        }
     })
 }
 
@@ -106,60 +123,23 @@ enum End {
     /// Equilibrium.
     AtRest,
     Interrupted,
-    /// [`Error::Run`]
+    /// By an error.
     Stopped(Error),
 }
 
-/// Something that happens every so many steps, which need not be a whole number.
-struct Clock {
-    interval: f64,
-    ticks: u64,
-}
-
-impl Clock {
-    fn new(interval: f64) -> Clock {
-        Clock { interval: interval.max(1.0), ticks: 0 }
-    }
-
-    /// The step at which it happens next; 0 at first.
-    fn next(&self) -> u64 {
-        whole(self.ticks as f64 * self.interval)
-    }
-
-    /// Whether it happens at this step, which is then over.
-    fn strikes(&mut self, step: u64) -> bool {
-        let now = self.next() <= step;
-        self.ticks += u64::from(now);
-        now
-    }
-}
-
-/// The first step that is not before this one; a number that is whole up to rounding is itself.
-fn whole(steps: f64) -> u64 {
-    (steps * (1.0 - 1e-9)).ceil() as u64
-}
-
-/// The last step, if the scene sets a time or a number of steps.
-fn last_step(stop: &Stop, dt: f64) -> Option<u64> {
-    let of_time = stop.time.map(|time| whole(time / dt));
-    of_time.into_iter().chain(stop.steps).min()
-}
-
-/// Steps between two rows of the history.
-fn history_interval(assembly: &Assembly, dt: f64, end: Option<u64>) -> f64 {
-    match (assembly.output.history, end) {
-        (Some(seconds), _) => seconds / dt,
-        (None, Some(end)) => end as f64 / 100.0,
-        (None, None) => 1000.0,
-    }
+/// What there is of a run in the end.
+struct Written {
+    summary: Summary,
+    /// Where.
+    place: PathBuf,
+    /// Why the results are not where they should be.
+    spoilt: Option<Error>,
 }
 
 struct Run {
     simulation: Simulation,
     results: Results,
-    end: Option<u64>,
-    history: Clock,
-    snapshots: Option<Clock>,
+    schedule: Schedule,
     start: Instant,
     /// When the last row was written, and what it says.
     row: (Instant, Option<Sample>),
@@ -168,33 +148,33 @@ struct Run {
 }
 
 impl Run {
-    fn new(simulation: Simulation, folder: &Path) -> packstone::Result<Run> {
+    fn new(simulation: Simulation, results: Results) -> Run {
         let assembly = simulation.assembly();
-        let dt = simulation.dt();
-        let end = last_step(&assembly.stop, dt);
         let start = Instant::now();
-        Ok(Run {
-            results: Results::create(folder, assembly)?,
-            end,
-            history: Clock::new(history_interval(assembly, dt, end)),
-            snapshots: assembly.output.snapshots.map(|seconds| Clock::new(seconds / dt)),
+        Run {
+            results,
+            schedule: Schedule::new(assembly, simulation.dt()),
             start,
             row: (start, None),
             stable_overlap: if assembly.solver.allow_unstable { f64::INFINITY } else { simulation.stable_overlap() },
             simulation,
-        })
+        }
     }
 
     fn drive(&mut self) -> packstone::Result<End> {
-        let mut progress = Progress::start(&self.simulation, self.end);
+        let mut progress = Progress::start(&self.simulation, self.schedule.end);
         let end = loop {
-            if let Some(end) = self.pause()? {
-                break end;
-            }
-            match self.advance(&mut progress) {
-                // What the simulation still holds is the last good state, also where the device gave up.
-                Err(error @ (Error::Run { .. } | Error::Lacking(_) | Error::Device(_))) => break End::Stopped(error),
-                result => result?,
+            match self
+                .pause()
+                .and_then(|end| if end.is_none() { self.advance(&mut progress) } else { Ok(()) }.map(|()| end))
+            {
+                Ok(Some(end)) => break end,
+                Ok(None) => {}
+                // What the simulation still holds is the last good state, also where the device gave up or the disk is full.
+                Err(error @ (Error::Run { .. } | Error::Lacking(_) | Error::Device(_) | Error::Io { .. })) => {
+                    break End::Stopped(error);
+                }
+                Err(error) => return Err(error),
             }
         };
         progress.finish(&self.simulation);
@@ -204,12 +184,12 @@ impl Run {
     /// Whatever is due at this step, and whether it is the last one.
     fn pause(&mut self) -> packstone::Result<Option<End>> {
         let step = self.simulation.step();
-        let last = Some(step) == self.end;
-        if self.snapshots.as_mut().is_some_and(|clock| clock.strikes(step)) {
+        let last = Some(step) == self.schedule.end;
+        if self.schedule.snapshots.as_mut().is_some_and(|clock| clock.strikes(step)) {
             self.snapshot()?;
         }
         let (mut at_rest, mut unstable, mut impossible) = (false, None, None);
-        if self.history.strikes(step) || last {
+        if self.schedule.history.strikes(step) || last {
             let sample = self.record()?;
             at_rest = self.is_at_rest(&sample);
             unstable = self.unstable(&sample);
@@ -227,8 +207,7 @@ impl Run {
 
     /// Up to the next step at which something is due, or until Ctrl-C.
     fn advance(&mut self, progress: &mut Progress) -> packstone::Result<()> {
-        let next = [Some(self.history.next()), self.snapshots.as_ref().map(Clock::next), self.end];
-        let next = next.into_iter().flatten().min().expect("there is always a next row");
+        let next = self.schedule.next();
         while self.simulation.step() < next {
             self.simulation.advance_chunk(next - self.simulation.step())?;
             progress.update(&self.simulation);
@@ -242,13 +221,17 @@ impl Run {
     /// A row of the history.
     fn record(&mut self) -> packstone::Result<Sample> {
         let sample = self.simulation.sample()?;
+        self.results.history(&sample, self.rate(&sample))?;
+        self.row = (Instant::now(), Some(sample));
+        Ok(sample)
+    }
+
+    /// Particle-steps/s since the row before.
+    fn rate(&self, sample: &Sample) -> f64 {
         let (then, last) = &self.row;
         let steps = sample.step - last.as_ref().map_or(0, |last| last.step);
         let work = steps as f64 * self.simulation.assembly().grains.len() as f64;
-        let rate = if work > 0.0 { work / then.elapsed().as_secs_f64() } else { 0.0 };
-        self.results.history(&sample, rate)?;
-        self.row = (Instant::now(), Some(sample));
-        Ok(sample)
+        if work > 0.0 { work / then.elapsed().as_secs_f64() } else { 0.0 }
     }
 
     /// Elastic spheres get stiffer the deeper they overlap, beyond what the time step was chosen for.
@@ -288,47 +271,38 @@ impl Run {
         self.simulation.assembly().stop.equilibrium.is_some_and(|tolerance| sample.at_rest(tolerance))
     }
 
-    /// The last state and the summary.
-    fn write(mut self, scene: &str, end: &End) -> packstone::Result<Summary> {
+    /// The last state and the summary. Where they cannot be written they go somewhere else.
+    fn write(mut self, scene: &Scene, end: &End) -> packstone::Result<Written> {
         let wall_seconds = self.start.elapsed().as_secs_f64();
-        let step = self.simulation.step();
-        let sample = match self.row.1.take().filter(|sample| sample.step == step) {
-            Some(sample) => sample,
-            None => self.record()?,
-        };
+        let (step, time) = (self.simulation.step(), self.simulation.time());
+        let of_now = self.row.1.filter(|sample| sample.step == step);
+        let sample = of_now.map_or_else(|| self.simulation.sample(), Ok)?;
+        let mut row = of_now.is_none().then(|| self.rate(&sample));
         let (converged, stopped) = match end {
             End::Reached | End::AtRest => (self.is_at_rest(&sample), None),
             End::Interrupted => (false, Some(format!("interrupted at step {step}"))),
             End::Stopped(error) => (false, Some(error.to_string())),
         };
         let (grains, clumps) = (self.simulation.grains()?, self.simulation.clumps()?);
+        let ended = match end {
+            End::Reached => "last step".to_owned(),
+            End::AtRest => "at rest".to_owned(),
+            End::Interrupted | End::Stopped(_) => stopped.clone().unwrap_or_default(),
+        };
         let ending = Ending { wall_seconds, converged, stopped };
-        let summary = Summary::new(scene, &mut self.simulation, &sample, &grains, &clumps, ending)?;
-        let time = self.simulation.time();
-        self.results.finish(&summary, &Moment { step, time, grains: &grains, clumps: &clumps })?;
-        Ok(summary)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn clocks_keep_time() {
-        let mut clock = Clock::new(2.5);
-        let steps: Vec<u64> = (0..=10).filter(|step| clock.strikes(*step)).collect();
-        assert_eq!(steps, [0, 3, 5, 8, 10]);
-        assert_eq!(Clock::new(0.01).interval, 1.0);
-        assert_eq!(Clock { interval: 0.3 / 0.1, ticks: 1 }.next(), 3);
-    }
-
-    #[test]
-    fn the_first_condition_ends_the_run() {
-        let stop = |time, steps| Stop { time, steps, equilibrium: None };
-        assert_eq!(last_step(&stop(Some(0.3), None), 0.1), Some(3));
-        assert_eq!(last_step(&stop(Some(0.25), Some(10)), 0.1), Some(3));
-        assert_eq!(last_step(&stop(Some(1e-9), None), 0.1), Some(1));
-        assert_eq!(last_step(&stop(None, None), 0.1), None);
+        let summary = Summary::new(scene.name(), &mut self.simulation, &sample, &grains, &clumps, ending)?;
+        let moment = Moment { step, time, grains: &grains, clumps: &clumps };
+        let mut spoilt = None;
+        let mut results = self.results;
+        loop {
+            let written =
+                row.take().map_or(Ok(()), |rate| results.history(&sample, rate).inspect_err(|_| row = Some(rate)));
+            let Err(error) = written.and_then(|()| results.finish(&summary, &moment)) else { break };
+            spoilt = spoilt.or(Some(error));
+            results.elsewhere()?;
+        }
+        let complete = spoilt.is_none() && matches!(end, End::Reached | End::AtRest);
+        let place = results.close(&ended, complete)?;
+        Ok(Written { summary, place, spoilt })
     }
 }

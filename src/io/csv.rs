@@ -1,6 +1,6 @@
 //! `history.csv` and grain tables such as `final.csv`.
 
-use super::files::{at, part, write};
+use super::files::{at, create, is_file, write};
 use crate::{
     error::{Error, Result},
     measure::Sample,
@@ -9,8 +9,8 @@ use crate::{
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::{
-    fs::{self, File},
-    io,
+    fs::{self, File, OpenOptions},
+    io::{self, Read, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
 };
 
@@ -20,26 +20,56 @@ struct Rate {
     particle_steps_per_second: f64,
 }
 
-/// The history, written row by row so that a run can be followed; it gets its name in the end.
+/// The history, written row by row so that a run can be followed. A row is there as a whole or not at all.
 pub struct History {
     path: PathBuf,
-    writer: csv::Writer<File>,
+    file: File,
+    /// Bytes of whole rows.
+    length: u64,
 }
 
 impl History {
     pub(super) fn create(path: &Path) -> Result<History> {
-        let file = File::create(part(path)).map_err(at(path))?;
-        Ok(History { path: path.to_owned(), writer: csv::Writer::from_writer(file) })
+        Ok(History { path: path.to_owned(), file: create(path).map_err(at(path))?, length: 0 })
+    }
+
+    /// Go on after the row of this step.
+    pub(super) fn resume(path: &Path, step: u64) -> Result<History> {
+        let text = fs::read_to_string(path).map_err(at(path))?;
+        let first = |line: &str| line.split(',').next().and_then(|number| number.parse::<u64>().ok());
+        let rows = text.split_inclusive('\n').enumerate();
+        let whole = rows.take_while(|(k, line)| line.ends_with('\n') && (*k == 0 || first(line) <= Some(step)));
+        let length = whole.map(|(_, line)| line.len() as u64).sum();
+        is_file(path)
+            .and_then(|_| OpenOptions::new().read(true).write(true).open(path))
+            .and_then(|file| file.set_len(length).map(|()| file))
+            .map(|file| History { path: path.to_owned(), file, length })
+            .map_err(at(path))
     }
 
     pub(super) fn row(&mut self, sample: &Sample, rate: f64) -> Result<()> {
+        let mut writer = csv::WriterBuilder::new().has_headers(self.length == 0).from_writer(Vec::new());
         let row = (sample, Rate { particle_steps_per_second: rate });
-        let written = self.writer.serialize(row).map_err(io::Error::from).and_then(|()| self.writer.flush());
+        let row = writer.serialize(row).map_err(io::Error::from);
+        let row = row.and_then(|()| writer.into_inner().map_err(|e| io::Error::other(e.to_string())));
+        let row = row.map_err(at(&self.path))?;
+        let written = self.file.seek(SeekFrom::Start(self.length)).and_then(|_| self.file.write_all(&row));
+        match written {
+            Ok(()) => self.length += row.len() as u64,
+            // The error that is reported is the first.
+            Err(_) => drop(self.file.set_len(self.length)),
+        }
         written.map_err(at(&self.path))
     }
 
-    pub(super) fn finish(&self) -> Result<()> {
-        fs::rename(part(&self.path), &self.path).map_err(at(&self.path))
+    /// Go on in another file, with the rows so far, as many as can still be read.
+    pub(super) fn go_on_in(&mut self, path: &Path) -> Result<()> {
+        let mut rows = Vec::new();
+        let _ = self.file.rewind().and_then(|()| (&self.file).take(self.length).read_to_end(&mut rows));
+        let mut file = create(path).map_err(at(path))?;
+        file.write_all(&rows).map_err(at(path))?;
+        *self = History { path: path.to_owned(), file, length: rows.len() as u64 };
+        Ok(())
     }
 }
 
@@ -83,13 +113,15 @@ impl GrainRow {
 
 /// Writes all grains in their order. Numbers have as many digits as it takes to read the same number back.
 pub fn write_grains(path: &Path, grains: &[Grain], materials: &[Material]) -> Result<()> {
-    write(path, |file| {
-        let mut writer = csv::Writer::from_writer(file);
-        for (id, grain) in grains.iter().enumerate() {
-            writer.serialize(GrainRow::new(id, grain, materials))?;
-        }
-        writer.flush()
-    })
+    write(path, |file| self::grains(file, grains, materials))
+}
+
+pub(super) fn grains(out: impl Write, grains: &[Grain], materials: &[Material]) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(out);
+    for (id, grain) in grains.iter().enumerate() {
+        writer.serialize(GrainRow::new(id, grain, materials))?;
+    }
+    writer.flush()
 }
 
 /// What a row of a clump has more than that of a grain, whose radius is that of the sphere (disk) of the same volume.
@@ -106,18 +138,20 @@ struct Pose<'a> {
 /// Writes all clumps in their order, with their centres of mass and the turn from the axes of their shapes to those of
 /// the scene.
 pub fn write_clumps(path: &Path, clumps: &[Clump], shapes: &[Shape], materials: &[Material]) -> Result<()> {
-    write(path, |file| {
-        let mut writer = csv::Writer::from_writer(file);
-        for (id, clump) in clumps.iter().enumerate() {
-            let Clump { position, velocity, spin, radius, material, fixed, .. } = *clump;
-            let grain = Grain { position, velocity, spin, radius, material, fixed };
-            let q = clump.orientation;
-            let shape = &shapes[clump.shape as usize].name;
-            let pose = Pose { shape, qw: q.w, qx: q.x, qy: q.y, qz: q.z };
-            writer.serialize((GrainRow::new(id, &grain, materials), pose))?;
-        }
-        writer.flush()
-    })
+    write(path, |file| self::clumps(file, clumps, shapes, materials))
+}
+
+pub(super) fn clumps(out: impl Write, clumps: &[Clump], shapes: &[Shape], materials: &[Material]) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(out);
+    for (id, clump) in clumps.iter().enumerate() {
+        let Clump { position, velocity, spin, radius, material, fixed, .. } = *clump;
+        let grain = Grain { position, velocity, spin, radius, material, fixed };
+        let q = clump.orientation;
+        let shape = &shapes[clump.shape as usize].name;
+        let pose = Pose { shape, qw: q.w, qx: q.x, qy: q.y, qz: q.z };
+        writer.serialize((GrainRow::new(id, &grain, materials), pose))?;
+    }
+    writer.flush()
 }
 
 /// Reads a grain table; `x`, `y` and `radius` must be there, everything else counts as 0 where it is missing.

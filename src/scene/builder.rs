@@ -239,7 +239,7 @@ impl SceneBuilder {
             Error::Scene(format!("{}: {message}", origin.name))
         })?;
         overrides::refuse_infinite_in(table, &origin)?;
-        Ok(Scene { file: self.file, origin })
+        Ok(Scene { file: self.file, origin, text: None })
     }
 
     /// [`SceneBuilder::build`], then [`Scene::assemble`].

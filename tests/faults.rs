@@ -1,0 +1,479 @@
+//! What users and machines do to runs: kills, full disks, folders that vanish, files that are in the way.
+
+use serde_json::Value;
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+    process::{Child, Command, Output, Stdio},
+    thread::sleep,
+    time::{Duration, Instant},
+};
+use tempfile::{TempDir, tempdir};
+
+const DISKS: &str = r#"
+dimension = 2
+[material.glass]
+density = 2500
+normal_stiffness = 1e5
+friction = 0.4
+normal_damping = 2000
+[[wall]]
+kind = "box"
+name = "bin"
+material = "glass"
+lower = [0, 0]
+upper = [0.025, 1]
+faces = ["x-", "x+", "y-"]
+[[population]]
+material = "glass"
+count = 100
+radius = { uniform = [0.8e-3, 1.2e-3] }
+[stop]
+steps = 200
+[output]
+formats = ["csv", "bin", "vtp"]
+"#;
+
+/// Goes on for hours, and has something to write all the time.
+const ENDLESS: [&str; 3] = ["--steps=100000000", "--set=output.history=1e-3", "--set=output.snapshots=1e-2"];
+
+/// A folder with a scene file, in which the program runs.
+struct Place(TempDir);
+
+impl Place {
+    fn new() -> Place {
+        let place = Place(tempdir().expect("a folder"));
+        fs::write(place.path("scene.toml"), DISKS).expect("a scene file");
+        fs::create_dir(place.path("temporary")).expect("a folder");
+        place
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_packstone"));
+        command.current_dir(self.0.path()).env("TMPDIR", self.path("temporary")).args(arguments);
+        command
+    }
+
+    fn packstone(&self, arguments: &[&str], code: i32) -> Output {
+        let output = self.command(arguments).output().expect("the program starts");
+        assert_eq!(output.status.code(), Some(code), "{output:?}");
+        output
+    }
+
+    fn run(&self, more: &[&str], code: i32) -> Output {
+        self.packstone(&[&["run", "scene.toml", "--engine=cpu"], more].concat(), code)
+    }
+
+    /// A run that has written some rows.
+    fn start(&self, more: &[&str]) -> Running {
+        let arguments = [&["run", "scene.toml", "--engine=cpu"], &ENDLESS[..], more].concat();
+        let mut command = self.command(&arguments);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
+        let out = more.iter().find_map(|argument| argument.strip_prefix("--out=")).unwrap_or("out/scene");
+        let history = self.path(out).join("partial/history.csv");
+        let began = Instant::now();
+        while !fs::read_to_string(&history).is_ok_and(|text| text.lines().count() > 5) {
+            let ended = child.try_wait().expect("a process");
+            assert!(ended.is_none() && began.elapsed() < Duration::from_secs(30), "{ended:?}");
+            sleep(Duration::from_millis(10));
+        }
+        Running(child)
+    }
+
+    fn text(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    fn json(&self, name: &str) -> Value {
+        serde_json::from_str(&self.text(name)).expect("JSON")
+    }
+}
+
+/// A child that does not outlive a test.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+impl Running {
+    fn kill(mut self) {
+        self.0.kill().expect("a process");
+        self.0.wait().expect("a process");
+    }
+
+    /// Waits for the end, in vain if it takes too long.
+    fn end(mut self, code: i32) -> Output {
+        let began = Instant::now();
+        while self.0.try_wait().expect("a process").is_none() {
+            assert!(began.elapsed() < Duration::from_secs(30), "it goes on");
+            sleep(Duration::from_millis(10));
+        }
+        use std::io::Read;
+        let (mut stdout, mut stderr) = (Vec::new(), Vec::new());
+        self.0.stdout.take().unwrap().read_to_end(&mut stdout).unwrap();
+        self.0.stderr.take().unwrap().read_to_end(&mut stderr).unwrap();
+        let output = Output { status: self.0.wait().unwrap(), stdout, stderr };
+        assert_eq!(output.status.code(), Some(code), "{output:?}");
+        output
+    }
+
+    #[cfg(unix)]
+    fn interrupt(&self) {
+        let status = Command::new("kill").args(["-INT", &self.0.id().to_string()]).status();
+        assert!(status.expect("kill starts").success());
+    }
+}
+
+fn errors(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// All files of a folder and those in it, but for what packstone hides.
+fn content(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let (name, kind) = (entry.file_name().into_string().unwrap(), entry.file_type().unwrap());
+        if kind.is_dir() && name != ".packstone" {
+            found.extend(content(&entry.path()).into_iter().map(|(inside, text)| (format!("{name}/{inside}"), text)));
+        } else if kind.is_file() {
+            found.insert(name, fs::read(entry.path()).unwrap());
+        }
+    }
+    found
+}
+
+/// What is in a folder but not in those of results that did not end.
+fn result(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    content(folder).into_iter().filter(|(name, _)| !name.starts_with("partial")).collect()
+}
+
+/// Every line of a history is whole, and there are several.
+fn check_history(text: &str) {
+    let columns = text.lines().next().expect("a header").split(',').count();
+    assert!(text.ends_with('\n') && text.lines().count() > 1, "{text}");
+    assert!(text.lines().all(|line| line.split(',').count() == columns), "{text}");
+}
+
+#[test]
+fn a_killed_run_leaves_the_older_result_and_its_own() {
+    let place = Place::new();
+    place.run(&[], 0);
+    let before = result(&place.path("out/scene"));
+    place.start(&[]).kill();
+    assert_eq!(result(&place.path("out/scene")), before);
+    let partial = content(&place.path("out/scene/partial"));
+    check_history(std::str::from_utf8(&partial["history.csv"]).unwrap());
+    assert!(partial["snapshot_000000.vtp"].ends_with(b"</VTKFile>\n"));
+    assert_eq!(place.json("out/scene/partial/run.json")["ended"], Value::Null);
+    assert_eq!(packstone::io::folder::find(&place.path("out/scene")).unwrap(), (place.path("out/scene"), None));
+
+    // The next run keeps what is there of it.
+    let output = place.run(&["--steps=50"], 0);
+    assert!(
+        errors(&output)
+            .contains("note: out/scene/partial, the result of a run that did not end, is now out/scene/partial.1")
+    );
+    assert_eq!(content(&place.path("out/scene/partial.1")), partial);
+    assert!(!place.path("out/scene/partial").exists());
+    assert_eq!(place.json("out/scene/summary.json")["steps"], 50);
+}
+
+#[test]
+fn a_run_that_was_killed_first_is_found() {
+    let place = Place::new();
+    place.start(&[]).kill();
+    let (found, notice) = packstone::io::folder::find(&place.path("out/scene")).unwrap();
+    assert_eq!(found, place.path("out/scene/partial"));
+    assert!(notice.unwrap().contains("did not end"));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_takes_an_empty_place_only() {
+    let place = Place::new();
+    let running = place.start(&[]);
+    running.interrupt();
+    running.end(130);
+    assert!(place.json("out/scene/run.json")["ended"].as_str().unwrap().starts_with("interrupted at step"));
+    assert!(!place.path("out/scene/partial").exists());
+    check_history(&place.text("out/scene/history.csv"));
+
+    place.run(&[], 0);
+    let before = result(&place.path("out/scene"));
+    let running = place.start(&[]);
+    running.interrupt();
+    let output = running.end(130);
+    assert!(String::from_utf8_lossy(&output.stdout).contains("results in out/scene/partial"), "{output:?}");
+    assert!(errors(&output).contains("note: out/scene keeps the older result"), "{output:?}");
+    assert_eq!(result(&place.path("out/scene")), before);
+    assert!(place.text("out/scene/partial/final.csv").lines().count() == 101);
+}
+
+#[test]
+fn one_run_at_a_time_has_a_folder() {
+    let place = Place::new();
+    let running = place.start(&[]);
+    let output = place.run(&[], 2);
+    let wanted = format!("error: out/scene: process {} is writing its results there", running.0.id());
+    assert!(errors(&output).starts_with(&wanted), "{output:?}");
+    running.kill();
+    place.run(&[], 0);
+}
+
+#[test]
+fn what_is_not_packstones_is_not_touched() {
+    for name in ["summary.json", "history.csv", "final.csv", "run.json", "snapshot_000001.vtp", "checkpoint.bin"] {
+        let place = Place::new();
+        fs::create_dir_all(place.path("out/scene")).unwrap();
+        fs::write(place.path("out/scene").join(name), "{}").unwrap();
+        let before = content(place.0.path());
+        let output = place.run(&[], 2);
+        assert!(
+            errors(&output).starts_with(&format!("error: out/scene/{name}: was not written by packstone")),
+            "{output:?}"
+        );
+        assert_eq!(content(place.0.path()), before);
+        assert!(!place.path("out/scene/.packstone").exists());
+    }
+    // What was changed is not packstone's any more, even if it is as long as it was.
+    let place = Place::new();
+    place.run(&[], 0);
+    let summary = place.text("out/scene/summary.json");
+    fs::write(place.path("out/scene/summary.json"), summary.replace("scene", "bench")).unwrap();
+    assert!(errors(&place.run(&[], 2)).contains("summary.json: was not written by packstone, or was changed since"));
+    // Other names stay, whatever they are.
+    fs::write(place.path("out/scene/summary.json"), summary).unwrap();
+    fs::write(place.path("out/scene/notes.txt"), "mine").unwrap();
+    fs::write(place.path("out/scene/inputs"), "mine").unwrap();
+    place.run(&[], 0);
+    assert_eq!(place.text("out/scene/notes.txt") + &place.text("out/scene/inputs"), "minemine");
+}
+
+/// They had no record of their files.
+#[test]
+fn results_of_version_0_1_are_replaced() {
+    let place = Place::new();
+    place.run(&["--set=output.snapshots=1e-3"], 0);
+    for name in ["run.json", "scene.toml", ".packstone/lock"] {
+        fs::remove_file(place.path("out/scene").join(name)).unwrap();
+    }
+    fs::remove_dir(place.path("out/scene/.packstone")).unwrap();
+    assert!(place.path("out/scene/snapshot_000001.bin").exists());
+    place.run(&["--steps=30", "--set=output.formats=[]"], 0);
+    let names: Vec<String> = content(&place.path("out/scene")).into_keys().collect();
+    assert_eq!(names, ["history.csv", "run.json", "scene.toml", "summary.json"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn links_are_not_followed() {
+    use std::os::unix::fs::symlink;
+    let place = Place::new();
+    fs::create_dir_all(place.path("out/scene")).unwrap();
+    fs::create_dir(place.path("mine")).unwrap();
+    fs::write(place.path("mine/text"), "mine").unwrap();
+    for (name, target) in
+        [("summary.json", "mine/text"), ("final.csv", "nowhere"), ("partial", "mine"), (".packstone", "mine")]
+    {
+        let link = place.path("out/scene").join(name);
+        symlink(place.path(target), &link).unwrap();
+        let output = place.run(&[], 2);
+        assert!(errors(&output).contains(&format!("out/scene/{name}")), "{output:?}");
+        fs::remove_file(&link).unwrap();
+    }
+    for name in ["final.csv", "summary.json"] {
+        fs::create_dir(place.path("out/scene").join(name)).unwrap();
+        assert!(errors(&place.run(&[], 2)).contains(name));
+        fs::remove_dir(place.path("out/scene").join(name)).unwrap();
+    }
+    assert_eq!(content(&place.path("mine")), BTreeMap::from([("text".to_owned(), b"mine".to_vec())]));
+    // The folder itself may be a link, as its user says where that leads.
+    fs::create_dir(place.path("elsewhere")).unwrap();
+    fs::remove_dir_all(place.path("out/scene")).unwrap();
+    symlink(place.path("elsewhere"), place.path("out/scene")).unwrap();
+    place.run(&[], 0);
+    assert!(place.path("elsewhere/summary.json").exists());
+}
+
+/// From the last state of a run in the same folder, in text and in binary, and again.
+#[test]
+fn the_input_may_be_in_the_folder_of_the_result() {
+    for file in ["final.csv", "final.bin"] {
+        let place = Place::new();
+        place.run(&[], 0);
+        let first = fs::read(place.path("out/scene").join(file)).unwrap();
+        let scene = DISKS
+            .replace("count = 100\nradius = { uniform = [0.8e-3, 1.2e-3] }", &format!("file = \"out/scene/{file}\""));
+        fs::write(place.path("scene.toml"), &scene).unwrap();
+        place.run(&[], 0);
+        assert_eq!(fs::read(place.path("out/scene/inputs").join(file)).unwrap(), first);
+        let second = fs::read(place.path("out/scene").join(file)).unwrap();
+        assert_ne!(second, first);
+        // The scene that is in the result gives the result, also when it is replaced by itself.
+        place.packstone(&["run", "out/scene/scene.toml", "--engine=cpu", "--out=again"], 0);
+        assert_eq!(fs::read(place.path("again").join(file)).unwrap(), second);
+        place.packstone(&["run", "again/scene.toml", "--engine=cpu", "--out=again"], 0);
+        assert_eq!(fs::read(place.path("again").join(file)).unwrap(), second);
+        assert_eq!(fs::read(place.path("again/inputs").join(file)).unwrap(), first);
+    }
+}
+
+/// The folder of a project may be that of its result; scene and table stay the user's.
+#[test]
+fn the_scene_may_be_in_the_folder_of_the_result() {
+    let place = Place::new();
+    fs::create_dir(place.path("inputs")).unwrap();
+    fs::write(place.path("inputs/bed.csv"), "x,y,radius\n0.01,0.01,1e-3\n").unwrap();
+    let scene = DISKS.replace("count = 100\nradius = { uniform = [0.8e-3, 1.2e-3] }", "file = \"inputs/bed.csv\"");
+    fs::write(place.path("scene.toml"), &scene).unwrap();
+    place.run(&["--out=.", "--steps=20"], 0);
+    assert_eq!(place.text("scene.toml"), scene);
+    let run = place.json("run.json");
+    assert_eq!((&run["scene"], &run["scene_as_run"]), (&"scene.toml".into(), &"scene.1.toml".into()));
+    assert_eq!(run["inputs"][0]["path"], "inputs/bed.1.csv");
+    assert!(place.text("scene.1.toml").contains("steps = 20"));
+    place.run(&["--out=.", "--steps=30"], 0);
+    assert!(place.text("scene.1.toml").contains("steps = 30") && !place.path("scene.2.toml").exists());
+    assert_eq!(place.text("inputs/bed.csv"), place.text("inputs/bed.1.csv"));
+}
+
+#[test]
+fn scenes_of_one_name_do_not_share_a_folder() {
+    let place = Place::new();
+    for folder in ["a", "b"] {
+        fs::create_dir(place.path(folder)).unwrap();
+        fs::write(place.path(folder).join("heap.toml"), DISKS).unwrap();
+    }
+    let run =
+        |scene: &str, more: &[&str], code| place.packstone(&[&["run", scene, "--engine=cpu"], more].concat(), code);
+    run("a/heap.toml", &[], 0);
+    run("a/../a/heap.toml", &[], 0);
+    let before = content(place.0.path());
+    let refused = errors(&run("b/heap.toml", &[], 2));
+    assert!(
+        refused.contains("out/heap: has the result of another scene file") && refused.contains("a/heap.toml"),
+        "{refused}"
+    );
+    assert!(refused.contains("--out out/heap"), "{refused}");
+    assert_eq!(content(place.0.path()), before);
+    run("b/heap.toml", &["--out=out/heap"], 0);
+    // A project that is moved as a whole is the same.
+    let moved = Place(tempdir().unwrap());
+    for (name, bytes) in content(place.0.path()) {
+        fs::create_dir_all(moved.path(&name).parent().unwrap()).unwrap();
+        fs::write(moved.path(&name), bytes).unwrap();
+    }
+    moved.packstone(&["run", "b/heap.toml", "--engine=cpu"], 0);
+}
+
+#[test]
+fn a_removed_folder_costs_no_state() {
+    let place = Place::new();
+    let running = place.start(&[]);
+    // As long as the run puts in what is taken out.
+    while place.path("out/scene").exists() {
+        let _ = fs::remove_dir_all(place.path("out/scene"));
+    }
+    let output = running.end(1);
+    let rescued = place.path("out/scene.rescued.1");
+    assert!(errors(&output).contains("error: ") && errors(&output).contains("scene.rescued.1"), "{output:?}");
+    assert_eq!(fs::read_to_string(rescued.join("final.csv")).unwrap().lines().count(), 101);
+    check_history(&fs::read_to_string(rescued.join("history.csv")).unwrap());
+    assert!(rescued.join("summary.json").exists() && rescued.join("run.json").exists());
+}
+
+/// A small file system of its own; None where that is not allowed.
+#[cfg(target_os = "linux")]
+struct Mounted(PathBuf);
+
+#[cfg(target_os = "linux")]
+impl Mounted {
+    fn new(path: PathBuf, size: &str) -> Option<Mounted> {
+        fs::create_dir_all(&path).unwrap();
+        let mounted = Command::new("mount").args(["-t", "tmpfs", "-o", size, "tmpfs"]).arg(&path).output();
+        let mounted = mounted.is_ok_and(|output| output.status.success());
+        if !mounted {
+            println!("skipped: no file system may be mounted here");
+        }
+        mounted.then_some(Mounted(path))
+    }
+}
+
+#[cfg(target_os = "linux")]
+impl Drop for Mounted {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").arg("-l").arg(&self.0).output();
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_costs_no_state() {
+    let place = Place::new();
+    let Some(_disk) = Mounted::new(place.path("disk"), "size=400k") else { return };
+    place.packstone(&["run", "scene.toml", "--engine=cpu", "--steps=20", "--out=disk/out"], 0);
+    let before = result(&place.path("disk/out"));
+    let output = place.run(&[&ENDLESS[..], &["--out=disk/out"]].concat(), 1);
+    assert!(
+        errors(&output).contains("No space left") && errors(&output).contains("the last state is in"),
+        "{output:?}"
+    );
+    assert_eq!(result(&place.path("disk/out")), before);
+    let partial = content(&place.path("disk/out/partial"));
+    check_history(std::str::from_utf8(&partial["history.csv"]).unwrap());
+    assert!(partial.keys().all(|name| !name.ends_with(".part")), "{:?}", partial.keys());
+    let whole = |bytes: &[u8]| bytes.ends_with(b"</VTKFile>\n");
+    assert!(partial.iter().all(|(name, bytes)| !name.ends_with(".vtp") || whole(bytes)));
+    let rescued = content(&place.path("temporary"));
+    let text = |name: &str| std::str::from_utf8(&rescued[&format!("out.rescued.1/{name}")]).unwrap();
+    assert_eq!(text("final.csv").lines().count(), 101);
+    check_history(text("history.csv"));
+    let summary: Value = serde_json::from_str(text("summary.json")).unwrap();
+    let last = text("history.csv").lines().last().unwrap().split(',').next().unwrap();
+    assert_eq!(last, summary["steps"].to_string());
+}
+
+/// Neither in the folder nor beside it; what was open before can be written on.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_disk_that_cannot_be_written_any_more_costs_no_state() {
+    let place = Place::new();
+    let running = place.start(&["--out=disk/out"]);
+    let Some(_disk) = Mounted::new(place.path("disk"), "ro") else { return };
+    let output = running.end(1);
+    assert!(errors(&output).contains("temporary/out.rescued.1"), "{output:?}");
+    let rescued = content(&place.path("temporary"));
+    assert!(rescued.contains_key("out.rescued.1/final.csv") && rescued.contains_key("out.rescued.1/summary.json"));
+    check_history(std::str::from_utf8(&rescued["out.rescued.1/history.csv"]).unwrap());
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_disk_that_cannot_be_written_is_said() {
+    let place = Place::new();
+    let Some(_disk) = Mounted::new(place.path("disk"), "ro") else { return };
+    let output = place.run(&["--out=disk/out"], 2);
+    assert!(errors(&output).starts_with("error: disk/out: Read-only file system"), "{output:?}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_cannot_be_said_is_an_error() {
+    let place = Place::new();
+    let full = || Stdio::from(fs::OpenOptions::new().write(true).open("/dev/full").unwrap());
+    let output = place.command(&["describe", "scene.toml"]).stdout(full()).output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    assert_eq!(errors(&output), "error: standard output: No space left on device (os error 28)\n");
+    // Errors that nobody hears are no reason to panic.
+    let status = place.command(&["describe", "nowhere.toml"]).stdout(full()).stderr(full()).status().unwrap();
+    assert_eq!(status.code(), Some(2));
+}
