@@ -7,8 +7,8 @@ use crate::error::{Error, Result};
 use crc32fast::Hasher;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::{
-    fs::{self, File},
-    io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write},
+    fs::File,
+    io::{self, BufReader, Read, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
 };
 
@@ -122,30 +122,6 @@ struct Header<A> {
     #[serde(flatten)]
     about: A,
     columns: Vec<Description>,
-}
-
-/// Let `content` write a file under another name, and give it its own when it is complete and on the disk.
-///
-/// # Errors
-/// [`Error::Io`], and what `content` says; there is no file then, or the old one.
-pub fn replace(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
-    let mut part = path.as_os_str().to_owned();
-    part.push(".part");
-    let part = PathBuf::from(part);
-    let failed = |source| Error::Io { path: path.to_owned(), source };
-    let fill = || {
-        let mut out = BufWriter::with_capacity(1 << 20, File::create(&part).map_err(failed)?);
-        content(&mut out)?;
-        let file = out.into_inner().map_err(|e| failed(e.into_error()))?;
-        file.sync_all().map_err(failed)?;
-        fs::rename(&part, path).map_err(failed)
-    };
-    let filled = fill();
-    if filled.is_err() {
-        // The first error is the one to report; the file may not even exist.
-        let _ = fs::remove_file(&part);
-    }
-    filled
 }
 
 /// Write a file: what there is to say besides the columns, and these.

@@ -7,7 +7,7 @@ pub mod folder;
 mod inputs;
 pub mod names;
 pub mod problem;
-mod record;
+pub mod record;
 mod rows;
 pub mod schedule;
 pub mod summary;
@@ -29,8 +29,8 @@ use names::{CHECKPOINT, FINAL, FINAL_BIN, HISTORY, MEMBERS, PREVIOUS, SERIES, SU
 pub use record::{Kept, Machine, Record, Resumed, Written, cpu_name};
 pub use rows::read_rows;
 use std::{
-    fs::{self, File},
-    io::{self, BufWriter, Write},
+    fs,
+    io::{self, Write},
     path::{Path, PathBuf},
 };
 use summary::Summary;
@@ -76,13 +76,14 @@ impl Results {
         Ok(Results::new(folder, assembly, record, history, Vec::new()))
     }
 
-    /// Go on with the result in `from`, one of [`folder::resumable`]: with the rows of the history up to a step, and with
-    /// these snapshots (steps, and times in s). Later rows and snapshots are removed.
+    /// Go on with the result in `from`, one of [`folder::resumable`]: with so many rows of the history, and with these
+    /// snapshots (steps, and times in s). Later rows and snapshots are removed.
     pub fn resume(
         folder: &Path,
         from: &Path,
         assembly: &Assembly,
         resumed: Resumed,
+        rows: u64,
         snapshots: Vec<(u64, f64)>,
     ) -> Result<Results> {
         let mut folder = Folder::open(folder)?;
@@ -93,7 +94,7 @@ impl Results {
             folder.begin(|_, new| copy(from, new))?;
         }
         let mut record = Record::read(&place).ok_or_else(|| no_record(&place))?;
-        let history = csv::History::resume(&place.join(HISTORY), resumed.step)?;
+        let history = csv::History::resume(&place.join(HISTORY), rows)?;
         for name in record::names(&place)? {
             let later = snapshot_number(&name).is_some_and(|number| number >= snapshots.len());
             if later || name == SERIES {
@@ -161,17 +162,13 @@ impl Results {
         Ok(())
     }
 
-    /// A checkpoint, on the disk when this returns; the one before it is kept.
-    pub fn checkpoint(&mut self, content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<()> {
+    /// A checkpoint; the one before it is kept. `write` writes it to a file, which is on the disk when it returns.
+    pub fn checkpoint(&mut self, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
         let (path, previous) = (self.place.join(CHECKPOINT), self.place.join(PREVIOUS));
-        let fill = |part: &Path| {
-            let mut file = BufWriter::new(File::create(part)?);
-            content(&mut file)?;
-            file.flush()?;
-            file.get_ref().sync_all()?;
-            if path.exists() { fs::rename(&path, &previous) } else { Ok(()) }
-        };
-        replace(&path, |part| fill(part).map_err(at(&path)))
+        replace(&path, |part| {
+            write(part)?;
+            if path.exists() { fs::rename(&path, &previous).map_err(at(&path)) } else { Ok(()) }
+        })
     }
 
     /// What is written once, of the last state. With clumps `final.csv` has them, and `members.csv` their members.
@@ -244,6 +241,11 @@ impl Results {
         }
         (self.record.end, self.record.ended, self.record.complete) =
             (Some(record::now()), Some(ended.to_owned()), complete);
+        let previous = self.place.join(PREVIOUS);
+        if complete && previous.exists() {
+            // The last one is of the last state, and is whole.
+            fs::remove_file(&previous).map_err(at(&previous))?;
+        }
         self.record.list(&self.place)?;
         self.record.write(&self.place)?;
         let stays = self.moved > 0 || !(complete || self.folder.older().is_none());

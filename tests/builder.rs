@@ -115,6 +115,7 @@ fn a_builder_gives_what_the_file_gives() {
             .stop_equilibrium(1e-4)
             .output_history(0.1)
             .output_snapshots(0.2)
+            .output_checkpoint(30.0)
             .output_works(true)
             .output_formats([Format::Csv]);
     let text = format!(
@@ -124,7 +125,7 @@ gravity = [0, 1, -9]
 seed = 7
 stop.time = 2
 stop.equilibrium = 1e-4
-output = {{ history = 0.1, snapshots = 0.2, works = true, formats = ["csv"] }}
+output = {{ history = 0.1, snapshots = 0.2, checkpoint = 30, works = true, formats = ["csv"] }}
 {BASE}
 [domain]
 lower = [-1, -1, -1]

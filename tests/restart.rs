@@ -9,7 +9,13 @@ use packstone::{
     simulation::{Checkpoint, Options, Simulation},
     state::{ACTIVE, ARRAYS, Array, Lifetime, NONE, array::IMPULSE, present},
 };
-use std::{fs, path::Path};
+use std::{
+    fs,
+    path::Path,
+    process::{Child, Command, Stdio},
+    thread::sleep,
+    time::Duration,
+};
 
 fn example(name: &str, set: &[&str]) -> Assembly {
     let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
@@ -158,4 +164,100 @@ fn contacts_remember_in_another_simulation() {
         println!("{}: {with:e} m from where they would be, {without:e} m if contacts forget", bench.name);
         assert!(with < 0.01 * without, "{}: {with:e} m, {without:e} m", bench.name);
     }
+}
+
+/// A scene, and how it is run. The last one has all that there is of motion: walls, periods, clumps.
+const RUNS: [(&str, &[&str]); 4] = [
+    (
+        "hard/size_ratio.toml",
+        &["--engine=cpu", "--steps=6000", "--set=output.snapshots=5e-4", "--set=output.works=true"],
+    ),
+    ("hard/size_ratio.toml", &["--engine=gpu", "--steps=1500", "--set=output.snapshots=2e-4"]),
+    (
+        "hard/rigid_settling_2d.toml",
+        &[
+            "--engine=cpu",
+            "--steps=60",
+            "--set=solver.relaxation=coloured-accelerated",
+            "--set=solver.max_iterations=50",
+        ],
+    ),
+    ("hard/dimer_bed.toml", &["--engine=gpu", "--steps=1500", "--set=output.formats=[\"csv\", \"bin\"]"]),
+];
+
+/// Killed again and again, at moments that nobody has chosen, a run leaves what it leaves when nobody disturbs it.
+#[test]
+fn kills_leave_no_trace() {
+    let allowed = std::env::var("PACKSTONE_ALLOW_NO_GPU").is_ok_and(|v| v == "1");
+    let folder = tempfile::tempdir().unwrap();
+    let packstone = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_packstone"));
+        command.current_dir(folder.path()).args(arguments).stdout(Stdio::null()).stderr(Stdio::piped());
+        command.spawn().unwrap()
+    };
+    let ends = |child: Child| {
+        let output = child.wait_with_output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    let mut random = 7_u64;
+    let mut kills = 0;
+    for (k, (scene, how)) in RUNS.into_iter().enumerate() {
+        if allowed && how[0] == "--engine=gpu" {
+            continue;
+        }
+        let scene = Path::new("examples/scenes").join(scene).canonicalize().unwrap();
+        let (whole, cut) = (format!("whole_{k}"), format!("cut_{k}"));
+        let run = [&["run", scene.to_str().unwrap()], how].concat();
+        ends(packstone(&[&run[..], &["--out", &whole]].concat()));
+        let mut child = packstone(&[&run[..], &["--set=output.checkpoint=0.01", "--out", &cut]].concat());
+        let place = folder.path().join(&cut);
+        for _ in 0..5 {
+            let latest = || fs::metadata(place.join("partial/checkpoint.bin")).and_then(|found| found.modified()).ok();
+            let before = latest();
+            while latest() == before && child.try_wait().unwrap().is_none() {
+                sleep(Duration::from_millis(1));
+            }
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            sleep(Duration::from_micros((random >> 32) % 60_000));
+            child.kill().unwrap();
+            if child.wait().unwrap().code().is_some() {
+                break;
+            }
+            kills += 1;
+            child = packstone(&["run", "--resume", &cut]);
+        }
+        ends(child);
+        for entry in fs::read_dir(folder.path().join(&whole)).unwrap() {
+            let name = entry.unwrap().file_name().into_string().unwrap();
+            let of = |folder_of: &str| {
+                let content = fs::read(folder.path().join(folder_of).join(&name));
+                content.unwrap_or_else(|e| panic!("{folder_of}/{name}: {e}"))
+            };
+            match &*name {
+                // Times, the command line, and when there were checkpoints.
+                "run.json" | "scene.toml" | "checkpoint.bin" | ".packstone" => {}
+                "history.csv" => assert_eq!(without_speeds(&of(&whole)), without_speeds(&of(&cut)), "{cut}"),
+                "summary.json" => {
+                    let summary = |folder: &str| {
+                        let mut summary: serde_json::Value = serde_json::from_slice(&of(folder)).unwrap();
+                        let keys = summary.as_object_mut().unwrap();
+                        ["wall_seconds", "particle_steps_per_second"]
+                            .iter()
+                            .for_each(|key| assert!(keys.remove(*key).is_some()));
+                        summary
+                    };
+                    assert_eq!(summary(&whole), summary(&cut), "{cut}");
+                }
+                _ => assert!(of(&whole) == of(&cut), "{cut}/{name}"),
+            }
+        }
+    }
+    println!("{kills} kills");
+    assert!(kills >= if allowed { 8 } else { 16 }, "only {kills} runs were killed before they ended");
+}
+
+/// The rows of a history without the last column.
+fn without_speeds(history: &[u8]) -> Vec<String> {
+    let lines = std::str::from_utf8(history).unwrap().lines();
+    lines.map(|line| line.rsplit_once(',').unwrap().0.to_owned()).collect()
 }

@@ -82,7 +82,7 @@ fn a_result_goes_on_where_it_was() {
         simulation.advance(2).unwrap();
         let snapshots: Vec<_> = (0..=2).map(|step| (step, step as f64 * simulation.dt())).collect();
         let resumed = Resumed { start: "now".to_owned(), command: Vec::new(), step: 2 };
-        let mut results = Results::resume(&folder, &from[0], &assembly, resumed, snapshots).unwrap();
+        let mut results = Results::resume(&folder, &from[0], &assembly, resumed, 3, snapshots).unwrap();
         assert_eq!(files(&folder), before, "what is in place stays until the new result is whole");
         assert_eq!(results.snapshots().len(), 3);
         simulation.advance(1).unwrap();
@@ -104,12 +104,12 @@ fn the_checkpoint_before_is_kept() {
     let mut results = Results::create(temporary.path(), None, &scene, &assembly, record).unwrap();
     let place = results.place().to_owned();
     let both = || [CHECKPOINT, PREVIOUS].map(|name| fs::read_to_string(place.join(name)).ok());
-    let mut write = |text: &str| results.checkpoint(|file| file.write_all(text.as_bytes()));
+    let mut write = |text: &str| results.checkpoint(|path| Ok(fs::write(path, text).unwrap()));
     write("1").unwrap();
     assert_eq!(both(), [Some("1".to_owned()), None]);
     write("2").unwrap();
     assert_eq!(both(), [Some("2".to_owned()), Some("1".to_owned())]);
-    results.checkpoint(|_| Err(io::Error::other("disk full"))).unwrap_err();
+    results.checkpoint(|_| Err(Error::Lacking("disk full".to_owned()))).unwrap_err();
     assert_eq!(both(), [Some("2".to_owned()), Some("1".to_owned())]);
     results.close("interrupted", false).unwrap();
     assert_eq!(fs::read_to_string(temporary.path().join(CHECKPOINT)).unwrap(), "2");

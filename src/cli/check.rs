@@ -31,7 +31,7 @@ pub fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     // Forces are read after every step.
     let affordable = (2_000_000 / assembly.grains.len() as u64).clamp(50, 1000);
     let balance = args.balance.unwrap_or(affordable);
-    let report = check::check(&assembly, args.scene.options(), args.after, args.steps, balance)?;
+    let report = check::check(&assembly, args.scene.device.options(), args.after, args.steps, balance)?;
     if args.json {
         say(serde_json::to_string_pretty(&report)?);
     } else {

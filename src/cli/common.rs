@@ -32,6 +32,13 @@ pub struct SceneArgs {
     /// Change a value of the scene, such as solver.dt=1e-6; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
+
+/// How it is computed.
+#[derive(Args)]
+pub struct DeviceArgs {
     /// Arithmetic of the GPU; the CPU always computes in double
     #[arg(long, default_value = "single", value_parser = precisions())]
     pub precision: Precision,
@@ -47,13 +54,15 @@ pub struct SceneArgs {
     pub restrict: Option<Restrictions>,
 }
 
-impl SceneArgs {
-    /// How to run it, as far as the command line says so here.
+impl DeviceArgs {
+    /// How to run a scene, as far as the command line says so here.
     pub fn options(&self) -> Options {
-        let SceneArgs { precision, arrays, checks, .. } = *self;
+        let DeviceArgs { precision, arrays, checks, .. } = *self;
         Options { precision, arrays, checks, restrictions: self.restrict.unwrap_or_default(), ..Options::default() }
     }
+}
 
+impl SceneArgs {
     /// The scene with `--set` and `more` of the kind applied, and what it comes down to.
     pub fn load(&self, more: &[String]) -> anyhow::Result<(Scene, Assembly)> {
         load(&self.scene, &[&self.set, more].concat())

@@ -24,7 +24,7 @@ pub struct DescribeArgs {
 
 pub fn describe(args: &DescribeArgs) -> anyhow::Result<ExitCode> {
     let (scene, assembly) = args.scene.load(&[])?;
-    let options = args.scene.options();
+    let options = args.scene.device.options();
     let setup = Setup::new(&assembly, &options)?;
     // Where a run would refuse a grain, it is said here, too.
     setup.fill(&assembly, &mut |_, _, _| Ok(()))?;

@@ -13,6 +13,8 @@ const PATIENCE: Duration = Duration::from_secs(10);
 
 pub struct Progress {
     start: Instant,
+    /// The step from which on.
+    first: u64,
     /// Last step, if it is known.
     end: Option<u64>,
     bar: Option<ProgressBar>,
@@ -25,7 +27,7 @@ impl Progress {
     pub fn start(simulation: &Simulation, end: Option<u64>) -> Progress {
         let bar = (stdout().is_terminal() && stderr().is_terminal()).then(|| bar(end));
         let start = Instant::now();
-        let progress = Progress { start, end, bar, tenths: 0, last_line: start };
+        let progress = Progress { start, first: simulation.step(), end, bar, tenths: 0, last_line: start };
         if progress.bar.is_none() {
             say(progress.line(simulation));
         }
@@ -59,8 +61,8 @@ impl Progress {
         let step = simulation.step();
         let of = self.end.map_or(String::new(), |end| format!(" of {end} ({} %)", 100 * step / end));
         let left = match self.end {
-            Some(end) if step > 0 && step < end => {
-                let left = self.start.elapsed().as_secs_f64() * (end - step) as f64 / step as f64;
+            Some(end) if step > self.first && step < end => {
+                let left = self.start.elapsed().as_secs_f64() * (end - step) as f64 / (step - self.first) as f64;
                 format!(", {left:.0} s left")
             }
             _ => String::new(),
@@ -71,7 +73,7 @@ impl Progress {
     /// Simulated time and speed; at the very start there is no speed yet.
     fn rate(&self, simulation: &Simulation) -> String {
         let time = format!("t = {:.4e} s", simulation.time());
-        match simulation.step() {
+        match simulation.step() - self.first {
             0 => time,
             steps => {
                 let work = steps as f64 * simulation.assembly().grains.len() as f64;

@@ -33,13 +33,17 @@ impl History {
         Ok(History { path: path.to_owned(), file: create(path).map_err(at(path))?, length: 0 })
     }
 
-    /// Go on after the row of this step.
-    pub(super) fn resume(path: &Path, step: u64) -> Result<History> {
+    /// Go on after so many rows.
+    pub(super) fn resume(path: &Path, rows: u64) -> Result<History> {
         let text = fs::read_to_string(path).map_err(at(path))?;
-        let first = |line: &str| line.split(',').next().and_then(|number| number.parse::<u64>().ok());
-        let rows = text.split_inclusive('\n').enumerate();
-        let whole = rows.take_while(|(k, line)| line.ends_with('\n') && (*k == 0 || first(line) <= Some(step)));
-        let length = whole.map(|(_, line)| line.len() as u64).sum();
+        let lines: Vec<&str> = text.split_inclusive('\n').filter(|line| line.ends_with('\n')).collect();
+        // The first is that of the names.
+        let needed = if rows == 0 { 0 } else { rows as usize + 1 };
+        let Some(lines) = lines.get(..needed) else {
+            let message = format!("has {} of {rows} rows that were there", lines.len().saturating_sub(1));
+            return Err(at(path)(io::Error::other(message)));
+        };
+        let length = lines.iter().map(|line| line.len() as u64).sum();
         is_file(path)
             .and_then(|_| OpenOptions::new().read(true).write(true).open(path))
             .and_then(|file| file.set_len(length).map(|()| file))

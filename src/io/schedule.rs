@@ -6,10 +6,11 @@ use crate::scene::{
     grain_file::{self, Moment, Names},
 };
 use glam::{DQuat, DVec3};
+use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 
 /// Something that happens every so many steps, which need not be a whole number.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Clock {
     pub interval: f64,
     pub ticks: u64,
@@ -32,6 +33,12 @@ impl Clock {
         now
     }
 
+    /// The steps at which it has happened.
+    pub fn past(&self) -> impl Iterator<Item = u64> {
+        let interval = self.interval;
+        (0..self.ticks).map(move |tick| Clock { interval, ticks: tick }.next())
+    }
+
     /// How often it strikes up to this step.
     fn count(&self, end: u64) -> u64 {
         (end as f64 / self.interval * (1.0 + 1e-9)) as u64 + 1
@@ -50,7 +57,7 @@ fn last_step(stop: &Stop, dt: f64) -> Option<u64> {
 }
 
 /// What a run does when.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Schedule {
     /// The last step, if it is known.
     pub end: Option<u64>,

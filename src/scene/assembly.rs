@@ -268,6 +268,8 @@ pub struct Output {
     pub history: Option<f64>,
     /// Simulated time between snapshots, s. None: only the last state.
     pub snapshots: Option<f64>,
+    /// Wall time between checkpoints, s; there is one at the end, too. 0: none.
+    pub checkpoint: f64,
     /// Add up dissipation and works in every step, for `history.csv`.
     pub works: bool,
     /// Write `final.csv`.

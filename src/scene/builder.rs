@@ -203,6 +203,13 @@ impl SceneBuilder {
         self
     }
 
+    /// Wall time between checkpoints, s; there is one at the end, too. 0: none at all. Default: 600.
+    #[must_use]
+    pub fn output_checkpoint(mut self, interval: f64) -> Self {
+        self.file.output.checkpoint = interval;
+        self
+    }
+
     /// Whether dissipation and works are added up in every step, for `history.csv`. Default: no.
     #[must_use]
     pub fn output_works(mut self, works: bool) -> Self {

@@ -350,13 +350,20 @@ pub struct Stop {
 pub struct Output {
     pub history: Option<f64>,
     pub snapshots: Option<f64>,
+    pub checkpoint: f64,
     pub works: bool,
     pub formats: Vec<Format>,
 }
 
 impl Default for Output {
     fn default() -> Output {
-        Output { history: None, snapshots: None, works: false, formats: vec![Format::Csv, Format::Vtp] }
+        Output {
+            history: None,
+            snapshots: None,
+            checkpoint: 600.0,
+            works: false,
+            formats: vec![Format::Csv, Format::Vtp],
+        }
     }
 }
 

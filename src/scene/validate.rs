@@ -205,6 +205,7 @@ fn output(output: &schema::Output, check: &Check) -> Result<Output> {
     let output = Output {
         history: output.history,
         snapshots: output.snapshots,
+        checkpoint: output.checkpoint,
         works: output.works,
         csv: output.formats.contains(&Format::Csv),
         bin: output.formats.contains(&Format::Bin),
@@ -222,6 +223,7 @@ pub fn check_output(output: &Output, check: &Check) -> Result<()> {
     if let Some(interval) = output.snapshots {
         check.positive("output.snapshots", interval, " of s")?;
     }
+    check.not_negative("output.checkpoint", output.checkpoint, " of s")?;
     Ok(())
 }
 

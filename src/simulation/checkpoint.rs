@@ -7,7 +7,7 @@
 
 use super::{Options, Simulation, Stepper, lists::resize, options::EngineChoice, works::Totals};
 use crate::{
-    container::{self, Container, Description, Number, Writer},
+    container::{Container, Description, Number, Writer},
     engine::PIECE,
     error::{Error, Result},
     model::Precision,
@@ -16,7 +16,12 @@ use crate::{
     state::{ARRAYS, Array, Length, Lifetime, Sizes, State, array::WALL, present},
 };
 use serde::{Deserialize, Serialize};
-use std::{fmt::Display, io, path::Path};
+use std::{
+    fmt::Display,
+    fs::File,
+    io::{self, BufWriter, Write},
+    path::Path,
+};
 
 /// What such a file says of itself.
 const KIND: &str = "checkpoint";
@@ -129,8 +134,8 @@ impl Checkpoint {
 }
 
 impl Simulation {
-    /// Write a checkpoint, with what the caller has to add. The file is complete, and on the disk, or not there. Nothing
-    /// of the simulation changes.
+    /// Write a checkpoint to a new file, with what the caller has to add; it is on the disk when this returns. Nothing of
+    /// the simulation changes.
     ///
     /// # Errors
     /// [`Error::Io`] if it cannot be written, [`Error::Device`] if the device is lost.
@@ -145,8 +150,9 @@ impl Simulation {
         columns.extend(self.works.iter().map(|works| description_of(WORKS, works, dims)));
         columns.extend(self.solver_statistics().map(|solved| description_of(SOLVER, solved, dims)));
         columns.extend(arrays.iter().map(|array| description(s, array, sizes.of(array.length))));
-        container::replace(path, |out| {
-            let mut file = Writer::begin(out, &about, columns).map_err(failed)?;
+        {
+            let mut out = BufWriter::with_capacity(1 << 20, File::create(path).map_err(failed)?);
+            let mut file = Writer::begin(&mut out, &about, columns).map_err(failed)?;
             put(&mut file, &params, dims).map_err(failed)?;
             put(&mut file, &self.lists.schedule, dims).map_err(failed)?;
             if let Some(works) = &self.works {
@@ -173,8 +179,8 @@ impl Simulation {
                 file.end_column().map_err(failed)?;
                 piece.release(&[array]);
             }
-            Ok(())
-        })
+            out.flush().and_then(|()| out.get_ref().sync_all()).map_err(failed)
+        }
     }
 
     /// Go on from a checkpoint of the same scene, on the engine and in the precision that it is of: see

@@ -93,7 +93,15 @@ pub fn blank(dimension: usize) -> Assembly {
             twist: Twist::Ignored,
         },
         stop: Stop::default(),
-        output: Output { history: None, snapshots: None, works: false, csv: false, bin: false, vtp: false },
+        output: Output {
+            history: None,
+            snapshots: None,
+            checkpoint: 0.0,
+            works: false,
+            csv: false,
+            bin: false,
+            vtp: false,
+        },
         notices: vec![],
     }
 }
