@@ -237,6 +237,7 @@ impl Results {
     /// The last word: how the run ended, and whether it came to its end. A complete result takes the place of the one
     /// that is there; another does so only where there is none. Returns the folder where it is now.
     pub fn close(mut self, ended: &str, complete: bool) -> Result<PathBuf> {
+        drop(self.history);
         for entry in fs::read_dir(&self.place).map_err(at(&self.place))?.flatten() {
             if entry.path().extension().is_some_and(|ending| ending == "part") {
                 fs::remove_file(entry.path()).map_err(at(&self.place))?;

@@ -1,12 +1,12 @@
 //! `packstone run`
 
-use super::common::{INTERRUPTED, STOPPED, SceneArgs, UNSURE, complain, engines, note, say, stem, warn};
+use super::common::{INTERRUPTED, STOPPED, SceneArgs, UNSURE, complain, engines, note, say, size, stem, warn};
 use super::progress::Progress;
 use packstone::{
     Error,
     io::{
         Folder, Record, Results,
-        schedule::Schedule,
+        schedule::{Amount, Forecast, Schedule},
         summary::{Ending, Relaxation, Summary},
     },
     measure::Sample,
@@ -25,6 +25,8 @@ use std::{
 #[command(after_help = "Examples:\n  packstone run examples/scenes/heap_2d.toml\n  \
                         packstone run examples/scenes/heap_2d.toml --engine cpu --steps 1000 --out out/short\n  \
                         packstone run examples/scenes/heap_2d.toml --set solver.dt_fraction=0.1\n\n\
+                        The result takes the place of the one in the folder when it is complete; until then, and if the \
+                        run ends early, it is in the folder partial there.\n\n\
                         Ctrl-C ends a run early, with results; a second one ends it at once, without.")]
 pub struct RunArgs {
     #[command(flatten)]
@@ -68,9 +70,20 @@ pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let record = Record::new(&scene, &simulation, std::env::args().skip(1).collect());
     let results = Results::create(&folder, Some(file), &scene, simulation.assembly(), record)?;
     results.notices().iter().for_each(note);
-    let mut run = Run::new(simulation, results);
+    let schedule = Schedule::new(simulation.assembly(), simulation.dt());
+    if let Some(flood) = schedule.end.and_then(|end| flood(&Forecast::new(simulation.assembly(), &schedule, end))) {
+        note(flood);
+    }
+    let mut run = Run::new(simulation, results, schedule);
     let end = run.drive()?;
-    let Written { summary, place, spoilt } = run.write(&scene, &end)?;
+    let written = run.write(&scene, &end);
+    let Written { summary, place, spoilt } = match written {
+        Err(error @ Error::Io { .. }) => {
+            complain(format!("{error}; the last state could not be written anywhere"));
+            return Ok(ExitCode::from(STOPPED));
+        }
+        written => written?,
+    };
     if let Some(Relaxation { force_balance_max: Some(worst), force_balance_grain: Some(grain), .. }) =
         summary.relaxation
     {
@@ -96,6 +109,20 @@ pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
         End::Reached | End::AtRest if args.strict && !summary.doubts.is_empty() => ExitCode::from(UNSURE),
         End::Reached | End::AtRest => ExitCode::SUCCESS,
         End::Interrupted => ExitCode::from(INTERRUPTED),
+    })
+}
+
+/// More snapshots than that are announced, files and bytes.
+const MANY: Amount = Amount { files: 1000, bytes: 1_000_000_000 };
+
+/// What is said of many snapshots before they are written.
+fn flood(forecast: &Forecast) -> Option<String> {
+    let Amount { files, bytes } = forecast.of_snapshots;
+    (files > MANY.files || bytes > MANY.bytes).then(|| {
+        format!(
+            "snapshots will be {files} files, {}; longer output.snapshots or fewer output.formats make them less",
+            size(bytes)
+        )
     })
 }
 
@@ -148,12 +175,12 @@ struct Run {
 }
 
 impl Run {
-    fn new(simulation: Simulation, results: Results) -> Run {
+    fn new(simulation: Simulation, results: Results, schedule: Schedule) -> Run {
         let assembly = simulation.assembly();
         let start = Instant::now();
         Run {
             results,
-            schedule: Schedule::new(assembly, simulation.dt()),
+            schedule,
             start,
             row: (start, None),
             stable_overlap: if assembly.solver.allow_unstable { f64::INFINITY } else { simulation.stable_overlap() },
@@ -302,7 +329,11 @@ impl Run {
             results.elsewhere()?;
         }
         let complete = spoilt.is_none() && matches!(end, End::Reached | End::AtRest);
-        let place = results.close(&ended, complete)?;
-        Ok(Written { summary, place, spoilt })
+        let place = results.place().to_owned();
+        Ok(match results.close(&ended, complete) {
+            Ok(place) => Written { summary, place, spoilt },
+            // All of it is there, but for the last word or the right place.
+            Err(error) => Written { summary, place, spoilt: spoilt.or(Some(error)) },
+        })
     }
 }

@@ -64,11 +64,7 @@ pub fn keep(scene: &Scene, record: &mut Record, folder: &Path, older: Option<&Re
             let name = source.file_name().map_or("file".into(), |name| name.to_string_lossy());
             let path = free(&format!("{INPUTS}/{name}"));
             let target = new.join(&path);
-            // No file of a result is ever written twice.
-            let linked = if of_result { fs::hard_link(&source, &target).is_ok() } else { false };
-            if !linked {
-                fs::copy(&source, &target).map_err(at(&target))?;
-            }
+            fs::copy(&source, &target).map_err(at(&target))?;
             (path, target)
         } else {
             (source.to_string_lossy().into_owned(), source.clone())
