@@ -218,6 +218,19 @@ fn an_interrupted_run_takes_an_empty_place_only() {
     assert!(place.text("out/scene/partial/final.csv").lines().count() == 101);
 }
 
+/// What stopped by its physics is no better than what was there.
+#[test]
+fn a_run_that_had_to_stop_leaves_the_older_result() {
+    let place = Place::new();
+    place.run(&[], 0);
+    let before = result(&place.path("out/scene"));
+    let output = place.run(&["--set=solver.dt=1e-2", "--set=solver.allow_unstable=true"], 1);
+    assert!(errors(&output).contains("error: stopped at step"), "{output:?}");
+    assert_eq!(result(&place.path("out/scene")), before);
+    assert!(place.json("out/scene/partial/run.json")["ended"].as_str().unwrap().starts_with("stopped at step"));
+    assert_eq!(place.text("out/scene/partial/final.csv").lines().count(), 101);
+}
+
 #[test]
 fn one_run_at_a_time_has_a_folder() {
     let place = Place::new();
@@ -296,6 +309,7 @@ fn links_are_not_followed() {
         fs::remove_dir(place.path("out/scene").join(name)).unwrap();
     }
     assert_eq!(content(&place.path("mine")), BTreeMap::from([("text".to_owned(), b"mine".to_vec())]));
+    assert!(errors(&place.run(&["--out=scene.toml"], 2)).contains("scene.toml: is no folder"));
     // The folder itself may be a link, as its user says where that leads.
     fs::create_dir(place.path("elsewhere")).unwrap();
     fs::remove_dir_all(place.path("out/scene")).unwrap();

@@ -67,7 +67,8 @@ pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     say(simulation.notice());
     listen()?;
     // Only now, so that a scene that cannot run leaves no trace.
-    let record = Record::new(&scene, &simulation, std::env::args().skip(1).collect());
+    let command = std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned()).collect();
+    let record = Record::new(&scene, &simulation, command);
     let results = Results::create(&folder, Some(file), &scene, simulation.assembly(), record)?;
     results.notices().iter().for_each(note);
     let schedule = Schedule::new(simulation.assembly(), simulation.dt());

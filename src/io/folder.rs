@@ -119,7 +119,10 @@ impl Folder {
             fs::remove_dir_all(&new).map_err(at(&new))?;
         }
         fs::create_dir(&new).map_err(at(&new))?;
-        fill(self, &new)?;
+        if let Err(error) = fill(self, &new) {
+            let _ = fs::remove_dir_all(&new);
+            return Err(error);
+        }
         if is_folder(&partial) {
             let aside = unused(&self.path, PARTIAL);
             fs::rename(&partial, &aside).map_err(at(&partial))?;

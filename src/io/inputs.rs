@@ -14,6 +14,7 @@ use std::{
     fs,
     io::Write,
     path::Path,
+    time::SystemTime,
 };
 
 /// Write the scene as it is run to `new`, the folder of a result that begins, and copies of what it reads. Large files
@@ -42,6 +43,12 @@ pub fn keep(scene: &Scene, record: &mut Record, folder: &Path, older: Option<&Re
         if !found.is_file() {
             // A pipe has been read, and is no more.
             continue;
+        }
+        // Clocks of file servers may be ahead of this one.
+        let changed = |modified| scene.made() < modified && modified <= SystemTime::now();
+        if found.modified().is_ok_and(changed) {
+            let message = "was changed after it had been read for the run; start that again";
+            return Err(Error::Scene(format!("{}: {message}", input.path.display())));
         }
         if let Some(known) = kept.get(&source) {
             record.inputs.push(Kept { key: input.key, ..known.clone() });
