@@ -22,7 +22,7 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(
     version,
-    after_help = "Exit codes: 0 done, 1 run stopped, check exceeded, bench failed or tune without success, 2 bad input, 3 solve without convergence, 130 interrupted."
+    after_help = "Exit codes: 0 done, 1 run stopped or output not written, check exceeded, bench failed or tune without success, 2 bad input, 3 solve without convergence, 130 interrupted."
 )]
 struct Cli {
     #[command(subcommand)]

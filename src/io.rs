@@ -234,6 +234,7 @@ impl Results {
     /// The last word: how the run ended, and whether it came to its end. A complete result takes the place of the one
     /// that is there; another does so only where there is none. Returns the folder where it is now.
     pub fn close(mut self, ended: &str, complete: bool) -> Result<PathBuf> {
+        drop(self.history);
         for entry in fs::read_dir(&self.place).map_err(at(&self.place))?.flatten() {
             if entry.path().extension().is_some_and(|ending| ending == "part") {
                 fs::remove_file(entry.path()).map_err(at(&self.place))?;
@@ -265,6 +266,16 @@ impl Results {
         let names = Names { dimension: *dimension, materials, shapes, owners };
         write(&self.place.join(name), |file| grain_file::write(file, moment, &names))
     }
+}
+
+/// Write grains, and clumps where there are any, to a binary file.
+///
+/// # Errors
+/// [`Error::Io`]
+pub fn write_state(path: &Path, assembly: &Assembly, moment: &Moment) -> Result<()> {
+    let Assembly { dimension, materials, shapes, .. } = assembly;
+    let names = Names { dimension: *dimension, materials, shapes, owners: &assembly.owners() };
+    write(path, |file| grain_file::write(file, moment, &names))
 }
 
 fn no_record(folder: &Path) -> Error {

@@ -5,6 +5,7 @@ mod assembly;
 mod bodies;
 pub mod builder;
 mod check;
+mod continued;
 pub mod grain_file;
 mod inputs;
 mod invariants;
@@ -28,6 +29,7 @@ pub use assembly::{
     Assembly, Clump, Domain, Grain, Material, Method, Output, Relaxation, Solver, Stop, Surface, TimeStep, Wall,
 };
 pub use builder::SceneBuilder;
+pub use continued::{Continued, Shift};
 pub use inputs::Input;
 pub use law::{Dashpot, Hertz, MaterialBuilder, Pair, PairBuilder, Rolling};
 pub use levels::SizeLevel;
@@ -35,7 +37,10 @@ pub(crate) use neighbours::Neighbours;
 pub use schema::{Face, Format, Placement, Twist};
 pub use shape::{Kind, Member, Shape};
 
-use std::path::Path;
+use std::{
+    path::{Path, PathBuf},
+    time::SystemTime,
+};
 
 use crate::Result;
 use origin::{Origin, read_text};
@@ -48,6 +53,10 @@ pub struct Scene {
     origin: Origin,
     /// With all overrides; None for a scene in code.
     text: Option<String>,
+    /// When it was made; files that it names are read later.
+    made: SystemTime,
+    /// The file with the grains that it goes on with, if it was made for that.
+    start: Option<PathBuf>,
 }
 
 impl Scene {
@@ -62,11 +71,12 @@ impl Scene {
     /// Like [`Scene::load`] for text that is already read: `name` stands for the file in messages,
     /// relative paths are looked up in `directory`.
     pub fn parse(text: &str, name: &str, directory: &Path, set: &[String]) -> Result<Scene> {
+        let made = SystemTime::now();
         let origin = Origin { name: name.to_owned(), directory: directory.to_owned(), set: set.to_vec() };
         let edited = overrides::apply(text, set, &origin)?;
         let file = schema::read(&edited).map_err(|fault| overrides::blame(text, fault, &origin))?;
         overrides::refuse_infinite(&edited, &origin)?;
-        Ok(Scene { file, origin, text: Some(edited) })
+        Ok(Scene { file, origin, text: Some(edited), made, start: None })
     }
 
     /// Checks every value, fills in the defaults and places the grains.

@@ -180,7 +180,7 @@ fn a_killed_run_leaves_the_older_result_and_its_own() {
     let output = place.run(&["--steps=50"], 0);
     assert!(
         errors(&output)
-            .contains("note: out/scene/partial, the result of a run that did not end, is now out/scene/partial.1")
+            .contains("note: out/scene/partial, the partial result of an earlier run, is now out/scene/partial.1")
     );
     assert_eq!(content(&place.path("out/scene/partial.1")), partial);
     assert!(!place.path("out/scene/partial").exists());
@@ -193,7 +193,7 @@ fn a_run_that_was_killed_first_is_found() {
     place.start(&[]).kill();
     let (found, notice) = packstone::io::folder::find(&place.path("out/scene")).unwrap();
     assert_eq!(found, place.path("out/scene/partial"));
-    assert!(notice.unwrap().contains("did not end"));
+    assert!(notice.unwrap().contains("did not come to its end"));
 }
 
 #[cfg(unix)]
@@ -216,6 +216,19 @@ fn an_interrupted_run_takes_an_empty_place_only() {
     assert!(errors(&output).contains("note: out/scene keeps the older result"), "{output:?}");
     assert_eq!(result(&place.path("out/scene")), before);
     assert!(place.text("out/scene/partial/final.csv").lines().count() == 101);
+}
+
+/// What stopped by its physics is no better than what was there.
+#[test]
+fn a_run_that_had_to_stop_leaves_the_older_result() {
+    let place = Place::new();
+    place.run(&[], 0);
+    let before = result(&place.path("out/scene"));
+    let output = place.run(&["--set=solver.dt=1e-2", "--set=solver.allow_unstable=true"], 1);
+    assert!(errors(&output).contains("error: stopped at step"), "{output:?}");
+    assert_eq!(result(&place.path("out/scene")), before);
+    assert!(place.json("out/scene/partial/run.json")["ended"].as_str().unwrap().starts_with("stopped at step"));
+    assert_eq!(place.text("out/scene/partial/final.csv").lines().count(), 101);
 }
 
 #[test]
@@ -296,6 +309,7 @@ fn links_are_not_followed() {
         fs::remove_dir(place.path("out/scene").join(name)).unwrap();
     }
     assert_eq!(content(&place.path("mine")), BTreeMap::from([("text".to_owned(), b"mine".to_vec())]));
+    assert!(errors(&place.run(&["--out=scene.toml"], 2)).contains("scene.toml: is no folder"));
     // The folder itself may be a link, as its user says where that leads.
     fs::create_dir(place.path("elsewhere")).unwrap();
     fs::remove_dir_all(place.path("out/scene")).unwrap();
@@ -344,6 +358,65 @@ fn the_scene_may_be_in_the_folder_of_the_result() {
     place.run(&["--out=.", "--steps=30"], 0);
     assert!(place.text("scene.1.toml").contains("steps = 30") && !place.path("scene.2.toml").exists());
     assert_eq!(place.text("inputs/bed.csv"), place.text("inputs/bed.1.csv"));
+}
+
+/// Large files stay where they are, and names do not clash.
+#[test]
+fn tables_are_kept_by_size_and_name() {
+    let place = Place::new();
+    let table = |folder: &str, x: f64, comment: usize| {
+        fs::create_dir(place.path(folder)).unwrap();
+        let text = format!("#{}\nx,y,radius\n{x},0.01,1e-3\n", "-".repeat(comment));
+        fs::write(place.path(folder).join("bed.csv"), text).unwrap();
+    };
+    table("a", 0.004, 0);
+    table("b", 0.008, 0);
+    table("c", 0.012, 17 << 20);
+    let population = |folder: &str| format!("file = \"{folder}/bed.csv\"\n[[population]]\nmaterial = \"glass\"\n");
+    let files = ["a", "b", "c"].map(population).concat() + "file = \"a/../c/bed.csv\"\nfixed = true";
+    let scene = DISKS.replace("count = 100\nradius = { uniform = [0.8e-3, 1.2e-3] }", &files);
+    fs::write(place.path("scene.toml"), scene + "[solver]\nallow_overlap = true\n").unwrap();
+    place.run(&[], 0);
+    let run = place.json("out/scene/run.json");
+    let kept = run["inputs"].as_array().unwrap();
+    let paths: Vec<&str> = kept.iter().map(|kept| kept["path"].as_str().unwrap()).collect();
+    let large = place.path("c/bed.csv").canonicalize().unwrap();
+    assert_eq!(paths, ["inputs/bed.csv", "inputs/bed.1.csv", large.to_str().unwrap(), large.to_str().unwrap()]);
+    assert!(kept[2]["bytes"].as_u64().unwrap() > 17 << 20 && kept[2]["crc32"] == kept[3]["crc32"]);
+    place.packstone(&["run", "out/scene/scene.toml", "--engine=cpu", "--out=again"], 0);
+    assert_eq!(place.text("again/final.csv"), place.text("out/scene/final.csv"));
+}
+
+/// As many files as were announced, and about as many bytes.
+#[test]
+fn floods_are_announced() {
+    let place = Place::new();
+    let many = ["--set=output.snapshots=1e-9", "--set=output.formats=[\"csv\", \"bin\", \"vtp\"]", "--steps=500"];
+    let described = place.packstone(&[&["describe", "scene.toml"], &many[..2], &["--set=stop.steps=500"]].concat(), 0);
+    let described = String::from_utf8_lossy(&described.stdout).into_owned();
+    let output = place.run(&many, 0);
+    let said = errors(&output);
+    assert!(said.starts_with("note: snapshots will be 1002 files, "), "{output:?}");
+    let found = result(&place.path("out/scene"));
+    let line = described.lines().find(|line| line.starts_with("output ")).unwrap();
+    let wanted = format!("101 rows of history, 501 snapshots; about {} files, ", found.len());
+    let megabytes = line.split(&wanted).nth(1).unwrap_or_else(|| panic!("{line}: not {wanted}"));
+    let megabytes: f64 = megabytes.strip_suffix(" MB").unwrap().parse().unwrap();
+    let bytes: usize = found.values().map(Vec::len).sum();
+    assert!((megabytes * 1e6 / bytes as f64 - 1.0).abs() < 0.05, "{megabytes} MB, {bytes} bytes");
+    assert!(errors(&place.run(&["--out=few"], 0)).is_empty());
+}
+
+#[test]
+fn a_run_is_estimated_by_its_first_steps() {
+    let place = Place::new();
+    let output = place.packstone(&["describe", "scene.toml", "--estimate", "--engine=cpu"], 0);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(
+        said.contains("steps      200\n") && said.contains("200 steps in ") && said.contains("engine cpu"),
+        "{said}"
+    );
+    assert!(!place.path("out").exists());
 }
 
 #[test]

@@ -10,7 +10,6 @@ use packstone::{
 };
 use std::{
     fs,
-    io::{self, Write},
     path::Path,
 };
 
@@ -113,4 +112,30 @@ fn the_checkpoint_before_is_kept() {
     assert_eq!(both(), [Some("2".to_owned()), Some("1".to_owned())]);
     results.close("interrupted", false).unwrap();
     assert_eq!(fs::read_to_string(temporary.path().join(CHECKPOINT)).unwrap(), "2");
+}
+
+/// The copy beside a result is what was read, or there is no run.
+#[test]
+fn inputs_that_were_changed_are_refused() {
+    let temporary = tempfile::tempdir().unwrap();
+    let bed = temporary.path().join("bed.csv");
+    let write = || fs::write(&bed, "x,y,z,radius\n0,0,1e-3,1e-3\n").unwrap();
+    write();
+    // File systems keep time in ticks of the kernel.
+    std::thread::sleep(std::time::Duration::from_millis(50));
+    let text = "dimension = 3\nsolver = { dt = 1e-6 }\n[material.glass]\ndensity = 2500\nnormal_stiffness = 1e3\n\
+                friction = 0\n[[population]]\nmaterial = \"glass\"\nfile = \"bed.csv\"\n[stop]\nsteps = 1\n";
+    let scene = Scene::parse(text, "scene", temporary.path(), &[]).unwrap();
+    let assembly = scene.assemble().unwrap();
+    let options = Options { engine: EngineChoice::Cpu, ..Options::default() };
+    let simulation = Simulation::new(assembly.clone(), options).unwrap();
+    let folder = temporary.path().join("out");
+    let create = || Results::create(&folder, None, &scene, &assembly, Record::new(&scene, &simulation, Vec::new()));
+    drop(create().unwrap());
+    std::thread::sleep(std::time::Duration::from_millis(50));
+    write();
+    let refused = create().err().unwrap().to_string();
+    assert!(refused.contains("bed.csv: was changed after it had been read"), "{refused}");
+    assert_eq!(folder::resumable(&folder), [folder.join("partial")], "the one before is where it was");
+    assert!(!folder.join(".packstone/new").exists());
 }

@@ -1,7 +1,7 @@
 //! `packstone bench`
 
 use super::bench_gpu::{GpuArgs, gpu};
-use super::common::{INTERRUPTED, STOPPED, SceneArgs, complain, say};
+use super::common::{INTERRUPTED, STOPPED, SceneArgs, complain, say, tell};
 use super::run::{interrupted, listen};
 use packstone::{
     bench::{self, Effort, Point, Suite, hard, report, traffic},
@@ -120,7 +120,7 @@ pub fn bench(args: &BenchArgs) -> anyhow::Result<ExitCode> {
         _ => Effort::Full,
     };
     let found = bench::run(&suites, effort, &mut |point| {
-        eprintln!("{}", line(point));
+        tell(line(point));
         if interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     report::write(&args.out, &found)?;

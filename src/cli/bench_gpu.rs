@@ -1,6 +1,6 @@
 //! `packstone bench gpu`
 
-use super::common::{INTERRUPTED, STOPPED, complain, say, warn};
+use super::common::{INTERRUPTED, STOPPED, complain, say, tell, warn};
 use super::run::{interrupted, listen};
 use packstone::{
     Error,
@@ -83,7 +83,7 @@ pub fn gpu(args: &GpuArgs) -> anyhow::Result<ExitCode> {
             }
             Decision::Run { limit } => run(args, part, limit, &mut record),
         };
-        eprintln!("{}", line(&own));
+        tell(line(&own));
         record.parts.push(own);
         write(&args.out, &record);
     }

@@ -108,23 +108,32 @@ pub fn unsaid() -> Option<&'static io::Error> {
 }
 
 /// A line on the standard error; where nobody hears it, nobody can be told so.
-fn remark(kind: &str, line: impl Display) {
-    let _ = writeln!(io::stderr().lock(), "{kind}: {line}");
+pub fn tell(line: impl Display) {
+    let _ = writeln!(io::stderr().lock(), "{line}");
 }
 
 /// An error, on one line.
 pub fn complain(error: impl Display) {
-    remark("error", error.to_string().lines().map(str::trim).collect::<Vec<_>>().join(" "));
+    let line = error.to_string().lines().map(str::trim).collect::<Vec<_>>().join(" ");
+    tell(format!("error: {line}"));
 }
 
 /// What makes a result doubtful.
 pub fn warn(doubt: impl Display) {
-    remark("warning", doubt);
+    tell(format!("warning: {doubt}"));
 }
 
 /// What is good to know.
 pub fn note(notice: impl Display) {
-    remark("note", notice);
+    tell(format!("note: {notice}"));
+}
+
+/// A number of bytes for people.
+pub fn size(bytes: u64) -> String {
+    let units = [(1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB")];
+    let bytes = bytes as f64;
+    let found = units.into_iter().find(|(unit, _)| bytes >= *unit);
+    found.map_or(format!("{bytes} bytes"), |(unit, name)| format!("{:.1} {name}", bytes / unit))
 }
 
 /// The name of a file without folder and ending.

@@ -1,15 +1,23 @@
 //! `packstone describe`
 
-use super::common::{SceneArgs, say};
+use super::common::{SceneArgs, engines, say, size};
 use super::table::table;
 use glam::UVec3;
 use packstone::{
     engine::programs::{bytes, layouts},
+    io::{
+        schedule::{Forecast, Schedule},
+        vtp,
+    },
     measure::{Percentiles, Sizes},
     scene::{Assembly, Scene},
-    simulation::Setup,
+    simulation::{EngineChoice, Options, Setup, Simulation},
 };
-use std::process::ExitCode;
+use std::{
+    io::sink,
+    process::ExitCode,
+    time::{Duration, Instant},
+};
 
 /// Show what a scene comes down to: model, plan, kernels, arrays, memory, time step
 #[derive(clap::Args)]
@@ -20,6 +28,12 @@ pub struct DescribeArgs {
     /// Arrays of as many grains of the same kind, of which every listed pair is in contact
     #[arg(long, value_name = "GRAINS", value_parser = clap::value_parser!(u32).range(1..))]
     count: Option<u32>,
+    /// Do the first steps, and tell from these how long a run takes
+    #[arg(long)]
+    estimate: bool,
+    /// What to do them on
+    #[arg(long, default_value = "auto", requires = "estimate", value_parser = engines(["auto", "gpu", "cpu"]))]
+    engine: EngineChoice,
 }
 
 pub fn describe(args: &DescribeArgs) -> anyhow::Result<ExitCode> {
@@ -28,7 +42,12 @@ pub fn describe(args: &DescribeArgs) -> anyhow::Result<ExitCode> {
     let setup = Setup::new(&assembly, &options)?;
     // Where a run would refuse a grain, it is said here, too.
     setup.fill(&assembly, &mut |_, _, _| Ok(()))?;
+    let schedule = Schedule::new(&assembly, setup.state.params.dt);
     say(contents(&scene, &assembly, &setup));
+    say(output(&assembly, &schedule));
+    if args.estimate {
+        say(estimate(&assembly, &schedule, Options { engine: args.engine, ..options })?);
+    }
     say(format!("\nModel\n{}", indent(&model(&setup))));
     say(format!("\nPlans\n{}", indent(&setup.plans.to_string())));
     say(format!("\nWGSL\n{}", indent(&files(&setup))));
@@ -54,6 +73,69 @@ fn contents(scene: &Scene, assembly: &Assembly, setup: &Setup) -> String {
         setup.state.sizes.cells,
         cells.join(" + "),
     )
+}
+
+/// How many steps there are, and what a run writes.
+fn output(assembly: &Assembly, schedule: &Schedule) -> String {
+    let amount = |steps| {
+        let Forecast { rows, snapshots, all, .. } = Forecast::new(assembly, schedule, steps);
+        format!("{rows} rows of history, {snapshots} snapshots; about {} files, {}", all.files, size(all.bytes))
+    };
+    match schedule.end {
+        Some(end) => format!("steps      {end}{}\noutput     {}", or_rest(assembly), amount(end)),
+        None => format!("steps      until equilibrium\noutput     per million steps {}", amount(1_000_000)),
+    }
+}
+
+fn or_rest(assembly: &Assembly) -> &'static str {
+    if assembly.stop.equilibrium.is_some() { ", or until equilibrium" } else { "" }
+}
+
+/// Steps are measured for so long.
+const MEASURED: Duration = Duration::from_secs(2);
+
+/// The wall time of a run, from its first steps.
+fn estimate(assembly: &Assembly, schedule: &Schedule, options: Options) -> packstone::Result<String> {
+    let began = Instant::now();
+    let mut simulation = Simulation::new(assembly.clone(), options)?;
+    let setup = began.elapsed().as_secs_f64();
+    let (began, end) = (Instant::now(), schedule.end.unwrap_or(u64::MAX));
+    while simulation.step() < end && began.elapsed() < MEASURED {
+        simulation.advance_chunk(end - simulation.step())?;
+    }
+    let measured = began.elapsed().as_secs_f64();
+    let steps = simulation.step();
+    let per_step = measured / steps as f64;
+    let seconds = |did: Instant| did.elapsed().as_secs_f64();
+    let began = Instant::now();
+    simulation.sample()?;
+    let per_row = seconds(began);
+    let began = Instant::now();
+    let grains = simulation.grains()?;
+    if assembly.output.vtp {
+        // Nothing is written, so nothing fails.
+        let _ = vtp::write(&mut sink(), 0.0, &grains, &assembly.owners());
+    }
+    let per_snapshot = seconds(began);
+    let total = |steps: u64| {
+        let Forecast { rows, snapshots, .. } = Forecast::new(assembly, schedule, steps);
+        setup + per_step * steps as f64 + per_row * rows as f64 + per_snapshot * snapshots as f64
+    };
+    let whole = match schedule.end {
+        Some(end) => duration(total(end)),
+        None => format!("{} per million steps", duration(total(1_000_000))),
+    };
+    Ok(format!(
+        "wall time  about {whole} without the disk's, {per_step:.1e} s a step: {steps} steps in {measured:.1} s; grains that come together take longer\n           {}",
+        simulation.notice()
+    ))
+}
+
+/// A time for people.
+fn duration(seconds: f64) -> String {
+    let units = [(86_400.0, "days"), (3600.0, "h"), (60.0, "min")];
+    let found = units.into_iter().find(|(unit, _)| seconds >= 2.0 * unit);
+    found.map_or(format!("{seconds:.1} s"), |(unit, name)| format!("{:.1} {name}", seconds / unit))
 }
 
 /// The sizes of the free grains; nothing where there are none.

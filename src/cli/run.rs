@@ -1,21 +1,22 @@
 //! `packstone run`
 
-use super::common::{DeviceArgs, INTERRUPTED, STOPPED, UNSURE, complain, engines, load, note, say, stem, warn};
+mod begin;
+
+use super::common::{DeviceArgs, INTERRUPTED, STOPPED, UNSURE, complain, engines, note, say, size, warn};
 use super::progress::Progress;
+use begin::{Begun, SoFar};
 use packstone::{
     Error,
     io::{
-        Folder, Record, Results, Resumed, folder, names, record,
-        schedule::Schedule,
+        Results,
+        schedule::{Amount, Forecast, Schedule},
         summary::{Ending, Relaxation, Summary},
     },
     measure::Sample,
-    scene::{Assembly, Scene, grain_file::Moment},
-    simulation::{Checkpoint, EngineChoice, Options, Simulation},
+    scene::{Scene, grain_file::Moment},
+    simulation::{EngineChoice, Simulation},
 };
-use serde::{Deserialize, Serialize};
 use std::{
-    io::ErrorKind,
     path::{Path, PathBuf},
     process::ExitCode,
     sync::atomic::{AtomicBool, Ordering},
@@ -26,7 +27,11 @@ use std::{
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  packstone run examples/scenes/heap_2d.toml\n  \
                         packstone run examples/scenes/heap_2d.toml --engine cpu --steps 1000 --out out/short\n  \
-                        packstone run examples/scenes/heap_2d.toml --set solver.dt_fraction=0.1\n\n\
+                        packstone run examples/scenes/heap_2d.toml --set solver.dt_fraction=0.1\n  \
+                        packstone run --resume out/heap_2d\n  \
+                        packstone run sheared.toml --from out/heap_2d\n\n\
+                        The result takes the place of the one in the folder when it is complete; until then, and if the \
+                        run ends early, it is in the folder partial there.\n\n\
                         Ctrl-C ends a run early, with results; a second one ends it at once, without.")]
 pub struct RunArgs {
     /// Scene file
@@ -41,6 +46,10 @@ pub struct RunArgs {
     /// and --steps move its end
     #[arg(long, value_name = "DIR", conflicts_with_all = ["scene", "set", "out", "engine", "precision"])]
     resume: Option<PathBuf>,
+    /// Begin with the grains of the result in DIR, as they are there in its last checkpoint, and with what their contacts
+    /// remember. Grains and walls that both scenes have go on from where they are; all others are as the scene says
+    #[arg(long, value_name = "DIR", conflicts_with = "resume")]
+    from: Option<PathBuf>,
     /// Folder for the results [default: out/ and the name of the scene file]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -67,20 +76,25 @@ impl RunArgs {
 }
 
 pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
-    let Begun { scene, folder, mut run } = match (&args.resume, &args.scene) {
-        (Some(folder), _) => resume(args, folder)?,
-        (None, Some(file)) => begin(args, file)?,
-        (None, None) => unreachable!("clap asks for one of them"),
-    };
+    let Begun { scene, folder, mut run } = begin::begin(args)?;
     say(run.simulation.notice());
     run.results.notices().iter().for_each(note);
+    if let Some(flood) = run.schedule.end.and_then(|end| run.flood(end)) {
+        note(flood);
+    }
     let end = run.drive()?;
     if let End::Stopped(error @ Error::Device(_)) = end {
         // Nothing can be asked of it any more.
         complain(format!("{error}; {}", run.way_on(&folder)));
         return Ok(ExitCode::from(STOPPED));
     }
-    let Written { summary, end, place, spoilt } = run.write(&scene, end)?;
+    let Written { summary, end, place, spoilt } = match run.write(&scene, end) {
+        Err(error @ Error::Io { .. }) => {
+            complain(format!("{error}; the last state could not be written anywhere"));
+            return Ok(ExitCode::from(STOPPED));
+        }
+        written => written?,
+    };
     if let Some(Relaxation { force_balance_max: Some(worst), force_balance_grain: Some(grain), .. }) =
         summary.relaxation
     {
@@ -109,89 +123,8 @@ pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     })
 }
 
-/// A run that is about to go on.
-struct Begun {
-    scene: Scene,
-    folder: PathBuf,
-    run: Run,
-}
-
-fn begin(args: &RunArgs, file: &Path) -> anyhow::Result<Begun> {
-    let (scene, assembly) = load(file, &[&args.set[..], &args.stop()].concat())?;
-    let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(stem(file)));
-    // A folder that is asked for may have the result of any scene.
-    Folder::check(&folder, args.out.is_none().then_some(file))?;
-    let options = Options { engine: args.engine, ..args.device.options() };
-    let simulation = Simulation::new(assembly, options)?;
-    listen()?;
-    // Only now, so that a scene that cannot run leaves no trace.
-    let record = Record::new(&scene, &simulation, command());
-    let results = Results::create(&folder, Some(file), &scene, simulation.assembly(), record)?;
-    let run = Run::new(simulation, results);
-    Ok(Begun { scene, folder, run })
-}
-
-fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
-    let nothing = || Error::Folder(format!("{}: has no result that could be continued", folder.display()));
-    let from = folder::resumable(folder).into_iter().next().ok_or_else(nothing)?;
-    let record = Record::read(&from).ok_or_else(nothing)?;
-    let (scene, assembly) = load(&from.join(record.scene_as_run.ok_or_else(nothing)?), &args.stop())?;
-    let (simulation, so_far) = latest_checkpoint(&from, &assembly, args.device.options())?;
-    let SoFar { mut schedule, wall_seconds } = so_far;
-    if args.steps.is_some() || args.time.is_some() {
-        schedule.end = Schedule::new(&assembly, simulation.dt()).end;
-    }
-    let (step, dt) = (simulation.step(), simulation.dt());
-    if schedule.end.is_some_and(|end| end <= step) {
-        return Err(Error::Folder(format!(
-            "{}: the run has come to its last step, {step} (t = {:e} s); --time and --steps take it further",
-            folder.display(),
-            simulation.time()
-        ))
-        .into());
-    }
-    listen()?;
-    let resumed = Resumed { start: record::now(), command: command(), step };
-    let snapshots = schedule.snapshots.iter().flat_map(|clock| clock.past()).map(|step| (step, step as f64 * dt));
-    let (rows, snapshots) = (schedule.history.ticks, snapshots.collect());
-    let results = Results::resume(folder, &from, simulation.assembly(), resumed, rows, snapshots)?;
-    note(format!("goes on from step {step}"));
-    let run = Run { schedule, earlier: wall_seconds, saved: Some(step), ..Run::new(simulation, results) };
-    Ok(Begun { scene, folder: folder.to_owned(), run })
-}
-
-/// The simulation at the last checkpoint in a folder that is whole.
-fn latest_checkpoint(folder: &Path, assembly: &Assembly, options: Options) -> packstone::Result<(Simulation, SoFar)> {
-    let of = |path: &Path| {
-        let mut checkpoint = Checkpoint::open(path)?;
-        let so_far = serde_json::from_value(checkpoint.about().run.clone());
-        let so_far = so_far.map_err(|e| Error::Scene(format!("{}: {e}", path.display())))?;
-        Simulation::resume(assembly.clone(), options, &mut checkpoint).map(|simulation| (simulation, so_far))
-    };
-    let (latest, previous) = (folder.join(names::CHECKPOINT), folder.join(names::PREVIOUS));
-    match of(&latest) {
-        Err(error @ (Error::Scene(_) | Error::Io { .. })) if previous.exists() => {
-            warn(format!("{error}; this is the checkpoint before it"));
-            of(&previous)
-        }
-        Err(Error::Io { source, .. }) if source.kind() == ErrorKind::NotFound => {
-            Err(Error::Folder(format!("{}: has no checkpoint to go on from", folder.display())))
-        }
-        result => result,
-    }
-}
-
-/// What a checkpoint has of the run.
-#[derive(Serialize, Deserialize)]
-struct SoFar {
-    schedule: Schedule,
-    wall_seconds: f64,
-}
-
-/// Arguments of the command line.
-fn command() -> Vec<String> {
-    std::env::args().skip(1).collect()
-}
+/// More snapshots than that are announced, files and bytes.
+const MANY: Amount = Amount { files: 1000, bytes: 1_000_000_000 };
 
 static CTRL_C: AtomicBool = AtomicBool::new(false);
 
@@ -259,12 +192,12 @@ struct Run {
 }
 
 impl Run {
-    fn new(simulation: Simulation, results: Results) -> Run {
+    fn new(simulation: Simulation, results: Results, schedule: Schedule) -> Run {
         let assembly = simulation.assembly();
         let start = Instant::now();
         Run {
             results,
-            schedule: Schedule::new(assembly, simulation.dt()),
+            schedule,
             start,
             earlier: 0.0,
             checkpointed: start,
@@ -274,6 +207,17 @@ impl Run {
             stable_overlap: if assembly.solver.allow_unstable { f64::INFINITY } else { simulation.stable_overlap() },
             simulation,
         }
+    }
+
+    /// What is said of many snapshots before they are written.
+    fn flood(&self, end: u64) -> Option<String> {
+        let Amount { files, bytes } = Forecast::new(self.simulation.assembly(), &self.schedule, end).of_snapshots;
+        (files > MANY.files || bytes > MANY.bytes).then(|| {
+            format!(
+                "snapshots will be {files} files, {}; longer output.snapshots or fewer output.formats make them less",
+                size(bytes)
+            )
+        })
     }
 
     fn drive(&mut self) -> packstone::Result<End> {
@@ -460,7 +404,12 @@ impl Run {
             results.elsewhere()?;
         }
         let complete = spoilt.is_none() && matches!(end, End::Reached | End::AtRest);
-        let place = results.close(&ended, complete)?;
-        Ok(Written { summary, end, place, spoilt })
+        let place = results.place().to_owned();
+        let (place, unclosed) = match results.close(&ended, complete) {
+            Ok(place) => (place, None),
+            // All of it is there, but for the last word or the right place.
+            Err(error) => (place, Some(error)),
+        };
+        Ok(Written { summary, end, place, spoilt: spoilt.or(unclosed) })
     }
 }

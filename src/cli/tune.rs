@@ -1,6 +1,6 @@
 //! `packstone tune`
 
-use super::common::{STOPPED, load, say};
+use super::common::{STOPPED, load, say, tell};
 use super::table::table;
 use packstone::bench::tune::{self, Candidate, Tuning};
 use std::{path::PathBuf, process::ExitCode};
@@ -26,7 +26,7 @@ pub struct TuneArgs {
 
 pub fn tune(args: &TuneArgs) -> anyhow::Result<ExitCode> {
     let (_, assembly) = load(&args.scene, &args.set)?;
-    let tuning = tune::tune(&assembly, args.error, &mut |news| eprintln!("{news}"))?;
+    let tuning = tune::tune(&assembly, args.error, &mut |news| tell(news))?;
     if args.json {
         say(serde_json::to_string_pretty(&tuning)?);
     } else {

@@ -119,12 +119,15 @@ impl Folder {
             fs::remove_dir_all(&new).map_err(at(&new))?;
         }
         fs::create_dir(&new).map_err(at(&new))?;
-        fill(self, &new)?;
+        if let Err(error) = fill(self, &new) {
+            let _ = fs::remove_dir_all(&new);
+            return Err(error);
+        }
         if is_folder(&partial) {
             let aside = unused(&self.path, PARTIAL);
             fs::rename(&partial, &aside).map_err(at(&partial))?;
             let (partial, aside) = (partial.display(), aside.display());
-            self.notices.push(format!("{partial}, the result of a run that did not end, is now {aside}"));
+            self.notices.push(format!("{partial}, the partial result of an earlier run, is now {aside}"));
         }
         fs::rename(&new, &partial).map_err(at(&partial))
     }
@@ -169,7 +172,7 @@ pub fn find(path: &Path) -> Result<(PathBuf, Option<String>)> {
     let partial_only = !path.join(RUN).exists() && !path.join(SUMMARY).exists() && Record::read(&partial).is_some();
     Ok(match partial_only {
         true => {
-            let notice = format!("{} has the result of a run that did not end", partial.display());
+            let notice = format!("{} has the partial result of a run that did not come to its end", partial.display());
             (partial, Some(notice))
         }
         false => (path.to_owned(), None),

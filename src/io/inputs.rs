@@ -14,6 +14,7 @@ use std::{
     fs,
     io::Write,
     path::Path,
+    time::SystemTime,
 };
 
 /// Write the scene as it is run to `new`, the folder of a result that begins, and copies of what it reads. Large files
@@ -43,13 +44,20 @@ pub fn keep(scene: &Scene, record: &mut Record, folder: &Path, older: Option<&Re
             // A pipe has been read, and is no more.
             continue;
         }
+        // Clocks of file servers may be ahead of this one.
+        let changed = |modified| scene.made() < modified && modified <= SystemTime::now();
+        if found.modified().is_ok_and(changed) {
+            let message = "was changed after it had been read for the run; start that again";
+            return Err(Error::Scene(format!("{}: {message}", input.path.display())));
+        }
         if let Some(known) = kept.get(&source) {
             record.inputs.push(Kept { key: input.key, ..known.clone() });
             continue;
         }
         let inside = source.strip_prefix(&root).ok().and_then(Path::to_str).map(|name| name.replace('\\', "/"));
         let of_result = inside.is_some_and(|name| name.starts_with("partial/") || ours.contains(name.as_str()));
-        let (path, target) = if of_result || found.len() <= SMALL {
+        let made = scene.start() == Some(&input.path);
+        let (path, target) = if of_result || made || found.len() <= SMALL {
             let inputs = new.join(INPUTS);
             if !is_folder(&inputs) {
                 fs::create_dir(&inputs).map_err(at(&inputs))?;
@@ -64,11 +72,7 @@ pub fn keep(scene: &Scene, record: &mut Record, folder: &Path, older: Option<&Re
             let name = source.file_name().map_or("file".into(), |name| name.to_string_lossy());
             let path = free(&format!("{INPUTS}/{name}"));
             let target = new.join(&path);
-            // No file of a result is ever written twice.
-            let linked = if of_result { fs::hard_link(&source, &target).is_ok() } else { false };
-            if !linked {
-                fs::copy(&source, &target).map_err(at(&target))?;
-            }
+            fs::copy(&source, &target).map_err(at(&target))?;
             (path, target)
         } else {
             (source.to_string_lossy().into_owned(), source.clone())

@@ -2,7 +2,7 @@
 
 use super::{csv, vtp};
 use crate::scene::{
-    Assembly, Clump, Grain, Stop,
+    Assembly, Clump, Grain, Output, Stop,
     grain_file::{self, Moment, Names},
 };
 use glam::{DQuat, DVec3};
@@ -91,13 +91,14 @@ pub struct Amount {
 }
 
 impl Amount {
+    /// So many files of so many bytes each.
     fn add(&mut self, files: u64, bytes: u64) {
         self.files += files;
         self.bytes = self.bytes.saturating_add(files.saturating_mul(bytes));
     }
 }
 
-/// What a run will write; without a last step, what it writes at the end.
+/// What a run will write, for as long as numbers have their usual lengths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forecast {
     pub rows: u64,
@@ -108,93 +109,98 @@ pub struct Forecast {
     pub all: Amount,
 }
 
-/// Grains that are written to nowhere, to see how long they are.
-const SAMPLE: usize = 100;
+/// Bytes of a row of the history.
+const HISTORY_ROW: u64 = 220;
+/// Of summary, record and scene, which do not grow with the grains.
+const SMALL_FILE: u64 = 2000;
+/// Of what the list of snapshots says of each.
+const SERIES_ROW: u64 = 90;
 
 impl Forecast {
     /// Of a run of this many steps.
     pub fn new(assembly: &Assembly, schedule: &Schedule, steps: u64) -> Forecast {
-        let output = &assembly.output;
-        let (vtp, bin, csv) = sizes(assembly);
+        let Output { csv, bin, vtp, .. } = assembly.output;
+        let size = Sizes::of(assembly);
         let rows = schedule.history.count(steps);
         let snapshots = schedule.snapshots.map_or(0, |clock| clock.count(steps));
-        let mut of_snapshots = Amount::default();
-        if output.vtp {
-            // The last state has one, too.
-            let last =
-                schedule.snapshots.is_none_or(|clock| whole((clock.count(steps) - 1) as f64 * clock.interval) != steps);
-            of_snapshots.add(snapshots + u64::from(last), vtp);
+        let (mut of_snapshots, mut others) = (Amount::default(), Amount::default());
+        if vtp {
+            // There is one of the last state in any case.
+            let of_last = schedule.snapshots.filter(|clock| Clock { ticks: snapshots - 1, ..*clock }.next() == steps);
+            of_snapshots.add(snapshots + u64::from(of_last.is_none()), size.vtp);
+            others.add(1, SERIES_ROW * (snapshots + 1));
         }
-        if output.bin {
-            of_snapshots.add(snapshots, bin);
+        if bin {
+            of_snapshots.add(snapshots, size.bin);
+            others.add(1, size.bin);
         }
-        let mut all = of_snapshots;
-        all.add(1, rows * HISTORY_ROW);
-        // Summary, record and scene are as good as nothing beside the rest.
-        all.add(3, 4000);
-        if output.vtp {
-            all.add(1, 80 * (snapshots + 1));
+        if csv {
+            others.add(1, size.csv);
+            others.files += u64::from(!assembly.clumps.is_empty());
         }
-        if output.bin {
-            all.add(1, bin);
-        }
-        if output.csv {
-            all.add(
-                if assembly.clumps.is_empty() { 1 } else { 2 },
-                csv / if assembly.clumps.is_empty() { 1 } else { 2 },
-            );
-        }
+        others.add(1, HISTORY_ROW * rows);
+        others.add(3, SMALL_FILE);
+        let all =
+            Amount { files: of_snapshots.files + others.files, bytes: of_snapshots.bytes.saturating_add(others.bytes) };
         Forecast { rows, snapshots, of_snapshots, all }
     }
 }
 
-/// Bytes of a row of the history with numbers of usual length.
-const HISTORY_ROW: u64 = 220;
+/// Bytes of the files with all grains; of tables those of clumps and members together.
+#[derive(Clone, Copy)]
+struct Sizes {
+    vtp: u64,
+    bin: u64,
+    csv: u64,
+}
 
-/// Bytes of a snapshot, of a binary file, and of the tables of grains, of numbers of full length.
-fn sizes(assembly: &Assembly) -> (u64, u64, u64) {
-    let digits = DVec3::new(1.0, -2.0, 3.0) / 7.0;
-    let grain =
-        Grain { position: digits, velocity: digits, spin: digits, radius: 1.0 / 7.0, material: 0, fixed: false };
-    let clump = Clump {
-        shape: 0,
-        first: 0,
-        position: digits,
-        orientation: DQuat::from_rotation_y(0.3) * DQuat::from_rotation_x(0.7),
-        velocity: digits,
-        spin: digits,
-        radius: 1.0 / 7.0,
-        material: 0,
-        fixed: false,
-    };
-    let (materials, shapes) = (&assembly.materials[..], &assembly.shapes[..]);
-    let clumped = !assembly.clumps.is_empty();
-    // Bytes are what they are without grains, and as many more for each.
-    let bytes = |write: &dyn Fn(&mut Counter, &[Grain], &[Clump], &[u32]) -> io::Result<()>| {
-        let of = |grains: usize, clumps: usize| {
-            let mut counter = Counter(0);
-            let owners = vec![0; if clumped { grains } else { 0 }];
-            // Counting does not fail.
-            let _ = write(&mut counter, &vec![grain; grains], &vec![clump; clumps], &owners);
-            counter.0 as f64
+/// Grains that are written to nowhere, to see how long they are.
+const SAMPLE: usize = 100;
+
+impl Sizes {
+    /// Every grain and every clump is as long as others.
+    fn of(assembly: &Assembly) -> Sizes {
+        let (grains, clumps) = (assembly.grains.len(), assembly.clumps.len());
+        // Where there are clumps files have other columns.
+        let one = clumps.min(1);
+        let (base, of_grain) = (Sizes::with(assembly, 0, one), Sizes::with(assembly, SAMPLE, one));
+        let of_clump = Sizes::with(assembly, 0, one + SAMPLE * one);
+        let linear = |of: fn(&Sizes) -> u64| {
+            let each = |more: &Sizes| (of(more) - of(&base)) as f64 / SAMPLE as f64;
+            (of(&base) as f64 + each(&of_grain) * grains as f64 + each(&of_clump) * (clumps - one) as f64) as u64
         };
-        let one = usize::from(clumped);
-        let base = of(1, one);
-        let more = |each: f64, count: usize| each / SAMPLE as f64 * (count.max(1) - 1) as f64;
-        let grains = more(of(1 + SAMPLE, one) - base, assembly.grains.len());
-        let clumps = if clumped { more(of(1, one + SAMPLE) - base, assembly.clumps.len()) } else { 0.0 };
-        (base + grains + clumps) as u64
-    };
-    let vtp = bytes(&|out, grains, _, owners| vtp::write(out, 1.0 / 7.0, grains, owners));
-    let bin = bytes(&|out, grains, clumps, owners| {
-        let names = Names { dimension: assembly.dimension, materials, shapes, owners };
-        grain_file::write(out, &Moment { step: 0, time: 0.0, grains, clumps }, &names)
-    });
-    let csv = bytes(&|out, grains, clumps, _| {
-        csv::grains(&mut *out, grains, materials)?;
-        if clumped { csv::clumps(out, clumps, shapes, materials) } else { Ok(()) }
-    });
-    (vtp, bin, csv)
+        Sizes { vtp: linear(|s| s.vtp), bin: linear(|s| s.bin), csv: linear(|s| s.csv) }
+    }
+
+    /// With so many of them, whose numbers have as many digits as numbers can have.
+    fn with(assembly: &Assembly, grains: usize, clumps: usize) -> Sizes {
+        let (digits, radius) = (DVec3::new(1.0, -2.0, 3.0) / 7.0, 1.0 / 7.0);
+        let orientation = DQuat::from_rotation_y(0.3) * DQuat::from_rotation_x(0.7);
+        let (position, velocity, spin, material, fixed) = (digits, digits, digits, 0, false);
+        let grain = Grain { position, velocity, spin, radius, material, fixed };
+        let clump = Clump { shape: 0, first: 0, position, orientation, velocity, spin, radius, material, fixed };
+        let (materials, shapes) = (&assembly.materials[..], &assembly.shapes[..]);
+        let owners = vec![0; if assembly.clumps.is_empty() { 0 } else { grains }];
+        let (grains, clumps) = (vec![grain; grains], vec![clump; clumps]);
+        let names = Names { dimension: assembly.dimension, materials, shapes, owners: &owners };
+        let moment = Moment { step: 0, time: radius, grains: &grains, clumps: &clumps };
+        Sizes {
+            vtp: count(|out| vtp::write(out, radius, &grains, &owners)),
+            bin: count(|out| grain_file::write(out, &moment, &names)),
+            csv: count(|out| {
+                csv::grains(&mut *out, &grains, materials)?;
+                if assembly.clumps.is_empty() { Ok(()) } else { csv::clumps(out, &clumps, shapes, materials) }
+            }),
+        }
+    }
+}
+
+/// What is written, in bytes.
+fn count(write: impl FnOnce(&mut Counter) -> io::Result<()>) -> u64 {
+    let mut counter = Counter(0);
+    // Counting does not fail.
+    let _ = write(&mut counter);
+    counter.0
 }
 
 /// Counts bytes.

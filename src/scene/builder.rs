@@ -9,6 +9,7 @@ mod walls;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::time::SystemTime;
 
 pub use super::law::{MaterialBuilder, PairBuilder};
 use super::origin::Origin;
@@ -246,7 +247,7 @@ impl SceneBuilder {
             Error::Scene(format!("{}: {message}", origin.name))
         })?;
         overrides::refuse_infinite_in(table, &origin)?;
-        Ok(Scene { file: self.file, origin, text: None })
+        Ok(Scene { file: self.file, origin, text: None, made: SystemTime::now(), start: None })
     }
 
     /// [`SceneBuilder::build`], then [`Scene::assemble`].

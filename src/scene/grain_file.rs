@@ -68,6 +68,7 @@ pub(crate) fn write(out: &mut impl io::Write, moment: &Moment, names: &Names) ->
             Column::new("angular_velocity", "rad/s", grains, |g| g.spin.to_array()),
             Column::new("radius", "m", grains, |g| [g.radius]),
             Column::new("material", "", grains, |g| [g.material]),
+            Column::new("fixed", "", grains, |g| [u32::from(g.fixed)]),
         ];
         return container::write(out, &about, &columns);
     }
@@ -77,6 +78,7 @@ pub(crate) fn write(out: &mut impl io::Write, moment: &Moment, names: &Names) ->
         Column::new("angular_velocity", "rad/s", clumps, |c| c.spin.to_array()),
         Column::new("radius", "m", clumps, |c| [c.radius]),
         Column::new("material", "", clumps, |c| [c.material]),
+        Column::new("fixed", "", clumps, |c| [u32::from(c.fixed)]),
         Column::new("shape", "", clumps, |c| [c.shape]),
         Column::new("orientation", "", clumps, |c| c.orientation.to_array()),
         Column::new("member_position", "m", grains, |g| g.position.to_array()),
@@ -131,6 +133,9 @@ pub(super) fn read(path: &Path, options: &Options, shapes: &mut Shapes, check: &
         if_there(&mut grains, k, |grain| grain.radius = options.scale * radius)
     })?;
     file.read("material", |k, [material]| if_there(&mut grains, k, |grain| grain.material = material))?;
+    if file.rows("fixed") == Some(rows) {
+        file.read("fixed", |k, [fixed]: [u32; 1]| if_there(&mut grains, k, |grain| grain.fixed = fixed != 0))?;
+    }
 
     let names = |names: &[String], index: u32| names.get(index as usize).cloned().unwrap_or_default();
     let materials: Vec<_> = file.about.materials.iter().map(|name| check.material_index(name)).collect();

@@ -1,6 +1,6 @@
 //! What a scene reads besides itself, and its text as it is run.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::SystemTime};
 
 use toml_edit::Value;
 
@@ -38,6 +38,11 @@ impl Scene {
             }
         }
         inputs
+    }
+
+    /// When it was made; its files are as they were read if they are older.
+    pub fn made(&self) -> SystemTime {
+        self.made
     }
 
     /// The seed of what is random in it.

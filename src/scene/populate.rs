@@ -61,7 +61,7 @@ pub fn populate(population: &Population, number: usize, site: &Site, bodies: &mu
     };
     let velocity = check.vector_or_zero(&format!("{key}.velocity"), population.velocity.as_deref())?;
     for grain in &mut placed.grains {
-        grain.fixed = population.fixed;
+        grain.fixed |= population.fixed;
         grain.velocity += velocity;
         if spread > 0.0 {
             for axis in 0..check.dimension {

@@ -16,6 +16,11 @@ pub fn walls(walls: &[schema::Wall], domain: &Domain, check: &Check) -> Result<V
     Ok(out)
 }
 
+/// The name of wall number `number`, given or not.
+pub fn name(wall: &schema::Wall, number: usize) -> String {
+    wall.name.clone().unwrap_or_else(|| format!("{} {number}", kind_name(wall.kind)))
+}
+
 /// One wall of the file on its way into the assembly.
 struct Maker<'a> {
     key: String,
@@ -28,11 +33,7 @@ struct Maker<'a> {
 impl Maker<'_> {
     fn make(&self, out: &mut Vec<Wall>) -> Result<()> {
         self.refuse_foreign_keys()?;
-        let kind = kind_name(self.wall.kind);
-        let name = match &self.wall.name {
-            Some(name) => name.clone(),
-            None => format!("{kind} {}", self.number),
-        };
+        let name = name(self.wall, self.number);
         let spin = self.wall.spin.unwrap_or(0.0);
         let material = self.check.material(&self.at("material"), &self.wall.material)?;
         let velocity = self.check.vector_or_zero(&self.at("velocity"), self.wall.velocity.as_deref())?;

@@ -6,6 +6,7 @@ use super::{
 };
 use crate::{
     error::Result,
+    model::History,
     scene::Assembly,
     state::{
         ACTIVE, Array, INDEX, Length, NONE, Packed, Spin, State,
@@ -81,26 +82,30 @@ impl Simulation {
     }
 
     /// As [`Simulation::new`], with contacts that remember what they did elsewhere. Those that are not near each other
-    /// any more, and what the law has no use for, are forgotten.
+    /// any more, and what the law has no use for, are forgotten. Also returns how many are not.
     ///
     /// # Errors
     /// As [`Simulation::new`].
-    pub fn with_history(assembly: Assembly, options: Options, contacts: &[ContactHistory]) -> Result<Simulation> {
+    pub fn with_history(
+        assembly: Assembly,
+        options: Options,
+        contacts: &[ContactHistory],
+    ) -> Result<(Simulation, usize)> {
         let mut simulation = Simulation::build(assembly, options)?;
-        simulation.remember(contacts)?;
+        let given = simulation.remember(contacts)?;
         simulation.start()?;
-        simulation.lists.schedule.lost_contacts = 0;
-        Ok(simulation)
+        let forgotten = std::mem::take(&mut simulation.lists.schedule.lost_contacts);
+        Ok((simulation, given - forgotten as usize))
     }
 
     /// Lists of these contacts alone, of grains that have not been sorted: the first lists take over what they hold, as
-    /// all lists do from those before them.
-    fn remember(&mut self, contacts: &[ContactHistory]) -> Result<()> {
+    /// all lists do from those before them. Returns how many there are.
+    fn remember(&mut self, contacts: &[ContactHistory]) -> Result<usize> {
         let model = *self.model();
         let sizes = self.sizes();
         let arrays = present(&model, &OF_CONTACTS);
-        if contacts.is_empty() || arrays.len() == 2 {
-            return Ok(());
+        if contacts.is_empty() || model.history == History::None {
+            return Ok(0);
         }
         let mut of_grain: Vec<Vec<&ContactHistory>> = vec![Vec::new(); sizes.bodies];
         contacts.iter().for_each(|contact| of_grain[contact.grain as usize].push(contact));
@@ -141,7 +146,8 @@ impl Simulation {
         }
         self.lists.schedule.active_contacts = contacts.len() as u32;
         self.runner.remembering = true;
-        self.runner.engine.write(&arrays, 0, &lists)
+        self.runner.engine.write(&arrays, 0, &lists)?;
+        Ok(contacts.len())
     }
 }
 

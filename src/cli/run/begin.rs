@@ -1,0 +1,202 @@
+//! How a run begins: at time 0 of a scene, at a checkpoint of itself, or with the last state of another run.
+
+use super::super::common::{load, note, stem, warn};
+use super::{Run, RunArgs, listen};
+use packstone::{
+    Error,
+    io::{Folder, Record, Results, Resumed, folder, names, record, schedule::Schedule, write_state},
+    scene::{Assembly, Continued, Scene, Shift, Surface, grain_file::Moment},
+    simulation::{Checkpoint, ContactHistory, Options, Other, Simulation},
+};
+use serde::{Deserialize, Serialize};
+use std::{
+    io::ErrorKind,
+    path::{Path, PathBuf},
+};
+use tempfile::NamedTempFile;
+
+/// A run that is about to go on.
+pub struct Begun {
+    pub scene: Scene,
+    pub folder: PathBuf,
+    pub run: Run,
+}
+
+/// What a checkpoint has of the run.
+#[derive(Serialize, Deserialize)]
+pub struct SoFar {
+    pub schedule: Schedule,
+    pub wall_seconds: f64,
+}
+
+/// # Errors
+/// For scenes, folders and checkpoints that cannot be run; nothing has changed on the disk then.
+pub fn begin(args: &RunArgs) -> anyhow::Result<Begun> {
+    let (file, from) = match (&args.resume, &args.scene, &args.from) {
+        (Some(folder), ..) => return resume(args, folder),
+        (None, Some(file), from) => (file, from),
+        (None, None, _) => unreachable!("clap asks for one of them"),
+    };
+    let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(stem(file)));
+    let set = [&args.set[..], &args.stop()].concat();
+    let options = Options { engine: args.engine, ..args.device.options() };
+    let check = || {
+        // A folder that is asked for may have the result of any scene.
+        Folder::check(&folder, args.out.is_none().then_some(file))
+    };
+    // It lives until the folder of the result has a copy.
+    let mut start = None;
+    let (scene, simulation) = match from {
+        None => {
+            let (scene, assembly) = load(file, &set)?;
+            check()?;
+            (scene, Simulation::new(assembly, options)?)
+        }
+        Some(from) => {
+            let scene = Scene::load(file, &set)?;
+            check()?;
+            let (scene, simulation, file) = go_on(&scene, from, options)?;
+            start = Some(file);
+            (scene, simulation)
+        }
+    };
+    listen()?;
+    // Only now, so that a scene that cannot run leaves no trace.
+    let record = Record::new(&scene, &simulation, command());
+    let results = Results::create(&folder, Some(file), &scene, simulation.assembly(), record)?;
+    drop(start);
+    let schedule = Schedule::new(simulation.assembly(), simulation.dt());
+    let run = Run::new(simulation, results, schedule);
+    Ok(Begun { scene, folder, run })
+}
+
+/// Go on with a run that was interrupted, or take one further.
+fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
+    let Last { from, scene, assembly, simulation, so_far } = last(folder, &args.stop(), args.device.options())?;
+    let SoFar { mut schedule, wall_seconds } = so_far;
+    if args.steps.is_some() || args.time.is_some() {
+        schedule.end = Schedule::new(&assembly, simulation.dt()).end;
+    }
+    let (step, dt) = (simulation.step(), simulation.dt());
+    if schedule.end.is_some_and(|end| end <= step) {
+        return Err(Error::Folder(format!(
+            "{}: the run has come to its last step, {step} (t = {:e} s); --time and --steps take it further",
+            folder.display(),
+            simulation.time()
+        ))
+        .into());
+    }
+    listen()?;
+    let resumed = Resumed { start: record::now(), command: command(), step };
+    let snapshots = schedule.snapshots.iter().flat_map(|clock| clock.past()).map(|step| (step, step as f64 * dt));
+    let (rows, snapshots) = (schedule.history.ticks, snapshots.collect());
+    let results = Results::resume(folder, &from, simulation.assembly(), resumed, rows, snapshots)?;
+    note(format!("goes on from step {step}"));
+    let run = Run { earlier: wall_seconds, saved: Some(step), ..Run::new(simulation, results, schedule) };
+    Ok(Begun { scene, folder: folder.to_owned(), run })
+}
+
+/// The last state of a run.
+struct Last {
+    /// The folder that has it.
+    from: PathBuf,
+    scene: Scene,
+    assembly: Assembly,
+    simulation: Simulation,
+    so_far: SoFar,
+}
+
+fn last(folder: &Path, set: &[String], options: Options) -> anyhow::Result<Last> {
+    let nothing = || Error::Folder(format!("{}: has no result that could be continued", folder.display()));
+    let from = folder::resumable(folder).into_iter().next().ok_or_else(nothing)?;
+    let record = Record::read(&from).ok_or_else(nothing)?;
+    let (scene, assembly) = load(&from.join(record.scene_as_run.ok_or_else(nothing)?), set)?;
+    let of = |path: &Path| {
+        let mut checkpoint = Checkpoint::open(path)?;
+        let so_far = serde_json::from_value(checkpoint.about().run.clone());
+        let so_far = so_far.map_err(|e| Error::Scene(format!("{}: {e}", path.display())))?;
+        Simulation::resume(assembly.clone(), options, &mut checkpoint).map(|simulation| (simulation, so_far))
+    };
+    let (latest, previous) = (from.join(names::CHECKPOINT), from.join(names::PREVIOUS));
+    let (simulation, so_far) = match of(&latest) {
+        Err(error @ (Error::Scene(_) | Error::Io { .. })) if previous.exists() => {
+            warn(format!("{error}; this is the checkpoint before it"));
+            of(&previous)
+        }
+        Err(Error::Io { source, .. }) if source.kind() == ErrorKind::NotFound => {
+            Err(Error::Folder(format!("{}: has no checkpoint to go on from", from.display())))
+        }
+        result => result,
+    }?;
+    Ok(Last { from, scene, assembly, simulation, so_far })
+}
+
+/// Another scene with the last state of a run: that scene with the grains in it, the simulation, and the file that has
+/// the grains.
+fn go_on(scene: &Scene, folder: &Path, options: Options) -> anyhow::Result<(Scene, Simulation, NamedTempFile)> {
+    let Last { from, scene: old_scene, assembly: old, mut simulation, .. } = last(folder, &[], options)?;
+    let (step, time) = (simulation.step(), simulation.time());
+    let (grains, clumps) = (simulation.grains()?, simulation.clumps()?);
+    let shifts = old.walls.iter().zip(simulation.walls()?).map(|(before, now)| Shift {
+        wall: before.name.clone(),
+        by: match (before.surface, now.surface) {
+            (Surface::Plane { point, normal }, Surface::Plane { point: now, .. }) => (now - point).dot(normal) * normal,
+            (Surface::Cylinder { center, .. }, Surface::Cylinder { center: now, .. }) => now - center,
+            _ => unreachable!("a wall stays what it is"),
+        },
+    });
+    let shifts: Vec<Shift> = shifts.collect();
+    let contacts = simulation.contact_history()?;
+    let moment = Moment { step, time, grains: &grains, clumps: &clumps };
+    let file = tempfile::Builder::new().prefix("start.").suffix(".bin").tempfile()?;
+    write_state(file.path(), &old, &moment)?;
+    note(format!(
+        "{} at step {step}, t = {time:e} s: {} grains and {} contacts with a history",
+        from.display(),
+        grains.len(),
+        contacts.len()
+    ));
+    let Continued { scene, singles, notices } = scene.continued(&old_scene, file.path(), &shifts)?;
+    notices.iter().for_each(note);
+    let assembly = scene.assemble()?;
+    assembly.notices.iter().for_each(note);
+    let first = assembly.clumps.get(singles).map_or(singles, |clump| clump.first as usize);
+    let same = |(new, old): (&packstone::scene::Grain, &packstone::scene::Grain)| {
+        (new.radius - old.radius).abs() <= 1e-9 * old.radius
+    };
+    let carried = assembly.grains.get(first..first + grains.len());
+    if !carried.is_some_and(|carried| carried.iter().zip(&grains).all(same)) {
+        return Err(Error::Scene(format!(
+            "{}: its clumps have members that the shapes of {} do not have",
+            from.display(),
+            scene.name()
+        ))
+        .into());
+    }
+    let alike = std::mem::discriminant(&old.solver.method) == std::mem::discriminant(&assembly.solver.method);
+    let place = |contact: &ContactHistory| {
+        let other = match contact.other {
+            Other::Grain(id) => Other::Grain(first as u32 + id),
+            Other::Wall(wall) => {
+                let name = &old.walls[wall as usize].name;
+                Other::Wall(assembly.walls.iter().position(|wall| wall.name == *name)? as u32)
+            }
+        };
+        Some(ContactHistory { grain: first as u32 + contact.grain, other, ..*contact })
+    };
+    let placed: Vec<ContactHistory> = contacts.iter().filter(|_| alike).filter_map(place).collect();
+    drop(simulation);
+    let (simulation, kept) = Simulation::with_history(assembly, options, &placed)?;
+    let why = match () {
+        () if !alike => ", as the method is another",
+        () if kept == 0 => ", as the law of contact has none, or nothing touches any more",
+        () => "",
+    };
+    note(format!("{kept} of {} contacts keep their history{why}", contacts.len()));
+    Ok((scene, simulation, file))
+}
+
+/// Arguments of the command line.
+fn command() -> Vec<String> {
+    std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned()).collect()
+}

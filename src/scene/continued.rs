@@ -1,0 +1,187 @@
+//! A scene that goes on from the last state of another one.
+
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::check::AXES;
+use super::schema::{self, Population, WallKind};
+use super::{Scene, walls};
+use crate::{Error, Result};
+
+/// How far a wall of an [`Assembly`](super::Assembly) has moved, m.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shift {
+    pub wall: String,
+    pub by: DVec3,
+}
+
+/// A scene with the grains of another one.
+#[derive(Clone, Debug)]
+pub struct Continued {
+    pub scene: Scene,
+    /// Single grains and clumps that come before those of the other scene.
+    pub singles: usize,
+    /// What is as it was there, and what is not.
+    pub notices: Vec<String>,
+}
+
+impl Scene {
+    /// This scene with the grains of a binary file, in which are all of `old` as they are now. What both scenes have of
+    /// single grains and populations is in that file, and not made anew. Walls that both have, whatever their velocity
+    /// and material, are where they have moved to.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if the name of the file is no text.
+    pub fn continued(&self, old: &Scene, start: &Path, shifts: &[Shift]) -> Result<Continued> {
+        let mut file = self.file.clone();
+        let mut notices = Vec::new();
+        let mut known: Vec<_> = old.file.grain.iter().map(table).collect();
+        file.grain.retain(|grain| is_new(table(grain), &mut known));
+        let mut known: Vec<_> = old.file.population.iter().map(table).collect();
+        let mut numbers = 0..;
+        file.population.retain(|population| {
+            let (number, is_new) = (numbers.next().unwrap_or(0), is_new(table(population), &mut known));
+            let what = if is_new { "is added" } else { "is there already" };
+            notices.push(format!("population.{number} {what}"));
+            is_new
+        });
+        if !file.grain.is_empty() {
+            notices.push(format!("{} single grains are added", file.grain.len()));
+        }
+        for (number, wall) in file.wall.iter_mut().enumerate() {
+            let name = walls::name(wall, number);
+            let same =
+                |(k, other): (usize, &schema::Wall)| walls::name(other, k) == name && place(other) == place(wall);
+            let what = match old.file.wall.iter().enumerate().any(same) {
+                true if carry(wall, &name, shifts) => "goes on from where it is",
+                true => "is where it was",
+                false => "is as the scene says",
+            };
+            notices.push(format!("wall {name} {what}"));
+        }
+        let path = start.to_str().ok_or_else(|| Error::Scene(format!("{}: is no text", start.display())))?;
+        let grains = toml::Table::from_iter([("file".to_owned(), path.into())]);
+        let grains: Population = grains.try_into().expect("a population may be a file");
+        file.population.insert(0, grains);
+        let singles = file.grain.len();
+        let made = SystemTime::now();
+        let scene = Scene { file, text: None, made, start: Some(start.to_owned()), origin: self.origin.clone() };
+        Ok(Continued { scene, singles, notices })
+    }
+
+    /// The file that was made for this scene, and that nobody else keeps.
+    pub fn start(&self) -> Option<&PathBuf> {
+        self.start.as_ref()
+    }
+}
+
+fn table(part: &impl Serialize) -> toml::Value {
+    toml::Value::try_from(part).expect("it was a table of a scene")
+}
+
+/// Whether a part of a scene is not among those of the other one, of which each counts once.
+fn is_new(part: toml::Value, known: &mut Vec<toml::Value>) -> bool {
+    let same = known.iter().position(|other| *other == part);
+    same.map(|k| known.swap_remove(k)).is_none()
+}
+
+/// A wall without what may change while it stays where it is.
+fn place(wall: &schema::Wall) -> toml::Value {
+    table(&schema::Wall { velocity: None, spin: None, material: String::new(), ..wall.clone() })
+}
+
+/// Bring a wall to where it has moved to: whether it has.
+fn carry(wall: &mut schema::Wall, name: &str, shifts: &[Shift]) -> bool {
+    let of = |name: &str| shifts.iter().find(|shift| shift.wall == name).map(|shift| shift.by);
+    let add = |point: &mut Option<Vec<f64>>, by: DVec3| {
+        point.iter_mut().flatten().zip(by.to_array()).for_each(|(x, by)| *x += by);
+    };
+    let before = table(wall);
+    match wall.kind {
+        WallKind::Plane => add(&mut wall.point, of(name).unwrap_or_default()),
+        WallKind::Cylinder => add(&mut wall.center, of(name).unwrap_or_default()),
+        WallKind::Box => {
+            // A face that is not there moves with the one opposite.
+            let side = |signs: [&str; 2]| {
+                let face = |axis: usize| {
+                    signs.iter().find_map(|sign| of(&format!("{name} {}{sign}", AXES[axis]))).map_or(0.0, |by| by[axis])
+                };
+                DVec3::new(face(0), face(1), face(2))
+            };
+            let (lower, upper) = (side(["-", "+"]), side(["+", "-"]));
+            add(&mut wall.lower, lower);
+            add(&mut wall.upper, upper);
+        }
+    }
+    table(wall) != before
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const OLD: &str = r#"
+dimension = 3
+[material.glass]
+density = 2500
+normal_stiffness = 1e3
+[[wall]]
+kind = "box"
+name = "box"
+material = "glass"
+lower = [0, 0, 0]
+upper = [1, 1, 1]
+faces = ["z-", "x+"]
+[[wall]]
+kind = "plane"
+name = "lid"
+material = "glass"
+point = [0, 0, 2]
+normal = [0, 0, -1]
+velocity = [0, 0, -1]
+[[population]]
+material = "glass"
+count = 5
+radius = 0.1
+"#;
+
+    fn scene(text: &str) -> Scene {
+        Scene::parse(text, "scene", Path::new(""), &[]).unwrap()
+    }
+
+    #[test]
+    fn what_both_have_goes_on_and_the_rest_is_new() {
+        let new = OLD.replace("velocity = [0, 0, -1]", "velocity = [0, 0, 0]").replace("1e3", "2e3")
+            + "[[population]]\nmaterial = \"glass\"\ncount = 2\nradius = 0.2\n\
+               [[grain]]\nmaterial = \"glass\"\nposition = [0.5, 0.5, 0.5]\nradius = 0.1\n";
+        let shift = |wall: &str, by| Shift { wall: wall.to_owned(), by };
+        let shifts = [shift("box z-", DVec3::new(0.0, 0.0, 0.25)), shift("lid", DVec3::new(0.0, 0.0, -0.5))];
+        let Continued { scene, singles, notices } =
+            scene(&new).continued(&scene(OLD), Path::new("/start.bin"), &shifts).unwrap();
+        let file = &scene.file;
+        assert_eq!(file.population.iter().map(|p| p.count).collect::<Vec<_>>(), [None, Some(2)]);
+        assert_eq!(file.population[0].file.as_deref(), Some("/start.bin"));
+        assert_eq!((singles, file.grain.len()), (1, 1));
+        assert_eq!(file.wall[0].lower, Some(vec![0.0, 0.0, 0.25]));
+        // That there is no upper face.
+        assert_eq!(file.wall[0].upper, Some(vec![1.0, 1.0, 1.25]));
+        assert_eq!(file.wall[1].point, Some(vec![0.0, 0.0, 1.5]));
+        let said = [
+            "population.0 is there already",
+            "population.1 is added",
+            "1 single grains are added",
+            "wall box goes on from where it is",
+            "wall lid goes on from where it is",
+        ];
+        assert_eq!(notices, said);
+        let elsewhere = OLD.replace("point = [0, 0, 2]", "point = [0, 0, 3]");
+        let Continued { scene, notices, .. } = super::tests::scene(&elsewhere)
+            .continued(&super::tests::scene(OLD), Path::new("/start.bin"), &shifts)
+            .unwrap();
+        assert_eq!(scene.file.wall[1].point, Some(vec![0.0, 0.0, 3.0]));
+        assert_eq!(notices[2], "wall lid is as the scene says");
+    }
+}
