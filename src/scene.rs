@@ -37,10 +37,7 @@ pub(crate) use neighbours::Neighbours;
 pub use schema::{Face, Format, Placement, Twist};
 pub use shape::{Kind, Member, Shape};
 
-use std::{
-    path::{Path, PathBuf},
-    time::SystemTime,
-};
+use std::{path::Path, time::SystemTime};
 
 use crate::Result;
 use origin::{Origin, read_text};
@@ -55,8 +52,8 @@ pub struct Scene {
     text: Option<String>,
     /// When it was made; files that it names are read later.
     made: SystemTime,
-    /// The file with the grains that it goes on with, if it was made for that.
-    start: Option<PathBuf>,
+    /// If it goes on with the grains of another one.
+    going_on: Option<continued::GoingOn>,
 }
 
 impl Scene {
@@ -76,7 +73,7 @@ impl Scene {
         let edited = overrides::apply(text, set, &origin)?;
         let file = schema::read(&edited).map_err(|fault| overrides::blame(text, fault, &origin))?;
         overrides::refuse_infinite(&edited, &origin)?;
-        Ok(Scene { file, origin, text: Some(edited), made, start: None })
+        Ok(Scene { file, origin, text: Some(edited), made, going_on: None })
     }
 
     /// Checks every value, fills in the defaults and places the grains.

@@ -276,14 +276,14 @@ fn what_is_not_packstones_is_not_touched() {
 fn results_of_version_0_1_are_replaced() {
     let place = Place::new();
     place.run(&["--set=output.snapshots=1e-3"], 0);
-    for name in ["run.json", "scene.toml", ".packstone/lock"] {
+    for name in ["run.json", "scene.toml", "checkpoint.bin", ".packstone/lock"] {
         fs::remove_file(place.path("out/scene").join(name)).unwrap();
     }
     fs::remove_dir(place.path("out/scene/.packstone")).unwrap();
     assert!(place.path("out/scene/snapshot_000001.bin").exists());
     place.run(&["--steps=30", "--set=output.formats=[]"], 0);
     let names: Vec<String> = content(&place.path("out/scene")).into_keys().collect();
-    assert_eq!(names, ["history.csv", "run.json", "scene.toml", "summary.json"]);
+    assert_eq!(names, ["checkpoint.bin", "history.csv", "run.json", "scene.toml", "summary.json"]);
 }
 
 #[cfg(unix)]

@@ -8,10 +8,7 @@ use packstone::{
     prelude::*,
     scene::grain_file::Moment,
 };
-use std::{
-    fs,
-    path::Path,
-};
+use std::{fs, path::Path};
 
 fn scene() -> (Scene, Assembly) {
     let glass = MaterialBuilder::new(2500.0).normal_stiffness(2e3).friction(0.5);

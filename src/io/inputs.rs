@@ -2,7 +2,7 @@
 
 use super::{
     files::{at, crc32, write},
-    names::{INPUTS, SCENE},
+    names::{GIVEN, INPUTS, SCENE},
     record::{Kept, Record, SMALL, is_folder},
 };
 use crate::{
@@ -87,5 +87,11 @@ pub fn keep(scene: &Scene, record: &mut Record, folder: &Path, older: Option<&Re
     let text = scene.text(&words)?;
     write(&new.join(&name), |file| file.write_all(text.as_bytes()))?;
     record.scene_as_run = Some(name);
+    let given = scene.given()?;
+    if given != text {
+        let name = free(GIVEN);
+        write(&new.join(&name), |file| file.write_all(given.as_bytes()))?;
+        record.scene_as_given = Some(name);
+    }
     Ok(())
 }

@@ -14,6 +14,8 @@ pub const PREVIOUS: &str = "checkpoint.previous.bin";
 /// The scene as it was run, and the folder with copies of what it read.
 pub const SCENE: &str = "scene.toml";
 pub const INPUTS: &str = "inputs";
+/// The scene as it was given, where that is not the same.
+pub const GIVEN: &str = "scene.given.toml";
 
 pub fn snapshot(number: usize, extension: &str) -> String {
     format!("snapshot_{number:06}.{extension}")

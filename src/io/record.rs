@@ -30,6 +30,9 @@ pub struct Record {
     pub scene: Option<String>,
     /// The file with the scene as it was run, and what it reads.
     pub scene_as_run: Option<String>,
+    /// The file with the scene as it was given, with the names of files as they were there, and without the grains of
+    /// another run that it went on with; None if it was run like that.
+    pub scene_as_given: Option<String>,
     pub seed: Option<u64>,
     #[serde(default)]
     pub inputs: Vec<Kept>,

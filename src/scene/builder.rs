@@ -247,7 +247,7 @@ impl SceneBuilder {
             Error::Scene(format!("{}: {message}", origin.name))
         })?;
         overrides::refuse_infinite_in(table, &origin)?;
-        Ok(Scene { file: self.file, origin, text: None, made: SystemTime::now(), start: None })
+        Ok(Scene { file: self.file, origin, text: None, made: SystemTime::now(), going_on: None })
     }
 
     /// [`SceneBuilder::build`], then [`Scene::assemble`].

@@ -18,6 +18,15 @@ pub struct Shift {
     pub by: DVec3,
 }
 
+/// What makes a scene one that goes on.
+#[derive(Clone, Debug)]
+pub(super) struct GoingOn {
+    /// The file with the grains.
+    start: PathBuf,
+    /// The text of the scene without them.
+    given: String,
+}
+
 /// A scene with the grains of another one.
 #[derive(Clone, Debug)]
 pub struct Continued {
@@ -29,18 +38,19 @@ pub struct Continued {
 }
 
 impl Scene {
-    /// This scene with the grains of a binary file, in which are all of `old` as they are now. What both scenes have of
-    /// single grains and populations is in that file, and not made anew. Walls that both have, whatever their velocity
-    /// and material, are where they have moved to.
+    /// This scene with the grains of a binary file, in which are all of another run as they are now. That run was given
+    /// the scene `given`, and has run it as `old`. Single grains and populations that are given in both are in that file,
+    /// and not made anew. Walls that are given in both, whatever their velocity and material, are where they have moved
+    /// to.
     ///
     /// # Errors
     /// [`Error::Scene`] if the name of the file is no text.
-    pub fn continued(&self, old: &Scene, start: &Path, shifts: &[Shift]) -> Result<Continued> {
+    pub fn continued(&self, given: &Scene, old: &Scene, start: &Path, shifts: &[Shift]) -> Result<Continued> {
         let mut file = self.file.clone();
         let mut notices = Vec::new();
-        let mut known: Vec<_> = old.file.grain.iter().map(table).collect();
+        let mut known: Vec<_> = given.file.grain.iter().map(table).collect();
         file.grain.retain(|grain| is_new(table(grain), &mut known));
-        let mut known: Vec<_> = old.file.population.iter().map(table).collect();
+        let mut known: Vec<_> = given.file.population.iter().map(table).collect();
         let mut numbers = 0..;
         file.population.retain(|population| {
             let (number, is_new) = (numbers.next().unwrap_or(0), is_new(table(population), &mut known));
@@ -55,10 +65,11 @@ impl Scene {
             let name = walls::name(wall, number);
             let same =
                 |(k, other): (usize, &schema::Wall)| walls::name(other, k) == name && place(other) == place(wall);
-            let what = match old.file.wall.iter().enumerate().any(same) {
-                true if carry(wall, &name, shifts) => "goes on from where it is",
-                true => "is where it was",
-                false => "is as the scene says",
+            let known = given.file.wall.iter().enumerate().position(same);
+            let what = match known.and_then(|k| old.file.wall.get(k)) {
+                Some(old) if carry(wall, old, &name, shifts) => "goes on from where it is",
+                Some(_) => "is where it was",
+                None => "is as the scene says",
             };
             notices.push(format!("wall {name} {what}"));
         }
@@ -68,13 +79,22 @@ impl Scene {
         file.population.insert(0, grains);
         let singles = file.grain.len();
         let made = SystemTime::now();
-        let scene = Scene { file, text: None, made, start: Some(start.to_owned()), origin: self.origin.clone() };
+        let going_on = Some(GoingOn { start: start.to_owned(), given: self.text(&[])? });
+        let scene = Scene { file, text: None, made, going_on, origin: self.origin.clone() };
         Ok(Continued { scene, singles, notices })
     }
 
     /// The file that was made for this scene, and that nobody else keeps.
     pub fn start(&self) -> Option<&PathBuf> {
-        self.start.as_ref()
+        self.going_on.as_ref().map(|going_on| &going_on.start)
+    }
+
+    /// The scene as it was given, with all overrides in it.
+    ///
+    /// # Errors
+    /// As [`Scene::text`].
+    pub fn given(&self) -> Result<String> {
+        self.going_on.as_ref().map_or_else(|| self.text(&[]), |going_on| Ok(going_on.given.clone()))
     }
 }
 
@@ -93,13 +113,15 @@ fn place(wall: &schema::Wall) -> toml::Value {
     table(&schema::Wall { velocity: None, spin: None, material: String::new(), ..wall.clone() })
 }
 
-/// Bring a wall to where it has moved to: whether it has.
-fn carry(wall: &mut schema::Wall, name: &str, shifts: &[Shift]) -> bool {
+/// Bring a wall to where `old` has moved to: whether it has.
+fn carry(wall: &mut schema::Wall, old: &schema::Wall, name: &str, shifts: &[Shift]) -> bool {
     let of = |name: &str| shifts.iter().find(|shift| shift.wall == name).map(|shift| shift.by);
     let add = |point: &mut Option<Vec<f64>>, by: DVec3| {
         point.iter_mut().flatten().zip(by.to_array()).for_each(|(x, by)| *x += by);
     };
     let before = table(wall);
+    (wall.point, wall.center) = (old.point.clone(), old.center.clone());
+    (wall.lower, wall.upper) = (old.lower.clone(), old.upper.clone());
     match wall.kind {
         WallKind::Plane => add(&mut wall.point, of(name).unwrap_or_default()),
         WallKind::Cylinder => add(&mut wall.center, of(name).unwrap_or_default()),
@@ -160,7 +182,7 @@ radius = 0.1
         let shift = |wall: &str, by| Shift { wall: wall.to_owned(), by };
         let shifts = [shift("box z-", DVec3::new(0.0, 0.0, 0.25)), shift("lid", DVec3::new(0.0, 0.0, -0.5))];
         let Continued { scene, singles, notices } =
-            scene(&new).continued(&scene(OLD), Path::new("/start.bin"), &shifts).unwrap();
+            scene(&new).continued(&scene(OLD), &scene(OLD), Path::new("/start.bin"), &shifts).unwrap();
         let file = &scene.file;
         assert_eq!(file.population.iter().map(|p| p.count).collect::<Vec<_>>(), [None, Some(2)]);
         assert_eq!(file.population[0].file.as_deref(), Some("/start.bin"));
@@ -178,10 +200,16 @@ radius = 0.1
         ];
         assert_eq!(notices, said);
         let elsewhere = OLD.replace("point = [0, 0, 2]", "point = [0, 0, 3]");
-        let Continued { scene, notices, .. } = super::tests::scene(&elsewhere)
-            .continued(&super::tests::scene(OLD), Path::new("/start.bin"), &shifts)
-            .unwrap();
-        assert_eq!(scene.file.wall[1].point, Some(vec![0.0, 0.0, 3.0]));
-        assert_eq!(notices[2], "wall lid is as the scene says");
+        let old = super::tests::scene(OLD);
+        let start = Path::new("/start.bin");
+        let other = super::tests::scene(&elsewhere).continued(&old, &old, start, &shifts).unwrap();
+        assert_eq!(other.scene.file.wall[1].point, Some(vec![0.0, 0.0, 3.0]));
+        assert_eq!(other.notices[2], "wall lid is as the scene says");
+        // Once more: the lid goes on from where it had gone on from.
+        let given = super::tests::scene(&scene.given().unwrap());
+        let third = super::tests::scene(&new).continued(&given, &scene, start, &shifts[1..]).unwrap();
+        assert_eq!(third.scene.file.population.len(), 1);
+        assert_eq!(third.scene.file.wall[1].point, Some(vec![0.0, 0.0, 1.0]));
+        assert_eq!(third.scene.file.wall[0].lower, Some(vec![0.0, 0.0, 0.25]));
     }
 }

@@ -13,7 +13,10 @@ use std::{
     io::ErrorKind,
     path::{Path, PathBuf},
 };
-use tempfile::NamedTempFile;
+use tempfile::TempDir;
+
+/// The file with the grains that a scene goes on with.
+const START: &str = "start.bin";
 
 /// A run that is about to go on.
 pub struct Begun {
@@ -55,8 +58,8 @@ pub fn begin(args: &RunArgs) -> anyhow::Result<Begun> {
         Some(from) => {
             let scene = Scene::load(file, &set)?;
             check()?;
-            let (scene, simulation, file) = go_on(&scene, from, options)?;
-            start = Some(file);
+            let (scene, simulation, temporary) = go_on(&scene, from, options)?;
+            start = Some(temporary);
             (scene, simulation)
         }
     };
@@ -72,7 +75,7 @@ pub fn begin(args: &RunArgs) -> anyhow::Result<Begun> {
 
 /// Go on with a run that was interrupted, or take one further.
 fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
-    let Last { from, scene, assembly, simulation, so_far } = last(folder, &args.stop(), args.device.options())?;
+    let Last { from, scene, assembly, simulation, so_far, .. } = last(folder, &args.stop(), args.device.options())?;
     let SoFar { mut schedule, wall_seconds } = so_far;
     if args.steps.is_some() || args.time.is_some() {
         schedule.end = Schedule::new(&assembly, simulation.dt()).end;
@@ -101,6 +104,8 @@ struct Last {
     /// The folder that has it.
     from: PathBuf,
     scene: Scene,
+    /// Its file as it was given.
+    given: Option<String>,
     assembly: Assembly,
     simulation: Simulation,
     so_far: SoFar,
@@ -109,8 +114,8 @@ struct Last {
 fn last(folder: &Path, set: &[String], options: Options) -> anyhow::Result<Last> {
     let nothing = || Error::Folder(format!("{}: has no result that could be continued", folder.display()));
     let from = folder::resumable(folder).into_iter().next().ok_or_else(nothing)?;
-    let record = Record::read(&from).ok_or_else(nothing)?;
-    let (scene, assembly) = load(&from.join(record.scene_as_run.ok_or_else(nothing)?), set)?;
+    let Record { scene_as_run, scene_as_given: given, .. } = Record::read(&from).ok_or_else(nothing)?;
+    let (scene, assembly) = load(&from.join(scene_as_run.ok_or_else(nothing)?), set)?;
     let of = |path: &Path| {
         let mut checkpoint = Checkpoint::open(path)?;
         let so_far = serde_json::from_value(checkpoint.about().run.clone());
@@ -128,13 +133,14 @@ fn last(folder: &Path, set: &[String], options: Options) -> anyhow::Result<Last>
         }
         result => result,
     }?;
-    Ok(Last { from, scene, assembly, simulation, so_far })
+    Ok(Last { from, scene, given, assembly, simulation, so_far })
 }
 
-/// Another scene with the last state of a run: that scene with the grains in it, the simulation, and the file that has
-/// the grains.
-fn go_on(scene: &Scene, folder: &Path, options: Options) -> anyhow::Result<(Scene, Simulation, NamedTempFile)> {
-    let Last { from, scene: old_scene, assembly: old, mut simulation, .. } = last(folder, &[], options)?;
+/// Another scene with the last state of a run: that scene with the grains in it, the simulation, and the folder with the
+/// file that has the grains.
+fn go_on(scene: &Scene, folder: &Path, options: Options) -> anyhow::Result<(Scene, Simulation, TempDir)> {
+    let Last { from, scene: old_scene, given, assembly: old, mut simulation, .. } = last(folder, &[], options)?;
+    let given = given.map_or_else(|| Ok(old_scene.clone()), |name| Scene::load(&from.join(name), &[]))?;
     let (step, time) = (simulation.step(), simulation.time());
     let (grains, clumps) = (simulation.grains()?, simulation.clumps()?);
     let shifts = old.walls.iter().zip(simulation.walls()?).map(|(before, now)| Shift {
@@ -148,15 +154,16 @@ fn go_on(scene: &Scene, folder: &Path, options: Options) -> anyhow::Result<(Scen
     let shifts: Vec<Shift> = shifts.collect();
     let contacts = simulation.contact_history()?;
     let moment = Moment { step, time, grains: &grains, clumps: &clumps };
-    let file = tempfile::Builder::new().prefix("start.").suffix(".bin").tempfile()?;
-    write_state(file.path(), &old, &moment)?;
+    let temporary = tempfile::tempdir()?;
+    let start = temporary.path().join(START);
+    write_state(&start, &old, &moment)?;
     note(format!(
         "{} at step {step}, t = {time:e} s: {} grains and {} contacts with a history",
         from.display(),
         grains.len(),
         contacts.len()
     ));
-    let Continued { scene, singles, notices } = scene.continued(&old_scene, file.path(), &shifts)?;
+    let Continued { scene, singles, notices } = scene.continued(&given, &old_scene, &start, &shifts)?;
     notices.iter().for_each(note);
     let assembly = scene.assemble()?;
     assembly.notices.iter().for_each(note);
@@ -193,7 +200,7 @@ fn go_on(scene: &Scene, folder: &Path, options: Options) -> anyhow::Result<(Scen
         () => "",
     };
     note(format!("{kept} of {} contacts keep their history{why}", contacts.len()));
-    Ok((scene, simulation, file))
+    Ok((scene, simulation, temporary))
 }
 
 /// Arguments of the command line.
