@@ -13,7 +13,7 @@
 
 use super::{
     files::{at, is_file},
-    names::{RUN, SUMMARY, is_reserved},
+    names::{RUN, SUMMARY, is_reserved, snapshot_number},
     record::{Record, is_folder, relative},
 };
 use crate::error::{Error, Result};
@@ -146,6 +146,14 @@ impl Folder {
         if let Some(older) = self.older.as_ref().filter(|_| !is_file(&self.path.join(RUN)).unwrap_or(false)) {
             // That of version 0.1 had none.
             older.write(&self.path)?;
+        }
+        // The older one goes when the new one would outlive a power cut. Of snapshots there may be too many.
+        for path in new.files.keys().filter(|name| snapshot_number(name).is_none()).map(|name| partial.join(name)) {
+            match File::open(&path).and_then(|file| file.sync_all()) {
+                // Some systems do so only for files that are open for writing.
+                Err(error) if error.kind() != ErrorKind::PermissionDenied => return Err(at(&path)(error)),
+                _ => {}
+            }
         }
         let older = self.path.join(OLDER);
         fs::create_dir(&older).map_err(at(&older))?;
