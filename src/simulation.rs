@@ -283,6 +283,11 @@ impl Simulation {
     pub fn dt_bound(&self) -> f64 {
         self.dt_bound
     }
+    /// What positions are multiples of, m; None in double precision. It grows with the distance of the grains from the
+    /// origin.
+    pub fn position_quantum(&self) -> Option<f64> {
+        (self.model().precision == Precision::Single).then_some(self.params().quantum)
+    }
     /// The overlap over the radius up to which the time step is below the bound. Infinite for springs; that of elastic
     /// spheres follows from the overlaps they have come to.
     pub fn stable_overlap(&self) -> f64 {

@@ -147,7 +147,16 @@ fn two_grains_leave_all_files_and_keys() {
     let output = place.run(&[], 0);
     assert_eq!(
         place.results(),
-        ["final.csv", "history.csv", "packstone.pvd", "run.json", "scene.toml", "snapshot_000000.vtp", "summary.json"]
+        [
+            "checkpoint.bin",
+            "final.csv",
+            "history.csv",
+            "packstone.pvd",
+            "run.json",
+            "scene.toml",
+            "snapshot_000000.vtp",
+            "summary.json"
+        ]
     );
     let said = out(&output);
     assert!(said.starts_with("engine cpu"), "{said}");
@@ -157,8 +166,8 @@ fn two_grains_leave_all_files_and_keys() {
     let keys = "scene engine adapter precision dimension particles steps time dt dt_bound wall_seconds \
                 particle_steps_per_second bytes_per_particle replayed_chunks lost_contacts contacts \
                 coordination_number packing_fraction packing_fraction_error \
-                overall_packing_fraction overall_packing_fraction_error diameters max_overlap_over_radius unbalanced_force_ratio kinetic_energy \
-                momentum angular_momentum converged stopped version domain walls";
+                overall_packing_fraction overall_packing_fraction_error diameters max_overlap_over_radius \
+                deepest_overlap position_quantum unbalanced_force_ratio kinetic_energy momentum angular_momentum converged ended stopped version domain walls";
     for key in keys.split_whitespace() {
         assert!(summary.get(key).is_some(), "no {key}");
     }
@@ -261,6 +270,7 @@ fn clumps_come_back_from_binary_files_as_from_tables() {
     assert_eq!(
         place.results(),
         [
+            "checkpoint.bin",
             "final.bin",
             "final.csv",
             "history.csv",
@@ -319,7 +329,7 @@ fn steps_and_formats_are_obeyed() {
     place.run(&["--steps", "10", "--set", "output.formats=[\"csv\"]"], 0);
     assert_eq!(place.summary()["steps"], 10);
     assert_eq!(column(&place.text("history.csv"), "step").len(), 11);
-    let left = ["final.csv", "history.csv", "notes.txt", "run.json", "scene.toml", "summary.json"];
+    let left = ["checkpoint.bin", "final.csv", "history.csv", "notes.txt", "run.json", "scene.toml", "summary.json"];
     assert_eq!(place.results(), left, "only the old run is gone");
 }
 
@@ -382,7 +392,7 @@ fn doubtful_results_are_told() {
     let place = Place::new(PRESSED);
     let output = place.run(&["--set=stop.equilibrium=1e-6"], 0);
     let warnings = String::from_utf8_lossy(&output.stderr).into_owned();
-    for doubt in ["an overlap is 0.2", "10 of 10 steps were not solved", "stop.equilibrium = 1e-6 was not reached"] {
+    for doubt in ["an overlap was 0.2", "10 of 10 steps were not solved", "stop.equilibrium = 1e-6 was not reached"] {
         assert!(warnings.contains(doubt), "{doubt}: {warnings}");
     }
     assert_eq!(place.summary()["doubts"].as_array().unwrap().len(), 3);

@@ -11,7 +11,7 @@ use packstone::{
 };
 use std::{
     fs,
-    path::Path,
+    path::{Path, PathBuf},
     process::{Child, Command, Stdio},
     thread::sleep,
     time::Duration,
@@ -260,4 +260,177 @@ fn kills_leave_no_trace() {
 fn without_speeds(history: &[u8]) -> Vec<String> {
     let lines = std::str::from_utf8(history).unwrap().lines();
     lines.map(|line| line.rsplit_once(',').unwrap().0.to_owned()).collect()
+}
+
+/// A folder in which the program runs.
+struct Place(tempfile::TempDir);
+
+impl Place {
+    fn new() -> Place {
+        Place(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// What the program says on the standard error.
+    fn packstone(&self, arguments: &[&str], code: i32) -> String {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_packstone"));
+        let output = command.current_dir(self.0.path()).args(arguments).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+        said
+    }
+
+    fn summary(&self, folder: &str) -> serde_json::Value {
+        serde_json::from_slice(&fs::read(self.path(folder).join("summary.json")).unwrap()).unwrap()
+    }
+}
+
+const SETTLE: &str = r#"
+dimension = 2
+seed = 3
+[material.glass]
+density = 2500
+normal_stiffness = 1e5
+friction = 0.5
+restitution = 0.3
+[[wall]]
+kind = "box"
+name = "bin"
+material = "glass"
+lower = [0, 0]
+upper = [0.02, 1]
+faces = ["x-", "x+", "y-"]
+[[wall]]
+kind = "plane"
+name = "lid"
+material = "glass"
+point = [0, 0.1]
+normal = [0, -1]
+velocity = [0, -0.1]
+[[population]]
+material = "glass"
+count = 100
+radius = { uniform = [0.8e-3, 1.2e-3] }
+[solver]
+damping = 20
+[stop]
+time = 0.2
+"#;
+
+#[test]
+fn damaged_checkpoints_are_refused_and_the_one_before_is_taken() {
+    let place = Place::new();
+    fs::write(place.path("settle.toml"), SETTLE).unwrap();
+    let run = ["run", "settle.toml", "--engine=cpu", "--out=whole", "--steps=3000"];
+    place.packstone(&run, 0);
+    let interrupted = |out: &str| {
+        let out = format!("--out={out}");
+        let run = ["run", "settle.toml", "--engine=cpu", "--set=output.checkpoint=1e-3", &out];
+        place.packstone(&[&run[..], &["--steps=2000"]].concat(), 0);
+    };
+    interrupted("cut");
+    let checkpoint = place.path("cut/checkpoint.bin");
+    let good = fs::read(&checkpoint).unwrap();
+    // A complete run has no other.
+    assert!(!place.path("cut/checkpoint.previous.bin").exists());
+    let mut altered = good.clone();
+    let middle = altered.len() / 2;
+    altered[middle] ^= 1;
+    let newer = good.windows(10).position(|bytes| bytes == b"\"format\":1").unwrap() + 9;
+    let mut other = good.clone();
+    other[newer] = b'2';
+    for (bad, why) in
+        [(&good[..middle], "is cut off"), (&altered, "is damaged"), (&other, "is damaged"), (b"", "is cut off")]
+    {
+        fs::write(&checkpoint, bad).unwrap();
+        let said = place.packstone(&["run", "--resume=cut", "--steps=3000"], 2);
+        assert!(said.contains(why), "{said}");
+        fs::write(place.path("cut/checkpoint.previous.bin"), &good).unwrap();
+    }
+    // With the one before it the run goes on, and what was damaged is in nobody's way.
+    fs::write(&checkpoint, &altered).unwrap();
+    let said = place.packstone(&["run", "--resume=cut", "--steps=3000"], 0);
+    assert!(said.contains("this is the checkpoint before it"), "{said}");
+    let grains = |folder: &str| fs::read(place.path(folder).join("final.csv")).unwrap();
+    assert!(grains("cut") == grains("whole"));
+    let said = place.packstone(&["run", "--resume=cut"], 2);
+    assert!(said.contains("is at step 3000"), "{said}");
+    let said = place.packstone(&["run", "--resume=nowhere"], 2);
+    assert!(said.contains("nowhere: has no result"), "{said}");
+}
+
+/// A run that was changed in between is no longer the same.
+#[test]
+fn checkpoints_of_another_scene_are_refused() {
+    let place = Place::new();
+    fs::write(place.path("settle.toml"), SETTLE).unwrap();
+    place.packstone(&["run", "settle.toml", "--engine=cpu", "--steps=500", "--out=out"], 0);
+    let scene = place.path("out/scene.toml");
+    let text = fs::read_to_string(&scene).unwrap();
+    fs::write(&scene, text.replace("friction = 0.5", "friction = 0.4")).unwrap();
+    let said = place.packstone(&["run", "--resume=out", "--steps=600"], 2);
+    assert!(said.contains("is of another scene, or the scene has been changed since"), "{said}");
+}
+
+/// Settled, then with less friction and more grains under a lid that stops, then once more.
+#[test]
+fn scenes_go_on_from_each_other() {
+    let place = Place::new();
+    let more = "[[population]]\nmaterial = \"glass\"\ncount = 5\nradius = 1e-3\n\
+                region = { lower = [0, 0.06], upper = [0.02, 0.075] }\n";
+    let next = SETTLE.replace("friction = 0.5", "friction = 0.2").replace("[0, -0.1]", "[0, 0]") + more;
+    fs::write(place.path("settle.toml"), SETTLE).unwrap();
+    fs::write(place.path("next.toml"), &next).unwrap();
+    place.packstone(&["run", "settle.toml", "--engine=cpu", "--out=first"], 0);
+    let before = place.summary("first");
+    for engine in ["cpu", "gpu"] {
+        if engine == "gpu" && std::env::var("PACKSTONE_ALLOW_NO_GPU").is_ok_and(|v| v == "1") {
+            continue;
+        }
+        let (second, third) = (format!("second_{engine}"), format!("third_{engine}"));
+        let engine = format!("--engine={engine}");
+        let run = ["run", "next.toml", &engine, "--steps=50", "--from=first", "--out", &second];
+        let said = place.packstone(&run, 0);
+        for line in ["population.0 is there already", "population.1 is added", "wall lid goes on from where it is"] {
+            assert!(said.contains(line), "no \"{line}\": {said}");
+        }
+        let contacts = before["contacts"].as_u64().unwrap();
+        assert!(
+            contacts > 100 && said.contains(&format!("{contacts} of {contacts} contacts keep their history")),
+            "{said}"
+        );
+        let after = place.summary(&second);
+        assert_eq!(after["particles"], 105);
+        let lid = |summary: &serde_json::Value| summary["walls"][3]["point"][1].as_f64().unwrap();
+        assert!((lid(&after) - lid(&before)).abs() < 1e-7 && (lid(&before) - 0.08).abs() < 1e-4, "{}", lid(&after));
+        let run = ["run", "next.toml", &engine, "--steps=50", "--from", &second, "--out", &third];
+        let said = place.packstone(&run, 0);
+        assert!(said.contains("population.1 is there already"), "{said}");
+        assert_eq!(place.summary(&third)["particles"], 105);
+        // What it went on with is in its folder, so it can be taken further without the first.
+        place.packstone(&["run", "--resume", &third, "--steps=80"], 0);
+        assert_eq!(place.summary(&third)["steps"], 80);
+    }
+    let other = next.replace("glass", "steel");
+    fs::write(place.path("other.toml"), other).unwrap();
+    let said = place.packstone(&["run", "other.toml", "--engine=cpu", "--from=first", "--out=other"], 2);
+    assert!(said.contains("glass") && !place.path("other").exists(), "{said}");
+}
+
+/// What makes a result doubtful is said, with the grain and the time.
+#[test]
+fn deep_overlaps_are_told_with_grain_and_time() {
+    let place = Place::new();
+    // Springs so soft that weight presses grains into each other.
+    fs::write(place.path("soft.toml"), SETTLE.replace("normal_stiffness = 1e5", "normal_stiffness = 5")).unwrap();
+    let said = place.packstone(&["run", "soft.toml", "--engine=cpu", "--out=soft", "--strict"], 3);
+    let summary = place.summary("soft");
+    let deepest = &summary["deepest_overlap"];
+    assert!(deepest["over_radius"].as_f64().unwrap() > 0.1 && deepest["grain"].is_u64(), "{deepest}");
+    assert!(deepest["other_grain"].is_u64() != deepest["wall"].is_string(), "{deepest}");
+    assert!(said.contains("warning: an overlap was"), "{said}");
+    assert_eq!(summary["ended"], "last step");
 }

@@ -10,7 +10,7 @@ use packstone::{
     io::{
         Results,
         schedule::{Amount, Forecast, Schedule},
-        summary::{Ending, Relaxation, Summary},
+        summary::{Deepest, Ending, Relaxation, Summary},
     },
     measure::Sample,
     scene::{Scene, grain_file::Moment},
@@ -101,6 +101,7 @@ pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
         say(format!("forces on a grain balance to {worst:.1e} of its weight or more (grain {grain})"));
     }
     summary.doubts.iter().for_each(warn);
+    say(verdict(&summary));
     say(format!("results in {}", place.display()));
     if place != folder && spoilt.is_none() {
         note(format!("{} keeps the older result, as this run did not come to its end", folder.display()));
@@ -121,6 +122,25 @@ pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
         End::Reached | End::AtRest => ExitCode::SUCCESS,
         End::Interrupted => ExitCode::from(INTERRUPTED),
     })
+}
+
+/// How a run has ended, in a line.
+fn verdict(summary: &Summary) -> String {
+    let Summary { ended, steps, time, deepest_overlap, .. } = summary;
+    let deepest = deepest_overlap.as_ref().map_or(0.0, |deepest| deepest.over_radius);
+    let unsolved = summary.relaxation.as_ref().map(|relaxation| match relaxation.unconverged_steps {
+        0 => ", all steps solved".to_owned(),
+        unsolved => format!(", {unsolved} steps not solved"),
+    });
+    let doubts = match summary.doubts.len() {
+        0 => "no doubts",
+        1 => "a doubt, see above",
+        _ => "doubts, see above",
+    };
+    format!(
+        "ended: {ended} (step {steps}, t = {time:.4e} s), deepest overlap {deepest:.1e} radii{}; {doubts}",
+        unsolved.unwrap_or_default()
+    )
 }
 
 /// More snapshots than that are announced, files and bytes.
@@ -163,6 +183,17 @@ enum End {
     Stopped(Error),
 }
 
+impl End {
+    fn label(&self) -> &'static str {
+        match self {
+            End::Reached => "last step",
+            End::AtRest => "at rest",
+            End::Interrupted => "interrupted",
+            End::Stopped(_) => "error",
+        }
+    }
+}
+
 /// What there is of a run in the end.
 struct Written {
     summary: Summary,
@@ -183,6 +214,8 @@ struct Run {
     /// When the last checkpoint was written, or none was yet, and its step.
     checkpointed: Instant,
     saved: Option<u64>,
+    /// The deepest overlap so far.
+    deepest: Option<Deepest>,
     /// Steps of a chunk that take about as long as [`CHUNK`].
     most_steps: u64,
     /// When the last row was written, and what it says.
@@ -202,6 +235,7 @@ impl Run {
             earlier: 0.0,
             checkpointed: start,
             saved: None,
+            deepest: None,
             most_steps: 1,
             row: (start, None),
             stable_overlap: if assembly.solver.allow_unstable { f64::INFINITY } else { simulation.stable_overlap() },
@@ -283,8 +317,9 @@ impl Run {
 
     /// Write one. What is due at this step has been done.
     fn checkpoint(&mut self) -> packstone::Result<()> {
-        let Run { simulation, results, schedule, .. } = self;
-        let so_far = SoFar { schedule: *schedule, wall_seconds: self.earlier + self.start.elapsed().as_secs_f64() };
+        let Run { simulation, results, schedule, deepest, .. } = self;
+        let wall_seconds = self.earlier + self.start.elapsed().as_secs_f64();
+        let so_far = SoFar { schedule: *schedule, wall_seconds, deepest: deepest.clone() };
         results.checkpoint(|path| simulation.save(path, &so_far))?;
         (self.checkpointed, self.saved) = (Instant::now(), Some(simulation.step()));
         Ok(())
@@ -303,9 +338,15 @@ impl Run {
 
     /// A row of the history.
     fn record(&mut self) -> packstone::Result<Sample> {
-        let sample = self.simulation.sample()?;
+        let sample = self.sample()?;
         self.results.history(&sample, self.rate(&sample))?;
         self.row = (Instant::now(), Some(sample));
+        Ok(sample)
+    }
+
+    fn sample(&mut self) -> packstone::Result<Sample> {
+        let sample = self.simulation.sample()?;
+        Deepest::update(&mut self.deepest, &mut self.simulation, &sample)?;
         Ok(sample)
     }
 
@@ -375,7 +416,7 @@ impl Run {
         }
         let (step, time) = (self.simulation.step(), self.simulation.time());
         let of_now = self.row.1.filter(|sample| sample.step == step);
-        let sample = of_now.map_or_else(|| self.simulation.sample(), Ok)?;
+        let sample = of_now.map_or_else(|| self.sample(), Ok)?;
         let mut row = of_now.is_none().then(|| self.rate(&sample));
         let end = match end {
             End::Reached | End::Interrupted => self.fault(&sample).map_or(end, End::Stopped),
@@ -387,12 +428,9 @@ impl Run {
             End::Stopped(error) => (false, Some(error.to_string())),
         };
         let (grains, clumps) = (self.simulation.grains()?, self.simulation.clumps()?);
-        let ended = match &end {
-            End::Reached => "last step".to_owned(),
-            End::AtRest => "at rest".to_owned(),
-            End::Interrupted | End::Stopped(_) => stopped.clone().unwrap_or_default(),
-        };
-        let ending = Ending { wall_seconds, converged, stopped };
+        let ended = stopped.clone().unwrap_or_else(|| end.label().to_owned());
+        let deepest = self.deepest.take();
+        let ending = Ending { wall_seconds, converged, ended: end.label(), stopped, deepest };
         let summary = Summary::new(scene.name(), &mut self.simulation, &sample, &grains, &clumps, ending)?;
         let moment = Moment { step, time, grains: &grains, clumps: &clumps };
         let mut results = self.results;

@@ -1,4 +1,4 @@
-//! Overlaps of the pairs in the lists, and what rounding may do to the forces that follow from them: for `check`.
+//! Overlaps of the pairs in the lists, and what rounding may do to the forces that follow from them.
 
 use super::{
     geometry::{branch_vector, sphere_separation},
@@ -19,23 +19,46 @@ pub struct Overlap {
     pub force: f64,
 }
 
-/// Those of grain i with its neighbours.
-pub fn overlaps(s: &State, i: usize) -> impl Iterator<Item = Overlap> {
+/// How two surfaces lie to each other.
+pub struct Gap {
+    /// The other one: a body, or a wall beyond these.
+    pub other: usize,
+    /// m, < 0 where they overlap.
+    pub gap: f64,
+    /// m, of the other one; None of a wall.
+    radius: Option<f64>,
+}
+
+/// Those of grain i and its neighbours.
+pub fn gaps(s: &State, i: usize) -> impl Iterator<Item = Gap> {
     let bodies = s.sizes.bodies;
     let here = &s.position[i];
     let entries = s.row(i).map_while(|entry| s.neighbour.get(entry)).take_while(|entry| **entry != NONE);
-    entries.map(|entry| (entry & INDEX) as usize).filter(move |j| *j < bodies + s.sizes.walls).map(move |j| {
-        let (gap, size, radius) = if j < bodies {
-            let there = &s.position[j];
-            let rest = position_low_of(s, i).radius + position_low_of(s, j).radius;
-            let touch = sphere_separation(branch_vector(s, i, j), here.radius, there.radius, rest);
-            let size = here.radius + there.radius;
-            (touch.gap, size, here.radius * there.radius / size)
-        } else {
-            (wall_separation(&s.wall[j - bodies], here, position_low_of(s, i)).gap, here.radius, here.radius)
+    entries.map(|entry| (entry & INDEX) as usize).filter(move |j| *j < bodies + s.sizes.walls).map(move |other| {
+        let Some(there) = s.position.get(other) else {
+            let gap = wall_separation(&s.wall[other - bodies], here, position_low_of(s, i)).gap;
+            return Gap { other, gap, radius: None };
         };
+        let rest = position_low_of(s, i).radius + position_low_of(s, other).radius;
+        let gap = sphere_separation(branch_vector(s, i, other), here.radius, there.radius, rest).gap;
+        Gap { other, gap, radius: Some(there.radius) }
+    })
+}
+
+impl Gap {
+    /// The overlap over the smaller radius, of a grain of this one.
+    pub fn over_smaller(&self, radius: f64) -> f64 {
+        -self.gap / radius.min(self.radius.unwrap_or(f64::INFINITY))
+    }
+}
+
+/// Those of grain i with its neighbours.
+pub fn overlaps(s: &State, i: usize) -> impl Iterator<Item = Overlap> {
+    let here = s.position[i].radius;
+    gaps(s, i).map(move |Gap { other, gap, radius }| {
+        let (size, radius) = radius.map_or((here, here), |there| (here + there, here * there / (here + there)));
         let c = ContactState { gap: gap.min(0.0), radius, ..ContactState::default() };
-        Overlap { relative: -gap / size, force: normal_force(s.model.normal, &pair_of(s, i, j), &c) }
+        Overlap { relative: -gap / size, force: normal_force(s.model.normal, &pair_of(s, i, other), &c) }
     })
 }
 

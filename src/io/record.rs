@@ -2,9 +2,9 @@
 
 use super::{
     files::{at, crc32, is_file, write},
-    names::{INPUTS, RUN, snapshot_number},
+    names::{CHECKPOINT, INPUTS, PREVIOUS, RUN, snapshot_number},
 };
-use crate::{engine::Gpu, error::Result, scene::Scene, simulation::Simulation};
+use crate::{container::is_container, engine::Gpu, error::Result, scene::Scene, simulation::Simulation};
 use serde::{Deserialize, Serialize};
 use std::{
     any::Any,
@@ -161,7 +161,10 @@ impl Written {
         let plain = relative.components().all(|part| matches!(part, Component::Normal(_)));
         let inside = relative.parent().is_none_or(|part| part.as_os_str().is_empty() || is_folder(&folder.join(part)));
         let path = folder.join(relative);
-        Ok(plain && inside && is_file(&path)? && Written::of(&path, self.crc32.is_some())? == *self)
+        let here = plain && inside && is_file(&path)?;
+        // A checkpoint that was damaged is one nevertheless, and its place is needed for the next.
+        let damaged = || [CHECKPOINT, PREVIOUS].contains(&name) && is_container(&path);
+        Ok(here && (Written::of(&path, self.crc32.is_some())? == *self || damaged()))
     }
 }
 

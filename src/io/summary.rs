@@ -5,11 +5,15 @@ use crate::{
     error::{Error, Result},
     measure::{self, Sample, Sizes},
     scene::{self, Assembly, Clump, Grain, Surface},
-    simulation::{Simulation, SolverStatistics},
+    simulation::{Other, Simulation, SolverStatistics},
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-use std::{fs, path::Path};
+use std::{
+    fmt::{self, Display},
+    fs,
+    path::Path,
+};
 
 /// The content of `summary.json`. Numbers that are not finite become `null`.
 #[derive(Clone, Debug, Serialize)]
@@ -38,6 +42,10 @@ pub struct Summary {
     /// m
     pub diameters: Option<Sizes>,
     pub max_overlap_over_radius: f64,
+    /// Of all rows of the history.
+    pub deepest_overlap: Option<Deepest>,
+    /// m, of single precision.
+    pub position_quantum: Option<f64>,
     pub unbalanced_force_ratio: f64,
     /// J
     pub kinetic_energy: f64,
@@ -54,11 +62,64 @@ pub struct Summary {
     pub rotation: Option<Rotation>,
     /// What makes the result doubtful, in words.
     pub doubts: Vec<String>,
+    /// Why the run ended: `last step`, `at rest`, `interrupted` or `error`.
+    pub ended: &'static str,
     /// Why the run ended before its time.
     pub stopped: Option<String>,
     pub version: &'static str,
     #[serde(flatten)]
     pub surroundings: Surroundings,
+}
+
+/// The deepest overlap of a run, and when it was seen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Deepest {
+    pub over_radius: f64,
+    pub step: u64,
+    /// s
+    pub time: f64,
+    /// A grain that has it, and the other one, or the name of the wall; None where it is too shallow to matter.
+    pub grain: Option<u32>,
+    pub other_grain: Option<u32>,
+    pub wall: Option<String>,
+}
+
+impl Deepest {
+    /// Overlaps of less, in radii, matter to nobody.
+    const SHALLOW: f64 = 0.01;
+
+    /// The deeper one of what was seen so far and of now, where the sample is of.
+    ///
+    /// # Errors
+    /// As [`Simulation::deepest_overlap`].
+    pub fn update(so_far: &mut Option<Deepest>, simulation: &mut Simulation, sample: &Sample) -> Result<()> {
+        let over_radius = sample.max_overlap_over_radius;
+        if !(over_radius > so_far.as_ref().map_or(0.0, |deepest| deepest.over_radius)) {
+            return Ok(());
+        }
+        let found = if over_radius > Deepest::SHALLOW { simulation.deepest_overlap()? } else { None };
+        let (grain, other) = found.map_or((None, None), |(_, grain, other)| (Some(grain), Some(other)));
+        let (other_grain, wall) = match other {
+            Some(Other::Grain(id)) => (Some(id), None),
+            Some(Other::Wall(wall)) => (None, Some(simulation.assembly().walls[wall as usize].name.clone())),
+            None => (None, None),
+        };
+        let (step, time) = (sample.step, sample.time);
+        *so_far = Some(Deepest { over_radius, step, time, grain, other_grain, wall });
+        Ok(())
+    }
+}
+
+impl Display for Deepest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "an overlap was {:.2} radii deep", self.over_radius)?;
+        match (self.grain, self.other_grain, &self.wall) {
+            (Some(grain), Some(other), _) => write!(f, ", of grains {grain} and {other}")?,
+            (Some(grain), None, Some(wall)) => write!(f, ", of grain {grain} and the wall {wall}")?,
+            _ => {}
+        }
+        write!(f, ", at step {} (t = {:.4e} s)", self.step, self.time)
+    }
 }
 
 /// How the contacts of the steps of contact dynamics have been solved.
@@ -107,7 +168,9 @@ pub struct Rotation {
 pub struct Ending {
     pub wall_seconds: f64,
     pub converged: bool,
+    pub ended: &'static str,
     pub stopped: Option<String>,
+    pub deepest: Option<Deepest>,
 }
 
 impl Summary {
@@ -160,6 +223,7 @@ impl Summary {
             overall_packing_fraction_error: overall.map(|f| f.error),
             diameters: Sizes::of(assembly),
             max_overlap_over_radius: sample.max_overlap_over_radius,
+            position_quantum: s.position_quantum(),
             unbalanced_force_ratio: sample.unbalanced_force_ratio,
             kinetic_energy: sample.kinetic_energy,
             momentum,
@@ -171,7 +235,9 @@ impl Summary {
                 rotation_rounds_max: most,
                 rotation_rounds_capped: capped,
             }),
-            doubts: doubts(assembly, sample, s.solver_statistics(), ending.converged),
+            doubts: doubts(s, sample, &ending),
+            deepest_overlap: ending.deepest,
+            ended: ending.ended,
             stopped: ending.stopped,
             version: env!("CARGO_PKG_VERSION"),
             surroundings: Surroundings::new(assembly, &walls),
@@ -182,20 +248,33 @@ impl Summary {
 /// An overlap, in radii, beyond which grains are not what their contact law was made for.
 const LARGE_OVERLAP: f64 = 0.1;
 
-fn doubts(assembly: &Assembly, sample: &Sample, solved: Option<&SolverStatistics>, at_rest: bool) -> Vec<String> {
-    let overlap = sample.max_overlap_over_radius;
-    let deep = (overlap > LARGE_OVERLAP).then(|| format!("an overlap is {overlap:.2} radii deep"));
-    let unsolved = solved.filter(|solved| solved.unconverged > 0).map(|solved| {
+/// Positions that are multiples of more than this, in radii of the smallest grain, leave overlaps too few digits: an
+/// overlap of 1e-4 radii would be off by 1e-5 of it.
+const COARSE: f64 = 1e-9;
+
+fn doubts(s: &Simulation, sample: &Sample, ending: &Ending) -> Vec<String> {
+    let assembly = s.assembly();
+    let smallest = assembly.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
+    let coarse = s.position_quantum().filter(|quantum| *quantum > COARSE * smallest).map(|quantum| {
+        format!(
+            "so far from the origin positions in single precision are multiples of {quantum:.1e} m, {:.1e} of the smallest radius; use \
+             --precision double",
+            quantum / smallest
+        )
+    });
+    let deepest = ending.deepest.as_ref();
+    let deep = deepest.filter(|deepest| deepest.over_radius > LARGE_OVERLAP).map(Deepest::to_string);
+    let unsolved = s.solver_statistics().filter(|solved| solved.unconverged > 0).map(|solved| {
         format!(
             "{} of {} steps were not solved within solver.max_iterations: a contact had a residual of up to {:.1e}",
             solved.unconverged, solved.steps, solved.residual_max
         )
     });
-    let moving = assembly.stop.equilibrium.filter(|_| !at_rest).map(|asked| {
+    let moving = assembly.stop.equilibrium.filter(|_| !ending.converged).map(|asked| {
         let found = sample.unbalanced_force_ratio;
         format!("stop.equilibrium = {asked:e} was not reached: the ratio of unbalanced forces is {found:.1e}")
     });
-    [deep, unsolved, moving].into_iter().flatten().collect()
+    [deep, unsolved, moving, coarse].into_iter().flatten().collect()
 }
 
 /// What surrounds the grains: the part of the summary that a picture needs.

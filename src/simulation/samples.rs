@@ -1,18 +1,20 @@
 //! What a simulation hands out: sums, grains, clumps, forces and walls now.
 
-use super::{Simulation, columns::Columns};
+use super::{Simulation, columns::Columns, contacts::Other};
 use crate::{
-    body::grains,
+    body::grains::{self, same_grain},
+    contact::overlap::gaps,
     error::Result,
     measure::{Sample, mass_of_clump, masses},
     model::{Grains, Rotation},
     plan::swap_again,
     scene::{Clump, Grain, Surface, Wall},
     space::precision::{low_of, position_low_of, spin_low_of},
-    state::{Array, RotationIterations, array::*},
+    state::{Array, RotationIterations, array::*, present},
     units::Quantity,
 };
 use glam::{DQuat, DVec3, DVec4};
+use rayon::prelude::*;
 
 impl Simulation {
     /// Lists that reach, for a look at the contacts between two chunks.
@@ -49,6 +51,31 @@ impl Simulation {
             step_energy: 0.5 * mass * (pull * p.dt).powi(2),
             ..sample
         })
+    }
+
+    /// The deepest overlap now, over the smaller radius: how deep, the number of the grain, and with what. None where
+    /// nothing touches.
+    ///
+    /// # Errors
+    /// [`Error::Device`](crate::Error::Device) if the device is lost.
+    pub fn deepest_overlap(&mut self) -> Result<Option<(f64, u32, Other)>> {
+        self.refresh()?;
+        let arrays = [&POSITION, &POSITION_LOW, &ID, &CLUMP_OF_ID, &LIST_START, &NEIGHBOUR, &WALL];
+        let arrays = present(self.model(), &arrays);
+        let s = self.runner.read(&arrays)?;
+        let bodies = s.sizes.bodies;
+        let of_grain = |i: usize| {
+            let others = gaps(s, i).filter(|gap| gap.other >= bodies || !same_grain(s, i, gap.other));
+            others.map(|gap| (gap.over_smaller(s.position[i].radius), i, gap.other)).max_by(|a, b| a.0.total_cmp(&b.0))
+        };
+        let deepest = (0..bodies).into_par_iter().filter_map(of_grain).max_by(|a, b| a.0.total_cmp(&b.0));
+        let found = deepest.filter(|(overlap, ..)| *overlap > 0.0).map(|(overlap, i, j)| {
+            let other = s.id.get(j).map_or(Other::Wall((j - bodies) as u32), |id| Other::Grain(*id));
+            (overlap, s.id[i], other)
+        });
+        // The mirror has walls at all times.
+        self.runner.state.release(&arrays.into_iter().filter(|array| **array != WALL).collect::<Vec<_>>());
+        Ok(found)
     }
 
     /// All grains now, in input order, with velocities and spins brought to the time of the positions.

@@ -4,7 +4,7 @@ use super::super::common::{load, note, stem, warn};
 use super::{Run, RunArgs, listen};
 use packstone::{
     Error,
-    io::{Folder, Record, Results, Resumed, folder, names, record, schedule::Schedule, write_state},
+    io::{Folder, Record, Results, Resumed, folder, names, record, schedule::Schedule, summary::Deepest, write_state},
     scene::{Assembly, Continued, Scene, Shift, Surface, grain_file::Moment},
     simulation::{Checkpoint, ContactHistory, Options, Other, Simulation},
 };
@@ -30,6 +30,7 @@ pub struct Begun {
 pub struct SoFar {
     pub schedule: Schedule,
     pub wall_seconds: f64,
+    pub deepest: Option<Deepest>,
 }
 
 /// # Errors
@@ -76,14 +77,14 @@ pub fn begin(args: &RunArgs) -> anyhow::Result<Begun> {
 /// Go on with a run that was interrupted, or take one further.
 fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
     let Last { from, scene, assembly, simulation, so_far, .. } = last(folder, &args.stop(), args.device.options())?;
-    let SoFar { mut schedule, wall_seconds } = so_far;
+    let SoFar { mut schedule, wall_seconds, deepest } = so_far;
     if args.steps.is_some() || args.time.is_some() {
         schedule.end = Schedule::new(&assembly, simulation.dt()).end;
     }
     let (step, dt) = (simulation.step(), simulation.dt());
     if schedule.end.is_some_and(|end| end <= step) {
         return Err(Error::Folder(format!(
-            "{}: the run has come to its last step, {step} (t = {:e} s); --time and --steps take it further",
+            "{}: the run is at step {step} (t = {:e} s) already, and was to go no further; --time and --steps move its end",
             folder.display(),
             simulation.time()
         ))
@@ -95,7 +96,7 @@ fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
     let (rows, snapshots) = (schedule.history.ticks, snapshots.collect());
     let results = Results::resume(folder, &from, simulation.assembly(), resumed, rows, snapshots)?;
     note(format!("goes on from step {step}"));
-    let run = Run { earlier: wall_seconds, saved: Some(step), ..Run::new(simulation, results, schedule) };
+    let run = Run { earlier: wall_seconds, saved: Some(step), deepest, ..Run::new(simulation, results, schedule) };
     Ok(Begun { scene, folder: folder.to_owned(), run })
 }
 
