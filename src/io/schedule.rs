@@ -109,6 +109,8 @@ pub struct Forecast {
     pub all: Amount,
 }
 
+/// Bytes of a checkpoint per grain of a dense packing of spheres.
+const CHECKPOINT_OF_GRAIN: u64 = 300;
 /// Bytes of a row of the history.
 const HISTORY_ROW: u64 = 220;
 /// Of summary, record and scene, which do not grow with the grains.
@@ -139,6 +141,9 @@ impl Forecast {
             others.files += u64::from(!assembly.clumps.is_empty());
         }
         others.add(1, HISTORY_ROW * rows);
+        if output.checkpoint > 0.0 {
+            others.add(1, CHECKPOINT_OF_GRAIN * assembly.grains.len() as u64);
+        }
         others.add(3, SMALL_FILE);
         let all =
             Amount { files: of_snapshots.files + others.files, bytes: of_snapshots.bytes.saturating_add(others.bytes) };
