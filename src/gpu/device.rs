@@ -30,7 +30,7 @@ pub enum Arrays {
     Buffers,
     /// Storage images where the kernels allow it; on software drivers only.
     Images,
-    /// In two storage buffers that all share, where the kernels allow it; `--checks on` holds indices within these.
+    /// In two storage buffers that all share, where the kernels allow it; with checks, indices are held within these.
     Packed,
 }
 
