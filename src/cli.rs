@@ -5,7 +5,9 @@ mod bench;
 mod bench_gpu;
 mod check;
 mod common;
+mod completions;
 mod describe;
+mod man;
 mod progress;
 mod render;
 mod run;
@@ -13,9 +15,9 @@ mod solve;
 mod table;
 mod tune;
 
-use clap::{Parser, Subcommand};
-use common::{BAD_INPUT, STOPPED, complain, unsaid};
-use packstone::Error;
+use clap::{CommandFactory, Parser, Subcommand};
+use common::{BAD_INPUT, STOPPED, be_quiet, complain, unsaid};
+use packstone::{Error, gpu};
 use std::process::ExitCode;
 
 /// Simulate packings of grains with the discrete element method, on GPU or CPU.
@@ -27,6 +29,12 @@ use std::process::ExitCode;
 struct Cli {
     #[command(subcommand)]
     command: Command,
+    /// Take this GPU adapter: its number in the list of packstone adapters, or a part of its name, in capitals or not
+    #[arg(long, value_name = "NAME|INDEX", global = true)]
+    adapter: Option<String>,
+    /// Print only results, what makes them doubtful, and errors: no progress, no notices
+    #[arg(short, long, global = true)]
+    quiet: bool,
 }
 
 #[derive(Subcommand)]
@@ -39,20 +47,29 @@ enum Command {
     Tune(tune::TuneArgs),
     Solve(solve::SolveArgs),
     Adapters(adapters::AdaptersArgs),
+    Completions(completions::CompletionsArgs),
+    Man(man::ManArgs),
 }
 
 /// Run the command of the arguments.
 pub fn main() -> ExitCode {
-    let outcome = match Cli::parse().command {
-        Command::Run(args) => run::run(&args),
-        Command::Check(args) => check::check(&args),
-        Command::Render(args) => render::render(&args),
-        Command::Describe(args) => describe::describe(&args),
-        Command::Bench(args) => bench::bench(&args),
-        Command::Tune(args) => tune::tune(&args),
-        Command::Solve(args) => solve::solve(&args),
+    let cli = Cli::parse();
+    if cli.quiet {
+        be_quiet();
+    }
+    let selected = cli.adapter.as_deref().map_or(Ok(()), gpu::select);
+    let outcome = selected.map_err(anyhow::Error::from).and_then(|()| match &cli.command {
+        Command::Run(args) => run::run(args),
+        Command::Check(args) => check::check(args),
+        Command::Render(args) => render::render(args),
+        Command::Describe(args) => describe::describe(args),
+        Command::Bench(args) => bench::bench(args),
+        Command::Tune(args) => tune::tune(args),
+        Command::Solve(args) => solve::solve(args),
         Command::Adapters(_) => adapters::adapters(),
-    };
+        Command::Completions(args) => completions::completions(args, &mut Cli::command()),
+        Command::Man(args) => man::man(args, Cli::command()),
+    });
     let code = outcome.unwrap_or_else(|error| {
         complain(&error);
         let stopped = matches!(error.downcast_ref(), Some(Error::Run { .. }));
@@ -64,5 +81,37 @@ pub fn main() -> ExitCode {
             if code == ExitCode::SUCCESS { ExitCode::from(STOPPED) } else { code }
         }
         None => code,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Command;
+
+    /// A command and all those below it, with their names.
+    fn walk(command: &Command, path: &str, see: &mut impl FnMut(&str, &Command)) {
+        let path = format!("{path} {}", command.get_name());
+        see(path.trim(), command);
+        command.get_subcommands().for_each(|below| walk(below, &path, see));
+    }
+
+    /// It is for a terminal: what rustdoc makes links and code of would be seen as it is.
+    #[test]
+    fn help_has_no_rustdoc_in_it() {
+        let mut seen = 0;
+        walk(&Cli::command(), "", &mut |path, command| {
+            let help = command.clone().render_long_help().to_string();
+            for syntax in ["[`", "::", "`"] {
+                assert!(!help.contains(syntax), "{path}: {syntax} in\n{help}");
+            }
+            seen += 1;
+        });
+        assert!(seen >= 14, "{seen} commands");
+    }
+
+    #[test]
+    fn the_command_line_is_well_formed() {
+        Cli::command().debug_assert();
     }
 }

@@ -1,5 +1,6 @@
 //! The GPU as a machine: adapters, composed kernels, where arrays lie, clocks. Knows no physics.
 
+pub(crate) mod adapters;
 pub(crate) mod checks;
 pub(crate) mod compose;
 pub(crate) mod device;
@@ -12,9 +13,10 @@ pub(crate) mod restrictions;
 pub(crate) mod stopwatch;
 mod values;
 
+pub use adapters::{AdapterSummary, adapter_facts, adapters, select, selected};
 pub use checks::Checks;
 pub use compose::{Program, compose};
-pub use device::{AdapterSummary, Arrays, Device, DeviceOptions, adapter_facts, adapters};
+pub use device::{Arrays, Device, DeviceOptions};
 pub use layout::{Binding, Layout, Pack, Resource};
 pub use pipeline::{folded, workgroups};
 pub use placement::{Parts, Placement};

@@ -78,7 +78,12 @@ impl Scene {
 
     /// Checks every value, fills in the defaults and places the grains.
     pub fn assemble(&self) -> Result<Assembly> {
-        validate::assemble(&self.file, &self.origin)
+        validate::assemble(&self.file, &self.origin).map_err(|error| self.origin.about(error))
+    }
+
+    /// What its file is called in messages.
+    pub fn file(&self) -> &str {
+        &self.origin.name
     }
 
     /// The title of the scene, or the stem of its file name.

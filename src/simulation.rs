@@ -29,7 +29,7 @@ pub use setup::Setup;
 use crate::{
     engine::{Cpu, Engine, Gpu, programs},
     error::{Error, Result},
-    gpu::Device,
+    gpu::{Device, selected},
     model::{Model, Precision},
     plan::Op,
     plans::Plans,
@@ -89,8 +89,11 @@ fn set_up(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engi
     };
     let on_gpu = || -> Result<(Setup, Box<dyn Engine>, String)> {
         let device = Device::open(options.device())?;
-        if device.software && options.engine == EngineChoice::Auto {
-            return on_cpu(&format!("{} is a software driver; --engine gpu takes it", device.summary.name));
+        let passed_over: String = device.passed_over.iter().map(|name| format!("{name} has no f64; ")).collect();
+        let asked_for = device.selected || options.engine == EngineChoice::Gpu;
+        if device.software && !asked_for {
+            let name = &device.summary.name;
+            return on_cpu(&format!("{passed_over}{name} is a software driver, and slower; --engine gpu takes it"));
         }
         // The cores behind a software driver read ahead along a list.
         let suitable = if device.software { 1 } else { LISTS_ABREAST };
@@ -98,8 +101,8 @@ fn set_up(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engi
         let setup = Setup::new(assembly, &Options { lists_abreast, ..*options })?;
         let gpu = Gpu::new(device, &setup.plans, &setup.state)?;
         let real = if double { "f64" } else { "f32" };
-        let why = if options.engine == EngineChoice::Gpu { "asked for" } else { "best adapter found" };
-        let notice = format!("engine gpu ({real}, {}): {why}", gpu.adapter());
+        let why = if asked_for { "asked for" } else { "best adapter found" };
+        let notice = format!("engine gpu ({real}, {}): {passed_over}{why}", gpu.adapter());
         let engine = filled(&setup, Box::new(gpu))?;
         Ok((setup, engine, notice))
     };
@@ -119,7 +122,7 @@ fn set_up(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engi
         EngineChoice::Cpu => on_cpu("asked for"),
         EngineChoice::Gpu => on_gpu(),
         EngineChoice::Auto => match on_gpu() {
-            Err(Error::Lacking(why) | Error::Device(why)) => on_cpu(&why),
+            Err(Error::Lacking(why) | Error::Device(why)) if selected().is_none() => on_cpu(&why),
             result => result,
         },
     }

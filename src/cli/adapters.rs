@@ -16,15 +16,22 @@ pub fn adapters() -> anyhow::Result<ExitCode> {
         // Opening says how to get one.
         Device::open(DeviceOptions::default())?;
     }
-    let header = ["name", "kind", "backend", "driver", "f64", "timestamps", "subgroup", "bytes/array", "arrays/kernel"];
-    say(table(&header, &adapters.iter().map(row).collect::<Vec<_>>()));
-    say("\n--engine gpu takes the first one; --precision double the first one with f64.");
+    let header =
+        ["", "name", "kind", "backend", "driver", "f64", "timestamps", "subgroup", "bytes/array", "arrays/kernel"];
+    // If only one is seen, it has its number all the same.
+    let first = gpu::selected().unwrap_or(0);
+    let rows: Vec<_> = adapters.iter().zip(first..).map(|(adapter, number)| row(number, adapter)).collect();
+    say(table(&header, &rows));
+    say(
+        "\n--engine gpu takes the first one, --precision double the first one with f64, --adapter any by its number or name.",
+    );
     Ok(ExitCode::SUCCESS)
 }
 
-fn row(adapter: &AdapterSummary) -> Vec<String> {
+fn row(number: usize, adapter: &AdapterSummary) -> Vec<String> {
     let yes = |has: bool| if has { "yes" } else { "no" }.to_owned();
     vec![
+        number.to_string(),
         adapter.name.clone(),
         adapter.kind.clone(),
         adapter.backend.clone(),

@@ -35,7 +35,7 @@ pub struct BenchArgs {
     /// Fewer and smaller cases: two and a half minutes on two cores
     #[arg(long)]
     quick: bool,
-    /// The long runs of `precision` a hundred times as long, 10^7 steps: an hour on a software driver
+    /// The long runs of precision a hundred times as long, 10^7 steps: an hour on a software driver
     #[arg(long, conflicts_with = "quick")]
     long: bool,
     /// Folder for table, plots and report

@@ -8,7 +8,7 @@ use packstone::{
         Finding, Outcome, Part, PartRecord, Record, measure, report,
         schedule::{Decision, decide, parts},
     },
-    gpu::Restrictions,
+    gpu::{Restrictions, selected},
 };
 use std::{
     io::{BufRead, BufReader, Read, Write},
@@ -33,7 +33,7 @@ pub struct GpuArgs {
     /// How long it may take, about
     #[arg(long, value_name = "M", default_value_t = 5.0, value_parser = minutes)]
     minutes: f64,
-    /// Take this away from what the device has, as for `packstone run`
+    /// Take this away from what the device has, as for packstone run
     #[arg(long, value_name = "LIST")]
     restrict: Option<Restrictions>,
     /// Measure this part here, and say what is found as JSON: how the command calls itself
@@ -213,6 +213,9 @@ fn begin(part: Part, restrictions: Restrictions) -> std::io::Result<(Child, Rece
     command.args(["bench", "gpu", "--part", &part]);
     if restrictions != Restrictions::default() {
         command.args(["--restrict", &restrictions.to_string()]);
+    }
+    if let Some(number) = selected() {
+        command.args(["--adapter", &number.to_string()]);
     }
     let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
     let (line, lines) = channel();

@@ -1,6 +1,6 @@
 //! `packstone check`
 
-use super::common::{STOPPED, SceneArgs, say};
+use super::common::{STOPPED, SceneArgs, about, say};
 use super::table::table;
 use packstone::check::{self, Report, Row};
 use std::process::ExitCode;
@@ -27,6 +27,10 @@ pub struct CheckArgs {
 }
 
 pub fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
+    compare(args).map_err(|error| about(&args.scene.scene, error))
+}
+
+fn compare(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     let (_, assembly) = args.scene.load(&[])?;
     // Forces are read after every step.
     let affordable = (2_000_000 / assembly.grains.len() as u64).clamp(50, 1000);

@@ -5,6 +5,7 @@ use clap::{
     builder::{PossibleValuesParser, TypedValueParser},
 };
 use packstone::{
+    Error,
     gpu::{Arrays, Checks, Restrictions},
     model::Precision,
     scene::{Assembly, Scene},
@@ -14,7 +15,10 @@ use std::{
     fmt::Display,
     io::{self, Write},
     path::{Path, PathBuf},
-    sync::OnceLock,
+    sync::{
+        OnceLock,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 /// Exit codes besides 0; 2 is also clap's for wrong usage.
@@ -77,6 +81,13 @@ pub fn load(path: &Path, set: &[String]) -> anyhow::Result<(Scene, Assembly)> {
     Ok((scene, assembly))
 }
 
+/// An error that has to do with a scene says with which.
+pub fn about(scene: &Path, error: anyhow::Error) -> anyhow::Error {
+    let name = scene.display().to_string();
+    let of_scene = matches!(error.downcast_ref(), Some(Error::Scene(_) | Error::Lacking(_)));
+    if of_scene && !error.to_string().starts_with(&name) { anyhow::anyhow!("{name}: {error}") } else { error }
+}
+
 pub fn precisions() -> impl TypedValueParser<Value = Precision> {
     PossibleValuesParser::new(Precision::ALL.iter().map(|p| p.label()))
         .map(|label| *Precision::ALL.iter().find(|p| p.label() == label).expect("clap lets only labels through"))
@@ -94,9 +105,36 @@ pub fn engines<const N: usize>(names: [&'static str; N]) -> impl TypedValueParse
 /// The first line that could not be written to the standard output, other than by nobody reading it any more (`| head`).
 static UNSAID: OnceLock<io::Error> = OnceLock::new();
 
-/// A line on the standard output.
+/// Whether only results, what makes them doubtful, and errors are said.
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+pub fn be_quiet() {
+    QUIET.store(true, Ordering::Relaxed);
+}
+
+pub fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
+}
+
+/// What is said, without anything that a terminal would obey: titles, names and paths may have escape sequences in them.
+/// They are written as in scenes and in JSON.
+fn printable(text: impl Display) -> String {
+    let obeyed = |c: char| c.is_control() && c != '\n';
+    let text = text.to_string();
+    if !text.contains(obeyed) {
+        return text;
+    }
+    text.chars().map(|c| if obeyed(c) { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() }).collect()
+}
+
+/// A result: a line, or several, on the standard output.
 pub fn say(line: impl Display) {
-    match writeln!(io::stdout().lock(), "{line}") {
+    show(format!("{}\n", printable(line)).as_bytes());
+}
+
+/// A text of packstone's own on the standard output, as it is.
+pub fn show(text: &[u8]) {
+    match io::stdout().lock().write_all(text) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => drop(UNSAID.set(error)),
         _ => {}
     }
@@ -107,25 +145,33 @@ pub fn unsaid() -> Option<&'static io::Error> {
     UNSAID.get()
 }
 
-/// A line on the standard error; where nobody hears it, nobody can be told so.
+/// How far a command is, on the standard error.
 pub fn tell(line: impl Display) {
-    let _ = writeln!(io::stderr().lock(), "{line}");
+    if !is_quiet() {
+        write_error("", line);
+    }
 }
 
-/// An error, on one line.
 pub fn complain(error: impl Display) {
-    let line = error.to_string().lines().map(str::trim).collect::<Vec<_>>().join(" ");
-    tell(format!("error: {line}"));
+    write_error("error: ", error);
 }
 
 /// What makes a result doubtful.
 pub fn warn(doubt: impl Display) {
-    tell(format!("warning: {doubt}"));
+    write_error("warning: ", doubt);
 }
 
 /// What is good to know.
 pub fn note(notice: impl Display) {
-    tell(format!("note: {notice}"));
+    if !is_quiet() {
+        write_error("note: ", notice);
+    }
+}
+
+/// On one line of the standard error; where nobody hears it, nobody can be told so.
+fn write_error(kind: &str, text: impl Display) {
+    let line = text.to_string().lines().map(str::trim).collect::<Vec<_>>().join(" ");
+    let _ = writeln!(io::stderr().lock(), "{kind}{}", printable(line));
 }
 
 /// A number of bytes for people.
@@ -139,4 +185,23 @@ pub fn size(bytes: u64) -> String {
 /// The name of a file without folder and ending.
 pub fn stem(path: &Path) -> String {
     path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::printable;
+
+    #[test]
+    fn terminals_have_nothing_to_obey() {
+        for (text, printed) in [
+            ("\u{1b}[31mred\u{7}", "\\u001b[31mred\\u0007"),
+            ("a\rb\tc\u{7f}d\u{9b}31m", "a\\u000db\\u0009c\\u007fd\\u009b31m"),
+            ("two\nlines, 3 µm, 砂", "two\nlines, 3 µm, 砂"),
+        ] {
+            assert_eq!(printable(text), printed);
+        }
+        // What JSON leaves as it is says the same afterwards.
+        let json = serde_json::to_string("\u{7f}\u{9b}").unwrap();
+        assert_eq!(serde_json::from_str::<String>(&printable(json)).unwrap(), "\u{7f}\u{9b}");
+    }
 }

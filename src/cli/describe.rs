@@ -1,6 +1,8 @@
 //! `packstone describe`
 
-use super::common::{SceneArgs, engines, say, size};
+mod json;
+
+use super::common::{SceneArgs, about, engines, say, size};
 use super::table::table;
 use glam::UVec3;
 use packstone::{
@@ -13,7 +15,9 @@ use packstone::{
     scene::{Assembly, Scene},
     simulation::{EngineChoice, Options, Setup, Simulation},
 };
+use serde::Serialize;
 use std::{
+    fmt::{self, Display, Formatter},
     io::sink,
     process::ExitCode,
     time::{Duration, Instant},
@@ -34,20 +38,32 @@ pub struct DescribeArgs {
     /// What to do them on
     #[arg(long, default_value = "auto", requires = "estimate", value_parser = engines(["auto", "gpu", "cpu"]))]
     engine: EngineChoice,
+    /// Print it as JSON, but for the plans
+    #[arg(long)]
+    json: bool,
 }
 
 pub fn describe(args: &DescribeArgs) -> anyhow::Result<ExitCode> {
+    show(args).map_err(|error| about(&args.scene.scene, error))
+}
+
+fn show(args: &DescribeArgs) -> anyhow::Result<ExitCode> {
     let (scene, assembly) = args.scene.load(&[])?;
     let options = args.scene.device.options();
     let setup = Setup::new(&assembly, &options)?;
     // Where a run would refuse a grain, it is said here, too.
     setup.fill(&assembly, &mut |_, _, _| Ok(()))?;
     let schedule = Schedule::new(&assembly, setup.state.params.dt);
+    let options = Options { engine: args.engine, ..options };
+    let estimate = args.estimate.then(|| estimate(&assembly, &schedule, options)).transpose()?;
+    if args.json {
+        let json = json::json(&scene, &assembly, &setup, &schedule, args.count, estimate.as_ref())?;
+        say(serde_json::to_string_pretty(&json)?);
+        return Ok(ExitCode::SUCCESS);
+    }
     say(contents(&scene, &assembly, &setup));
     say(output(&assembly, &schedule));
-    if args.estimate {
-        say(estimate(&assembly, &schedule, Options { engine: args.engine, ..options })?);
-    }
+    estimate.iter().for_each(say);
     say(format!("\nModel\n{}", indent(&model(&setup))));
     say(format!("\nPlans\n{}", indent(&setup.plans.to_string())));
     say(format!("\nWGSL\n{}", indent(&files(&setup))));
@@ -83,7 +99,7 @@ fn output(assembly: &Assembly, schedule: &Schedule) -> String {
     };
     match schedule.end {
         Some(end) => format!("steps      {end}{}\noutput     {}", or_rest(assembly), amount(end)),
-        None => format!("steps      until equilibrium\noutput     per million steps {}", amount(1_000_000)),
+        None => format!("steps      until equilibrium\noutput     per million steps {}", amount(PER_STEPS)),
     }
 }
 
@@ -91,11 +107,41 @@ fn or_rest(assembly: &Assembly) -> &'static str {
     if assembly.stop.equilibrium.is_some() { ", or until equilibrium" } else { "" }
 }
 
+/// What there is to say of a run without an end is said of so many steps.
+const PER_STEPS: u64 = 1_000_000;
+
+/// The wall time of a run, s.
+#[derive(Serialize)]
+struct Estimate {
+    /// Of the run, or of so many of its steps if it has no end.
+    seconds: f64,
+    steps: u64,
+    endless: bool,
+    /// What it rests on.
+    measured_steps: u64,
+    measured_seconds: f64,
+    seconds_per_step: f64,
+    engine: String,
+}
+
+impl Display for Estimate {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        let Estimate { seconds, endless, measured_steps, measured_seconds, seconds_per_step, engine, .. } = self;
+        let per = if *endless { " per million steps" } else { "" };
+        write!(
+            f,
+            "wall time  about {}{per} without the disk's, {seconds_per_step:.1e} s a step: {measured_steps} steps in \
+             {measured_seconds:.1} s; grains that come together take longer\n           {engine}",
+            duration(*seconds),
+        )
+    }
+}
+
 /// Steps are measured for so long.
 const MEASURED: Duration = Duration::from_secs(2);
 
-/// The wall time of a run, from its first steps.
-fn estimate(assembly: &Assembly, schedule: &Schedule, options: Options) -> packstone::Result<String> {
+/// From its first steps.
+fn estimate(assembly: &Assembly, schedule: &Schedule, options: Options) -> packstone::Result<Estimate> {
     let began = Instant::now();
     let mut simulation = Simulation::new(assembly.clone(), options)?;
     let setup = began.elapsed().as_secs_f64();
@@ -103,9 +149,9 @@ fn estimate(assembly: &Assembly, schedule: &Schedule, options: Options) -> packs
     while simulation.step() < end && began.elapsed() < MEASURED {
         simulation.advance_chunk(end - simulation.step())?;
     }
-    let measured = began.elapsed().as_secs_f64();
-    let steps = simulation.step();
-    let per_step = measured / steps as f64;
+    let measured_seconds = began.elapsed().as_secs_f64();
+    let measured_steps = simulation.step();
+    let seconds_per_step = measured_seconds / measured_steps as f64;
     let seconds = |did: Instant| did.elapsed().as_secs_f64();
     let began = Instant::now();
     simulation.sample()?;
@@ -117,18 +163,17 @@ fn estimate(assembly: &Assembly, schedule: &Schedule, options: Options) -> packs
         let _ = vtp::write(&mut sink(), 0.0, &grains, &assembly.owners());
     }
     let per_snapshot = seconds(began);
-    let total = |steps: u64| {
-        let Forecast { rows, snapshots, .. } = Forecast::new(assembly, schedule, steps);
-        setup + per_step * steps as f64 + per_row * rows as f64 + per_snapshot * snapshots as f64
-    };
-    let whole = match schedule.end {
-        Some(end) => duration(total(end)),
-        None => format!("{} per million steps", duration(total(1_000_000))),
-    };
-    Ok(format!(
-        "wall time  about {whole} without the disk's, {per_step:.1e} s a step: {steps} steps in {measured:.1} s; grains that come together take longer\n           {}",
-        simulation.notice()
-    ))
+    let steps = schedule.end.unwrap_or(PER_STEPS);
+    let Forecast { rows, snapshots, .. } = Forecast::new(assembly, schedule, steps);
+    Ok(Estimate {
+        seconds: setup + seconds_per_step * steps as f64 + per_row * rows as f64 + per_snapshot * snapshots as f64,
+        steps,
+        endless: schedule.end.is_none(),
+        measured_steps,
+        measured_seconds,
+        seconds_per_step,
+        engine: simulation.notice().to_owned(),
+    })
 }
 
 /// A time for people.
@@ -179,14 +224,19 @@ fn model(setup: &Setup) -> String {
 
 /// What all kernels share, then the kernels.
 fn files(setup: &Setup) -> String {
-    let mut kernels: Vec<&str> = Vec::new();
+    let kernels: Vec<String> = kernels(setup).iter().map(|kernel| format!("{kernel}.wgsl")).collect();
+    format!("shared   {}\nkernels  {}", setup.state.model.files().join(", "), kernels.join(", "))
+}
+
+/// Each once, in the order of the plans.
+fn kernels(setup: &Setup) -> Vec<&'static str> {
+    let mut kernels = Vec::new();
     for stage in setup.plans.stages() {
         if !kernels.contains(&stage.kernel) {
             kernels.push(stage.kernel);
         }
     }
-    let kernels: Vec<String> = kernels.iter().map(|kernel| format!("{kernel}.wgsl")).collect();
-    format!("shared   {}\nkernels  {}", setup.state.model.files().join(", "), kernels.join(", "))
+    kernels
 }
 
 fn arrays(setup: &Setup, count: Option<u32>) -> packstone::Result<String> {

@@ -1,10 +1,10 @@
 //! How far a run is: a bar on a terminal, lines everywhere else.
 
-use super::common::say;
+use super::common::{is_quiet, tell};
 use indicatif::{ProgressBar, ProgressStyle};
 use packstone::simulation::Simulation;
 use std::{
-    io::{IsTerminal, stderr, stdout},
+    io::{IsTerminal, stderr},
     time::{Duration, Instant},
 };
 
@@ -25,11 +25,11 @@ pub struct Progress {
 
 impl Progress {
     pub fn start(simulation: &Simulation, end: Option<u64>) -> Progress {
-        let bar = (stdout().is_terminal() && stderr().is_terminal()).then(|| bar(end));
+        let bar = (stderr().is_terminal() && !is_quiet()).then(|| bar(end));
         let start = Instant::now();
         let progress = Progress { start, first: simulation.step(), end, bar, tenths: 0, last_line: start };
         if progress.bar.is_none() {
-            say(progress.line(simulation));
+            tell(progress.line(simulation));
         }
         progress
     }
@@ -44,7 +44,7 @@ impl Progress {
         // The last tenth is the final line.
         let due = self.end.map_or(self.last_line.elapsed() > PATIENCE, |_| tenths > self.tenths && tenths < 10);
         if due {
-            say(self.line(simulation));
+            tell(self.line(simulation));
             (self.tenths, self.last_line) = (tenths, Instant::now());
         }
     }
@@ -54,7 +54,7 @@ impl Progress {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
-        say(format!("{}, {:.1} s of wall time", self.line(simulation), self.start.elapsed().as_secs_f64()));
+        tell(format!("{}, {:.1} s of wall time", self.line(simulation), self.start.elapsed().as_secs_f64()));
     }
 
     fn line(&self, simulation: &Simulation) -> String {

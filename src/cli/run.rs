@@ -2,7 +2,7 @@
 
 mod begin;
 
-use super::common::{DeviceArgs, INTERRUPTED, STOPPED, UNSURE, complain, engines, note, say, size, warn};
+use super::common::{DeviceArgs, INTERRUPTED, STOPPED, UNSURE, about, complain, engines, note, say, size, tell, warn};
 use super::progress::Progress;
 use begin::{Begun, SoFar};
 use packstone::{
@@ -59,6 +59,9 @@ pub struct RunArgs {
     /// The same as --set stop.steps=N
     #[arg(long, value_name = "N")]
     steps: Option<u64>,
+    /// Print the content of summary.json, and where the result is (folder), instead of words
+    #[arg(long)]
+    json: bool,
     /// Exit with code 3 if the result is doubtful
     #[arg(long)]
     strict: bool,
@@ -76,8 +79,10 @@ impl RunArgs {
 }
 
 pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
-    let Begun { scene, folder, mut run } = begin::begin(args)?;
-    say(run.simulation.notice());
+    let named = args.scene.as_ref().or(args.resume.as_ref());
+    let of_scene = |error| named.map_or_else(|| unreachable!("clap asks for one of them"), |name| about(name, error));
+    let Begun { scene, folder, mut run } = begin::begin(args).map_err(of_scene)?;
+    tell(run.simulation.notice());
     run.results.notices().iter().for_each(note);
     if let Some(flood) = run.schedule.end.and_then(|end| run.flood(end)) {
         note(flood);
@@ -97,12 +102,17 @@ pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     };
     if let Some(Relaxation { force_balance_max: Some(worst), force_balance_grain: Some(grain), .. }) =
         summary.relaxation
+        && !args.json
     {
         say(format!("forces on a grain balance to {worst:.1e} of its weight or more (grain {grain})"));
     }
     summary.doubts.iter().for_each(warn);
-    say(verdict(&summary));
-    say(format!("results in {}", place.display()));
+    if args.json {
+        say(json(&summary, &place)?);
+    } else {
+        say(verdict(&summary));
+        say(format!("results in {}", place.display()));
+    }
     if place != folder && spoilt.is_none() {
         note(format!("{} keeps the older result, as this run did not come to its end", folder.display()));
     }
@@ -113,7 +123,7 @@ pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
         End::Stopped(error) => {
             // If that was the error, it has been said.
             if spoilt.is_none() || !matches!(error, Error::Io { .. }) {
-                complain(error);
+                complain(format!("{}: {error}", scene.file()));
             }
             ExitCode::from(STOPPED)
         }
@@ -141,6 +151,13 @@ fn verdict(summary: &Summary) -> String {
         "ended: {ended} (step {steps}, t = {time:.4e} s), deepest overlap {deepest:.1e} radii{}; {doubts}",
         unsolved.unwrap_or_default()
     )
+}
+
+/// The summary, with the folder that it is in.
+fn json(summary: &Summary, place: &Path) -> anyhow::Result<String> {
+    let mut json = serde_json::to_value(summary)?;
+    json["folder"] = place.to_string_lossy().into();
+    Ok(serde_json::to_string_pretty(&json)?)
 }
 
 /// More snapshots than that are announced, files and bytes.

@@ -1,6 +1,11 @@
 //! Adapters and devices.
 
-use super::{checks::Checks, images::ROW, restrictions::Restrictions};
+use super::{
+    adapters::{AdapterSummary, best, candidates, is_software, selected, summary},
+    checks::Checks,
+    images::ROW,
+    restrictions::Restrictions,
+};
 use crate::error::{Error, Result};
 use std::{
     ops::Range,
@@ -11,26 +16,7 @@ use std::{
     },
     time::{Duration, Instant},
 };
-use wgpu::{DeviceType, Features, TextureUsages};
-
-/// What is worth knowing of an adapter before choosing it.
-#[derive(Clone, Debug, serde::Serialize)]
-pub struct AdapterSummary {
-    pub name: String,
-    pub kind: String,
-    pub backend: String,
-    pub driver: String,
-    /// f64 in shaders: `--precision double`.
-    pub double: bool,
-    /// Per-stage timings.
-    pub timestamps: bool,
-    /// Smallest and largest subgroup, if the device has subgroup operations.
-    pub subgroup: Option<(u32, u32)>,
-    /// Largest array a kernel can see, bytes.
-    pub max_array_bytes: u64,
-    /// Arrays a kernel can see.
-    pub max_arrays: u32,
-}
+use wgpu::{Features, TextureUsages};
 
 /// What arrays are on a device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,7 +30,7 @@ pub enum Arrays {
     Buffers,
     /// Storage images where the kernels allow it; on software drivers only.
     Images,
-    /// In two storage buffers that all share, where the kernels allow it; `--checks on` holds indices within these.
+    /// In two storage buffers that all share, where the kernels allow it; with checks, indices are held within these.
     Packed,
 }
 
@@ -69,6 +55,10 @@ pub struct Device {
     pub summary: AdapterSummary,
     /// Runs on the host's processor and memory.
     pub software: bool,
+    /// Whether it is the one that was asked for by [`select`](super::select).
+    pub selected: bool,
+    /// Better adapters, which have no f64.
+    pub passed_over: Vec<String>,
     /// How it was opened.
     pub options: DeviceOptions,
     /// Whether kernels may have images, and should where the options leave it open.
@@ -97,81 +87,11 @@ fn count(to: &AtomicU64, since: Instant) {
 /// Reads up to this many bytes share a buffer.
 const KEPT_STAGING: u64 = 1 << 16;
 
-fn instance() -> wgpu::Instance {
-    wgpu::Instance::new(wgpu::InstanceDescriptor {
-        backends: wgpu::Backends::PRIMARY,
-        // Where the driver tells its budget, refuse what exceeds it instead of swapping or losing the device.
-        memory_budget_thresholds: wgpu::MemoryBudgetThresholds {
-            for_resource_creation: Some(95),
-            for_device_loss: None,
-        },
-        ..wgpu::InstanceDescriptor::new_without_display_handle_from_env()
-    })
-}
-
-/// All adapters, best first: discrete, integrated, virtual, software.
-fn candidates() -> Vec<wgpu::Adapter> {
-    let mut adapters = pollster::block_on(instance().enumerate_adapters(wgpu::Backends::PRIMARY));
-    adapters.sort_by_key(|a| match a.get_info().device_type {
-        DeviceType::DiscreteGpu => 0,
-        DeviceType::IntegratedGpu => 1,
-        DeviceType::VirtualGpu => 2,
-        DeviceType::Other => 3,
-        DeviceType::Cpu => 4,
-    });
-    adapters
-}
-
-fn summary(adapter: &wgpu::Adapter, restrictions: &Restrictions) -> AdapterSummary {
-    let info = adapter.get_info();
-    let features = restrictions.features(adapter.features());
-    let limits = restrictions.limits(adapter.limits());
-    AdapterSummary {
-        name: info.name,
-        kind: format!("{:?}", info.device_type),
-        backend: info.backend.to_string(),
-        driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
-        double: features.contains(Features::SHADER_F64),
-        timestamps: features.contains(Features::TIMESTAMP_QUERY),
-        subgroup: features.contains(Features::SUBGROUP).then_some((info.subgroup_min_size, info.subgroup_max_size)),
-        max_array_bytes: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
-        max_arrays: limits.max_storage_buffers_per_shader_stage,
-    }
-}
-
 /// Whether loads from buffers are slow: lavapipe's are a loop over lanes before Mesa 25, and with images the published
 /// bed steps about twice as fast; from then on buffers are as fast.
 fn loads_lane_by_lane(driver: &str) -> bool {
     let version = driver.split_once("Mesa ").and_then(|(_, version)| version.split('.').next()?.parse::<u32>().ok());
     version.is_some_and(|major| major < 25)
-}
-
-/// All adapters of this machine, best first.
-pub fn adapters() -> Vec<AdapterSummary> {
-    candidates().iter().map(|adapter| summary(adapter, &Restrictions::default())).collect()
-}
-
-/// All adapters of this machine, best first, with the names and values of what they say of themselves.
-pub fn adapter_facts() -> Vec<Vec<(String, String)>> {
-    let fact = |name: &str, value: String| (name.to_owned(), value);
-    let of = |adapter: &wgpu::Adapter| {
-        let (info, limits) = (adapter.get_info(), adapter.limits());
-        let mut facts = vec![
-            fact("name", info.name),
-            fact("kind", format!("{:?}", info.device_type)),
-            fact("backend", info.backend.to_string()),
-            fact("driver", format!("{} {}", info.driver, info.driver_info)),
-            fact("vendor, device", format!("{:#06x}, {:#06x}", info.vendor, info.device)),
-            fact("subgroups", format!("{} to {}", info.subgroup_min_size, info.subgroup_max_size)),
-            fact("features", adapter.features().iter_names().map(|(name, _)| name).collect::<Vec<_>>().join(", ")),
-        ];
-        // `name: value,` on a line each.
-        let limits = format!("{limits:#?}");
-        let lines = limits.lines().filter_map(|line| line.trim().trim_end_matches(',').split_once(": "));
-        facts.extend(lines.map(|(name, value)| fact(name, value.to_owned())));
-        facts
-    };
-    candidates().iter().map(of).collect()
 }
 
 impl Device {
@@ -190,16 +110,17 @@ impl Device {
             ));
         }
         let wanted = Features::SHADER_F64;
-        let names: Vec<String> = all.iter().map(|a| a.get_info().name).collect();
-        let adapter = all.into_iter().find(|a| !double || a.features().contains(wanted)).ok_or_else(|| {
+        let mut summaries: Vec<_> = all.iter().map(|adapter| summary(adapter, &restrictions)).collect();
+        let names = |of: &[AdapterSummary]| of.iter().map(|a| a.name.clone()).collect::<Vec<_>>();
+        let number = best(&summaries, double).ok_or_else(|| {
             Error::Lacking(format!(
                 "--precision double needs the feature SHADER_F64, which no adapter has ({}); use --precision single or \
                  --engine cpu",
-                names.join(", ")
+                names(&summaries).join(", ")
             ))
         })?;
-        let summary = summary(&adapter, &restrictions);
-        let software = adapter.get_info().device_type == DeviceType::Cpu;
+        let (adapter, passed_over) = (&all[number], names(&summaries[..number]));
+        let (summary, software) = (summaries.swap_remove(number), is_software(adapter));
         let wide = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
         // Only Vulkan promises that an invocation reads back what it wrote to an image, and only on software drivers do
         // barriers of buffers hold for images too.
@@ -239,7 +160,8 @@ impl Device {
             }
         });
         let shared = Arc::default();
-        Ok(Device { device, queue, summary, software, options, images, failure, shared })
+        let selected = selected().is_some();
+        Ok(Device { device, queue, summary, software, selected, passed_over, options, images, failure, shared })
     }
 
     /// Create a buffer of zeros.

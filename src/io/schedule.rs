@@ -141,7 +141,7 @@ impl Forecast {
             others.files += u64::from(!assembly.clumps.is_empty());
         }
         others.add(1, HISTORY_ROW * rows);
-        if output.checkpoint > 0.0 {
+        if assembly.output.checkpoint > 0.0 {
             others.add(1, CHECKPOINT_OF_GRAIN * assembly.grains.len() as u64);
         }
         others.add(3, SMALL_FILE);

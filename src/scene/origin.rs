@@ -39,6 +39,17 @@ impl Origin {
         })
     }
 
+    /// The same error, if it is one of another file, or of the machine, with the name of the scene.
+    pub fn about(&self, error: Error) -> Error {
+        let text = error.to_string();
+        match error {
+            _ if text.starts_with(&self.name) => error,
+            Error::Lacking(_) => Error::Lacking(format!("{}: {text}", self.name)),
+            Error::Scene(_) | Error::Io { .. } => Error::Scene(format!("{}: {text}", self.name)),
+            other => other,
+        }
+    }
+
     /// An error about the value at `key`; `rule` says what is allowed.
     pub fn bad(&self, key: &str, value: impl Display, rule: impl Display) -> Error {
         self.error(key, format!(" = {value}: {rule}"))

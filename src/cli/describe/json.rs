@@ -1,0 +1,53 @@
+//! What `packstone describe` says, as JSON.
+
+use super::{Estimate, PER_STEPS, kernels};
+use packstone::{
+    engine::programs::{bytes, layouts},
+    io::schedule::{Forecast, Schedule},
+    measure::Sizes,
+    scene::{Assembly, Scene},
+    simulation::Setup,
+};
+use serde_json::{Map, Value, json};
+
+/// Keys are those of `summary.json` where that has the same.
+pub fn json(
+    scene: &Scene,
+    assembly: &Assembly,
+    setup: &Setup,
+    schedule: &Schedule,
+    count: Option<u32>,
+    estimate: Option<&Estimate>,
+) -> packstone::Result<Value> {
+    let state = &setup.state;
+    let slots = state.model.slots().into_iter().map(|(slot, choice)| (slot.to_owned(), choice.into()));
+    let sizes = count.map_or(state.sizes, |count| state.sizes.for_bodies(count as usize));
+    let layouts = layouts(&state.model, &setup.plans)?;
+    let arrays: Vec<_> = bytes(&state.model, &layouts, &sizes).collect();
+    let total: u64 = arrays.iter().map(|(_, bytes)| bytes).sum();
+    let array = |(array, bytes): &(&packstone::state::Array, u64)| json!({ "name": array.name, "elements": sizes.of(array.length), "bytes": bytes, "unit": state.unit_text(array) });
+    let steps = schedule.end.unwrap_or(PER_STEPS);
+    let Forecast { rows, snapshots, all, .. } = Forecast::new(assembly, schedule, steps);
+    Ok(json!({
+        "scene": scene.name(),
+        "file": scene.file(),
+        "dimension": assembly.dimension,
+        "particles": assembly.grains.len(),
+        "fixed": assembly.grains.iter().filter(|grain| grain.fixed).count(),
+        "clumps": assembly.clumps.len(),
+        "walls": assembly.walls.len(),
+        "materials": assembly.materials.len(),
+        "diameters": Sizes::of(assembly),
+        "dt": state.params.dt,
+        "dt_bound": setup.dt_bound,
+        "steps": schedule.end,
+        "equilibrium": assembly.stop.equilibrium,
+        "output": { "steps": steps, "rows": rows, "snapshots": snapshots, "files": all.files, "bytes": all.bytes },
+        "wall_time": estimate,
+        "model": slots.collect::<Map<String, Value>>(),
+        "kernels": kernels(setup),
+        "arrays": arrays.iter().map(array).collect::<Vec<_>>(),
+        "bytes": total,
+        "bytes_per_particle": total as f64 / sizes.bodies as f64,
+    }))
+}
