@@ -40,7 +40,7 @@ pub use shape::{Kind, Member, Shape};
 use std::{path::Path, time::SystemTime};
 
 use crate::Result;
-use origin::{Origin, read_text};
+use origin::{GoingOn, Origin, read_text};
 
 /// A scene, from a file or from a [`SceneBuilder`], that is well-formed: known keys, right types, finite numbers. The
 /// values are checked by [`Scene::assemble`].
@@ -53,7 +53,7 @@ pub struct Scene {
     /// When it was made; files that it names are read later.
     made: SystemTime,
     /// If it goes on with the grains of another one.
-    going_on: Option<continued::GoingOn>,
+    going_on: Option<GoingOn>,
 }
 
 impl Scene {

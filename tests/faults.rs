@@ -225,7 +225,7 @@ fn a_run_that_had_to_stop_leaves_the_older_result() {
     place.run(&[], 0);
     let before = result(&place.path("out/scene"));
     let output = place.run(&["--set=solver.dt=1e-2", "--set=solver.allow_unstable=true"], 1);
-    assert!(errors(&output).contains("error: stopped at step"), "{output:?}");
+    assert!(errors(&output).contains("error: scene.toml: stopped at step"), "{output:?}");
     assert_eq!(result(&place.path("out/scene")), before);
     assert!(place.json("out/scene/partial/run.json")["ended"].as_str().unwrap().starts_with("stopped at step"));
     assert_eq!(place.text("out/scene/partial/final.csv").lines().count(), 101);
@@ -396,7 +396,7 @@ fn floods_are_announced() {
     let described = String::from_utf8_lossy(&described.stdout).into_owned();
     let output = place.run(&many, 0);
     let said = errors(&output);
-    assert!(said.starts_with("note: snapshots will be 1002 files, "), "{output:?}");
+    assert!(said.contains("note: snapshots will be 1002 files, "), "{output:?}");
     let found = result(&place.path("out/scene"));
     let line = described.lines().find(|line| line.starts_with("output ")).unwrap();
     let wanted = format!("101 rows of history, 501 snapshots; about {} files, ", found.len());
@@ -404,7 +404,7 @@ fn floods_are_announced() {
     let megabytes: f64 = megabytes.strip_suffix(" MB").unwrap().parse().unwrap();
     let bytes: usize = found.values().map(Vec::len).sum();
     assert!((megabytes * 1e6 / bytes as f64 - 1.0).abs() < 0.05, "{megabytes} MB, {bytes} bytes");
-    assert!(errors(&place.run(&["--out=few"], 0)).is_empty());
+    assert!(!errors(&place.run(&["--out=few"], 0)).contains("note:"));
 }
 
 #[test]

@@ -1,27 +1,21 @@
 //! `packstone describe`
 
+mod estimate;
 mod json;
 
 use super::common::{SceneArgs, about, engines, say, size};
 use super::table::table;
+use estimate::{PER_STEPS, estimate};
 use glam::UVec3;
+use json::kernels;
 use packstone::{
     engine::programs::{bytes, layouts},
-    io::{
-        schedule::{Forecast, Schedule},
-        vtp,
-    },
+    io::schedule::{Forecast, Schedule},
     measure::{Percentiles, Sizes},
     scene::{Assembly, Scene},
-    simulation::{EngineChoice, Options, Setup, Simulation},
+    simulation::{EngineChoice, Options, Setup},
 };
-use serde::Serialize;
-use std::{
-    fmt::{self, Display, Formatter},
-    io::sink,
-    process::ExitCode,
-    time::{Duration, Instant},
-};
+use std::process::ExitCode;
 
 /// Show what a scene comes down to: model, plan, kernels, arrays, memory, time step
 #[derive(clap::Args)]
@@ -107,82 +101,6 @@ fn or_rest(assembly: &Assembly) -> &'static str {
     if assembly.stop.equilibrium.is_some() { ", or until equilibrium" } else { "" }
 }
 
-/// What there is to say of a run without an end is said of so many steps.
-const PER_STEPS: u64 = 1_000_000;
-
-/// The wall time of a run, s.
-#[derive(Serialize)]
-struct Estimate {
-    /// Of the run, or of so many of its steps if it has no end.
-    seconds: f64,
-    steps: u64,
-    endless: bool,
-    /// What it rests on.
-    measured_steps: u64,
-    measured_seconds: f64,
-    seconds_per_step: f64,
-    engine: String,
-}
-
-impl Display for Estimate {
-    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
-        let Estimate { seconds, endless, measured_steps, measured_seconds, seconds_per_step, engine, .. } = self;
-        let per = if *endless { " per million steps" } else { "" };
-        write!(
-            f,
-            "wall time  about {}{per} without the disk's, {seconds_per_step:.1e} s a step: {measured_steps} steps in \
-             {measured_seconds:.1} s; grains that come together take longer\n           {engine}",
-            duration(*seconds),
-        )
-    }
-}
-
-/// Steps are measured for so long.
-const MEASURED: Duration = Duration::from_secs(2);
-
-/// From its first steps.
-fn estimate(assembly: &Assembly, schedule: &Schedule, options: Options) -> packstone::Result<Estimate> {
-    let began = Instant::now();
-    let mut simulation = Simulation::new(assembly.clone(), options)?;
-    let setup = began.elapsed().as_secs_f64();
-    let (began, end) = (Instant::now(), schedule.end.unwrap_or(u64::MAX));
-    while simulation.step() < end && began.elapsed() < MEASURED {
-        simulation.advance_chunk(end - simulation.step())?;
-    }
-    let measured_seconds = began.elapsed().as_secs_f64();
-    let measured_steps = simulation.step();
-    let seconds_per_step = measured_seconds / measured_steps as f64;
-    let seconds = |did: Instant| did.elapsed().as_secs_f64();
-    let began = Instant::now();
-    simulation.sample()?;
-    let per_row = seconds(began);
-    let began = Instant::now();
-    let grains = simulation.grains()?;
-    if assembly.output.vtp {
-        // Nothing is written, so nothing fails.
-        let _ = vtp::write(&mut sink(), 0.0, &grains, &assembly.owners());
-    }
-    let per_snapshot = seconds(began);
-    let steps = schedule.end.unwrap_or(PER_STEPS);
-    let Forecast { rows, snapshots, .. } = Forecast::new(assembly, schedule, steps);
-    Ok(Estimate {
-        seconds: setup + seconds_per_step * steps as f64 + per_row * rows as f64 + per_snapshot * snapshots as f64,
-        steps,
-        endless: schedule.end.is_none(),
-        measured_steps,
-        measured_seconds,
-        seconds_per_step,
-        engine: simulation.notice().to_owned(),
-    })
-}
-
-/// A time for people.
-fn duration(seconds: f64) -> String {
-    let units = [(86_400.0, "days"), (3600.0, "h"), (60.0, "min")];
-    let found = units.into_iter().find(|(unit, _)| seconds >= 2.0 * unit);
-    found.map_or(format!("{seconds:.1} s"), |(unit, name)| format!("{:.1} {name}", seconds / unit))
-}
-
 /// The sizes of the free grains; nothing where there are none.
 fn diameters(assembly: &Assembly) -> String {
     let line = |p: &Percentiles| format!("d10 {:.4e}, d50 {:.4e}, d90 {:.4e} m", p.d10, p.d50, p.d90);
@@ -226,17 +144,6 @@ fn model(setup: &Setup) -> String {
 fn files(setup: &Setup) -> String {
     let kernels: Vec<String> = kernels(setup).iter().map(|kernel| format!("{kernel}.wgsl")).collect();
     format!("shared   {}\nkernels  {}", setup.state.model.files().join(", "), kernels.join(", "))
-}
-
-/// Each once, in the order of the plans.
-fn kernels(setup: &Setup) -> Vec<&'static str> {
-    let mut kernels = Vec::new();
-    for stage in setup.plans.stages() {
-        if !kernels.contains(&stage.kernel) {
-            kernels.push(stage.kernel);
-        }
-    }
-    kernels
 }
 
 fn arrays(setup: &Setup, count: Option<u32>) -> packstone::Result<String> {

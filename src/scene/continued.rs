@@ -7,6 +7,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::check::AXES;
+use super::origin::GoingOn;
 use super::schema::{self, Population, WallKind};
 use super::{Scene, walls};
 use crate::{Error, Result};
@@ -16,15 +17,6 @@ use crate::{Error, Result};
 pub struct Shift {
     pub wall: String,
     pub by: DVec3,
-}
-
-/// What makes a scene one that goes on.
-#[derive(Clone, Debug)]
-pub(super) struct GoingOn {
-    /// The file with the grains.
-    start: PathBuf,
-    /// The text of the scene without them.
-    given: String,
 }
 
 /// A scene with the grains of another one.

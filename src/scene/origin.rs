@@ -21,6 +21,15 @@ pub fn read_text(path: &Path, what: &str) -> Result<String> {
     })
 }
 
+/// What makes a scene one that goes on with the grains of another.
+#[derive(Clone, Debug)]
+pub struct GoingOn {
+    /// The file with the grains.
+    pub start: PathBuf,
+    /// The text of the scene without them.
+    pub given: String,
+}
+
 /// Where a scene came from; every message starts with it.
 #[derive(Clone, Debug)]
 pub struct Origin {

@@ -1,6 +1,6 @@
 //! What `packstone describe` says, as JSON.
 
-use super::{Estimate, PER_STEPS, kernels};
+use super::estimate::{Estimate, PER_STEPS};
 use packstone::{
     engine::programs::{bytes, layouts},
     io::schedule::{Forecast, Schedule},
@@ -9,6 +9,17 @@ use packstone::{
     simulation::Setup,
 };
 use serde_json::{Map, Value, json};
+
+/// Each once, in the order of the plans.
+pub fn kernels(setup: &Setup) -> Vec<&'static str> {
+    let mut kernels = Vec::new();
+    for stage in setup.plans.stages() {
+        if !kernels.contains(&stage.kernel) {
+            kernels.push(stage.kernel);
+        }
+    }
+    kernels
+}
 
 /// Keys are those of `summary.json` where that has the same.
 pub fn json(

@@ -1,19 +1,73 @@
 //! How a run begins: at time 0 of a scene, at a checkpoint of itself, or with the last state of another run.
 
-use super::super::common::{load, note, stem, warn};
-use super::{Run, RunArgs, listen};
+use super::super::common::{DeviceArgs, engines, load, note, stem, warn};
+use super::drive::{Run, SoFar, listen};
 use packstone::{
     Error,
-    io::{Folder, Record, Results, Resumed, folder, names, record, schedule::Schedule, summary::Deepest, write_state},
+    io::{Folder, Record, Results, Resumed, folder, names, record, schedule::Schedule, write_state},
     scene::{Assembly, Continued, Scene, Shift, Surface, grain_file::Moment},
-    simulation::{Checkpoint, ContactHistory, Options, Other, Simulation},
+    simulation::{Checkpoint, ContactHistory, EngineChoice, Options, Other, Simulation},
 };
-use serde::{Deserialize, Serialize};
 use std::{
     io::ErrorKind,
     path::{Path, PathBuf},
 };
 use tempfile::TempDir;
+
+/// Simulate a scene and write its results to a folder
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  packstone run examples/scenes/heap_2d.toml\n  \
+                        packstone run examples/scenes/heap_2d.toml --engine cpu --steps 1000 --out out/short\n  \
+                        packstone run examples/scenes/heap_2d.toml --set solver.dt_fraction=0.1\n  \
+                        packstone run --resume out/heap_2d\n  \
+                        packstone run sheared.toml --from out/heap_2d\n\n\
+                        The result takes the place of the one in the folder when it is complete; until then, and if the \
+                        run ends early, it is in the folder partial there.\n\n\
+                        Ctrl-C ends a run early, with results; a second one ends it at once, without.")]
+pub struct RunArgs {
+    /// Scene file
+    #[arg(required_unless_present = "resume")]
+    pub scene: Option<PathBuf>,
+    /// Change a value of the scene, such as solver.dt=1e-6; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    #[command(flatten)]
+    device: DeviceArgs,
+    /// Go on with the run whose result is in DIR, from its last checkpoint, as if it had never been interrupted; --time
+    /// and --steps move its end
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["scene", "set", "out", "engine", "precision"])]
+    pub resume: Option<PathBuf>,
+    /// Begin with the grains of the result in DIR, as they are there in its last checkpoint, and with what their contacts
+    /// remember. Grains and walls that both scenes have go on from where they are; all others are as the scene says
+    #[arg(long, value_name = "DIR", conflicts_with = "resume")]
+    from: Option<PathBuf>,
+    /// Folder for the results [default: out/ and the name of the scene file]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// What to compute on; auto takes the best GPU, or the CPU if there is none but a software driver
+    #[arg(long, default_value = "auto", value_parser = engines(["auto", "gpu", "cpu"]))]
+    engine: EngineChoice,
+    /// The same as --set stop.steps=N
+    #[arg(long, value_name = "N")]
+    steps: Option<u64>,
+    /// Print the content of summary.json, and where the result is (folder), instead of words
+    #[arg(long)]
+    pub json: bool,
+    /// Exit with code 3 if the result is doubtful
+    #[arg(long)]
+    pub strict: bool,
+    /// The same as --set stop.time=T, s
+    #[arg(long, value_name = "T")]
+    time: Option<f64>,
+}
+
+impl RunArgs {
+    fn stop(&self) -> Vec<String> {
+        let steps = self.steps.map(|steps| format!("stop.steps={steps}"));
+        let time = self.time.map(|time| format!("stop.time={time:?}"));
+        steps.into_iter().chain(time).collect()
+    }
+}
 
 /// The file with the grains that a scene goes on with.
 const START: &str = "start.bin";
@@ -23,14 +77,6 @@ pub struct Begun {
     pub scene: Scene,
     pub folder: PathBuf,
     pub run: Run,
-}
-
-/// What a checkpoint has of the run.
-#[derive(Serialize, Deserialize)]
-pub struct SoFar {
-    pub schedule: Schedule,
-    pub wall_seconds: f64,
-    pub deepest: Option<Deepest>,
 }
 
 /// # Errors
@@ -96,7 +142,8 @@ fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
     let (rows, snapshots) = (schedule.history.ticks, snapshots.collect());
     let results = Results::resume(folder, &from, simulation.assembly(), resumed, rows, snapshots)?;
     note(format!("goes on from step {step}"));
-    let run = Run { earlier: wall_seconds, saved: Some(step), deepest, ..Run::new(simulation, results, schedule) };
+    let mut run = Run::new(simulation, results, schedule);
+    (run.earlier, run.saved, run.deepest) = (wall_seconds, Some(step), deepest);
     Ok(Begun { scene, folder: folder.to_owned(), run })
 }
 

@@ -1,0 +1,340 @@
+//! A run from one step to the next: rows, snapshots, checkpoints, and how it ends.
+
+use super::super::{
+    common::{INTERRUPTED, size},
+    progress::Progress,
+};
+use packstone::{
+    Error,
+    io::{
+        Results,
+        schedule::{Amount, Forecast, Schedule},
+        summary::{Deepest, Ending, Summary},
+    },
+    measure::Sample,
+    scene::{Scene, grain_file::Moment},
+    simulation::Simulation,
+};
+use serde::{Deserialize, Serialize};
+use std::{
+    path::{Path, PathBuf},
+    sync::atomic::{AtomicBool, Ordering},
+    time::{Duration, Instant},
+};
+
+/// What a checkpoint has of the run.
+#[derive(Serialize, Deserialize)]
+pub struct SoFar {
+    pub schedule: Schedule,
+    pub wall_seconds: f64,
+    pub deepest: Option<Deepest>,
+}
+
+/// More snapshots than that are announced, files and bytes.
+const MANY: Amount = Amount { files: 1000, bytes: 1_000_000_000 };
+
+static CTRL_C: AtomicBool = AtomicBool::new(false);
+
+/// Signals that come sooner after the first are taken for the same: some programs send one to the process and one to its
+/// group.
+const SAME_SIGNAL: Duration = Duration::from_secs(1);
+
+/// Take note of Ctrl-C; a second one ends the program at once.
+pub fn listen() -> anyhow::Result<()> {
+    let mut first: Option<Instant> = None;
+    ctrlc::set_handler(move || {
+        CTRL_C.store(true, Ordering::Relaxed);
+        if first.get_or_insert_with(Instant::now).elapsed() > SAME_SIGNAL {
+            std::process::exit(INTERRUPTED.into());
+        }
+    })?;
+    Ok(())
+}
+
+/// Whether there was a Ctrl-C.
+pub fn interrupted() -> bool {
+    CTRL_C.load(Ordering::Relaxed)
+}
+
+/// A chunk of steps should take no longer, so that Ctrl-C is noticed and checkpoints come in time.
+const CHUNK: Duration = Duration::from_millis(250);
+
+/// Why a run is over.
+pub enum End {
+    /// The last step.
+    Reached,
+    /// Equilibrium.
+    AtRest,
+    Interrupted,
+    /// By an error.
+    Stopped(Error),
+}
+
+impl End {
+    fn label(&self) -> &'static str {
+        match self {
+            End::Reached => "last step",
+            End::AtRest => "at rest",
+            End::Interrupted => "interrupted",
+            End::Stopped(_) => "error",
+        }
+    }
+}
+
+/// What there is of a run in the end.
+pub struct Written {
+    pub summary: Summary,
+    pub end: End,
+    /// Where.
+    pub place: PathBuf,
+    /// Why the results are not where they should be.
+    pub spoilt: Option<Error>,
+}
+
+pub struct Run {
+    pub simulation: Simulation,
+    pub results: Results,
+    pub schedule: Schedule,
+    start: Instant,
+    /// Wall time before that, of a run that goes on, s.
+    pub earlier: f64,
+    /// When the last checkpoint was written, or none was yet, and its step.
+    checkpointed: Instant,
+    pub saved: Option<u64>,
+    /// The deepest overlap so far.
+    pub deepest: Option<Deepest>,
+    /// Steps of a chunk that take about as long as [`CHUNK`].
+    most_steps: u64,
+    /// When the last row was written, and what it says.
+    row: (Instant, Option<Sample>),
+    /// Over the radius: with a larger overlap the time step is above its bound.
+    stable_overlap: f64,
+}
+
+impl Run {
+    pub fn new(simulation: Simulation, results: Results, schedule: Schedule) -> Run {
+        let assembly = simulation.assembly();
+        let start = Instant::now();
+        Run {
+            results,
+            schedule,
+            start,
+            earlier: 0.0,
+            checkpointed: start,
+            saved: None,
+            deepest: None,
+            most_steps: 1,
+            row: (start, None),
+            stable_overlap: if assembly.solver.allow_unstable { f64::INFINITY } else { simulation.stable_overlap() },
+            simulation,
+        }
+    }
+
+    /// What is said of many snapshots before they are written.
+    pub fn flood(&self, end: u64) -> Option<String> {
+        let Amount { files, bytes } = Forecast::new(self.simulation.assembly(), &self.schedule, end).of_snapshots;
+        (files > MANY.files || bytes > MANY.bytes).then(|| {
+            format!(
+                "snapshots will be {files} files, {}; longer output.snapshots or fewer output.formats make them less",
+                size(bytes)
+            )
+        })
+    }
+
+    pub fn drive(&mut self) -> packstone::Result<End> {
+        let mut progress = Progress::start(&self.simulation, self.schedule.end);
+        let end = loop {
+            match self
+                .pause()
+                .and_then(|end| if end.is_none() { self.advance(&mut progress) } else { Ok(()) }.map(|()| end))
+            {
+                Ok(Some(end)) => break end,
+                Ok(None) => {}
+                // What the simulation still holds is the last good state, also where the device gave up or the disk is full.
+                Err(error @ (Error::Run { .. } | Error::Lacking(_) | Error::Device(_) | Error::Io { .. })) => {
+                    break End::Stopped(error);
+                }
+                Err(error) => return Err(error),
+            }
+        };
+        progress.finish(&self.simulation);
+        Ok(end)
+    }
+
+    /// Whatever is due at this step, and whether it is the last one.
+    fn pause(&mut self) -> packstone::Result<Option<End>> {
+        let step = self.simulation.step();
+        let last = Some(step) == self.schedule.end;
+        if self.schedule.snapshots.as_mut().is_some_and(|clock| clock.strikes(step)) {
+            self.snapshot()?;
+        }
+        let (mut at_rest, mut fault) = (false, None);
+        if self.schedule.history.strikes(step) {
+            let sample = self.record()?;
+            at_rest = self.is_at_rest(&sample);
+            fault = self.fault(&sample);
+        }
+        Ok(match () {
+            () if fault.is_some() => fault.map(End::Stopped),
+            () if at_rest => Some(End::AtRest),
+            () if last => Some(End::Reached),
+            () if interrupted() => Some(End::Interrupted),
+            () => None,
+        })
+    }
+
+    /// Up to the next step at which something is due, or until Ctrl-C.
+    fn advance(&mut self, progress: &mut Progress) -> packstone::Result<()> {
+        let next = self.schedule.next();
+        while self.simulation.step() < next {
+            let every = self.simulation.assembly().output.checkpoint;
+            if every > 0.0 && self.checkpointed.elapsed().as_secs_f64() >= every {
+                self.checkpoint()?;
+            }
+            let begin = Instant::now();
+            let steps = self.simulation.advance_chunk(self.most_steps.min(next - self.simulation.step()))?;
+            self.most_steps = ((steps as f64 * CHUNK.as_secs_f64() / begin.elapsed().as_secs_f64()) as u64).max(1);
+            progress.update(&self.simulation);
+            if interrupted() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Write one. What is due at this step has been done.
+    fn checkpoint(&mut self) -> packstone::Result<()> {
+        let Run { simulation, results, schedule, deepest, .. } = self;
+        let wall_seconds = self.earlier + self.start.elapsed().as_secs_f64();
+        let so_far = SoFar { schedule: *schedule, wall_seconds, deepest: deepest.clone() };
+        results.checkpoint(|path| simulation.save(path, &so_far))?;
+        (self.checkpointed, self.saved) = (Instant::now(), Some(simulation.step()));
+        Ok(())
+    }
+
+    /// How to go on with a run that could not write its results.
+    pub fn way_on(&self, folder: &Path) -> String {
+        match self.saved {
+            Some(step) => format!(
+                "the last checkpoint is of step {step}: packstone run --resume {} goes on from it",
+                folder.display()
+            ),
+            None => "there is no checkpoint yet".to_owned(),
+        }
+    }
+
+    /// A row of the history.
+    fn record(&mut self) -> packstone::Result<Sample> {
+        let sample = self.sample()?;
+        self.results.history(&sample, self.rate(&sample))?;
+        self.row = (Instant::now(), Some(sample));
+        Ok(sample)
+    }
+
+    fn sample(&mut self) -> packstone::Result<Sample> {
+        let sample = self.simulation.sample()?;
+        Deepest::update(&mut self.deepest, &mut self.simulation, &sample)?;
+        Ok(sample)
+    }
+
+    /// Particle-steps/s since the row before.
+    fn rate(&self, sample: &Sample) -> f64 {
+        let (then, last) = &self.row;
+        let steps = sample.step - last.as_ref().map_or(0, |last| last.step);
+        let work = steps as f64 * self.simulation.assembly().grains.len() as f64;
+        if work > 0.0 { work / then.elapsed().as_secs_f64() } else { 0.0 }
+    }
+
+    /// Why a run cannot go on.
+    fn fault(&self, sample: &Sample) -> Option<Error> {
+        self.impossible(sample).or_else(|| self.unstable(sample))
+    }
+
+    /// Elastic spheres get stiffer the deeper they overlap, beyond what the time step was chosen for.
+    fn unstable(&self, sample: &Sample) -> Option<Error> {
+        let overlap = sample.max_overlap_over_radius;
+        (overlap > self.stable_overlap).then(|| Error::Run {
+            step: sample.step,
+            time: self.simulation.time(),
+            reason: format!(
+                "an overlap has grown to {overlap:.3} radii, where contacts are too stiff for solver.dt = {:e} s; at most {:.3} is stable: use \
+                 a smaller solver.dt or stiffer grains, or set solver.allow_unstable = true",
+                self.simulation.dt(),
+                self.stable_overlap
+            ),
+        })
+    }
+
+    /// Sums that are no numbers are no results.
+    fn impossible(&self, sample: &Sample) -> Option<Error> {
+        let energies = sample.kinetic_energy + sample.potential_energy + sample.elastic_energy + sample.dissipation;
+        (!energies.is_finite() || sample.unbalanced_force_ratio.is_nan()).then(|| Error::Run {
+            step: sample.step,
+            time: self.simulation.time(),
+            reason: "energies or forces are no numbers any more; spins, stiffnesses or masses are too large to calculate with"
+                .to_owned(),
+        })
+    }
+
+    fn snapshot(&mut self) -> packstone::Result<()> {
+        let grains = self.simulation.grains()?;
+        let clumps = if self.simulation.assembly().output.bin { self.simulation.clumps()? } else { Vec::new() };
+        let (step, time) = (self.simulation.step(), self.simulation.time());
+        self.results.snapshot(&Moment { step, time, grains: &grains, clumps: &clumps })
+    }
+
+    fn is_at_rest(&self, sample: &Sample) -> bool {
+        self.simulation.assembly().stop.equilibrium.is_some_and(|tolerance| sample.at_rest(tolerance))
+    }
+
+    /// The last state and the summary. Where they cannot be written they go somewhere else.
+    pub fn write(mut self, scene: &Scene, end: End) -> packstone::Result<Written> {
+        let wall_seconds = self.earlier + self.start.elapsed().as_secs_f64();
+        let mut spoilt = None;
+        // Before anything is asked of the simulation that could make new lists.
+        while self.simulation.assembly().output.checkpoint > 0.0
+            && let Err(error) = self.checkpoint()
+        {
+            if !matches!(error, Error::Io { .. }) {
+                return Err(error);
+            }
+            spoilt = spoilt.or(Some(error));
+            self.results.elsewhere()?;
+        }
+        let (step, time) = (self.simulation.step(), self.simulation.time());
+        let of_now = self.row.1.filter(|sample| sample.step == step);
+        let sample = of_now.map_or_else(|| self.sample(), Ok)?;
+        let mut row = of_now.is_none().then(|| self.rate(&sample));
+        let end = match end {
+            End::Reached | End::Interrupted => self.fault(&sample).map_or(end, End::Stopped),
+            end => end,
+        };
+        let (converged, stopped) = match &end {
+            End::Reached | End::AtRest => (self.is_at_rest(&sample), None),
+            End::Interrupted => (false, Some(format!("interrupted at step {step}"))),
+            End::Stopped(error) => (false, Some(error.to_string())),
+        };
+        let (grains, clumps) = (self.simulation.grains()?, self.simulation.clumps()?);
+        let ended = stopped.clone().unwrap_or_else(|| end.label().to_owned());
+        let deepest = self.deepest.take();
+        let ending = Ending { wall_seconds, converged, ended: end.label(), stopped, deepest };
+        let summary = Summary::new(scene.name(), &mut self.simulation, &sample, &grains, &clumps, ending)?;
+        let moment = Moment { step, time, grains: &grains, clumps: &clumps };
+        let mut results = self.results;
+        loop {
+            let written =
+                row.take().map_or(Ok(()), |rate| results.history(&sample, rate).inspect_err(|_| row = Some(rate)));
+            let Err(error) = written.and_then(|()| results.finish(&summary, &moment)) else { break };
+            spoilt = spoilt.or(Some(error));
+            results.elsewhere()?;
+        }
+        let complete = spoilt.is_none() && matches!(end, End::Reached | End::AtRest);
+        let place = results.place().to_owned();
+        let (place, unclosed) = match results.close(&ended, complete) {
+            Ok(place) => (place, None),
+            // All of it is there, but for the last word or the right place.
+            Err(error) => (place, Some(error)),
+        };
+        Ok(Written { summary, end, place, spoilt: spoilt.or(unclosed) })
+    }
+}
