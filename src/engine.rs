@@ -1,8 +1,10 @@
 //! Engines run a plan on a state. `Cpu` and `Gpu` are the only two.
 
+pub mod aliases;
 mod arrays;
 pub mod cpu;
 pub mod gpu;
+pub mod liveness;
 mod placements;
 pub mod programs;
 pub mod times;

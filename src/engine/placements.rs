@@ -1,13 +1,19 @@
 //! Which arrays of a model lie where on a device.
 
-use super::programs::Layouts;
+use super::{
+    aliases::{Aliases, Choice},
+    arrays::DeviceArrays,
+    liveness::Liveness,
+    programs::Layouts,
+};
 use crate::{
     error::{Error, Result},
     gpu::{Arrays, Binding, Device, Pack, Parts, Placement, Program},
+    model::Model,
     plan::Op,
     plans::Plans,
     stage::Stage,
-    state::{ARRAYS, Array, Sizes},
+    state::{ARRAYS, Array, Sizes, present},
 };
 use std::collections::{HashMap, HashSet};
 
@@ -17,12 +23,16 @@ pub struct Possible {
     images: HashSet<&'static Array>,
     parts: HashSet<&'static Array>,
     packed: HashSet<&'static Array>,
-    /// Most storage buffers of a kernel, if each array has its own.
-    storage_buffers: u32,
+    /// The arrays of each kernel.
+    kernels: Vec<(&'static Stage, Vec<&'static Array>)>,
+    pub liveness: Liveness,
 }
 
+/// Where arrays lie, and those of them that lie in the memory of others.
+pub type Places = (HashMap<&'static Array, Placement>, Aliases);
+
 /// Any number of parts is as good.
-const IN_PARTS: Placement = Placement::Parts(Parts { count: 2, shift: 0 });
+const IN_PARTS: Placement = Placement::Parts(Parts { count: 2, len: 1 });
 
 impl Possible {
     /// With kernels that are composed for an array per buffer. Arrays can be exchanged only if they lie alike, so what is
@@ -45,12 +55,15 @@ impl Possible {
             ops.iter().filter_map(|op| if let Op::Clear(array) = op { Some(array.original()) } else { None }).collect();
         let mut images = all(Placement::Image);
         images.retain(|array| !cleared.contains(array.original()));
-        let buffers = |program: &Program| program.bindings.iter().filter(|b| b.resource.is_storage_buffer()).count();
+        let arrays = |(stage, program): &(&'static Stage, Program)| {
+            (*stage, program.bindings.iter().filter_map(|b| stage.array(&b.name)).collect())
+        };
         Possible {
             images,
             parts: all(IN_PARTS),
             packed: all(Placement::Packed),
-            storage_buffers: programs.iter().map(|(_, p)| buffers(p) as u32).max().unwrap_or(0),
+            kernels: programs.iter().map(arrays).collect(),
+            liveness: Liveness::of(plans, programs),
         }
     }
 
@@ -61,16 +74,17 @@ impl Possible {
     pub fn choose(
         &self,
         device: &Device,
+        model: &Model,
         programs: &[(&'static Stage, Program)],
         layouts: &Layouts,
         sizes: &Sizes,
-    ) -> Result<HashMap<&'static Array, Placement>> {
+    ) -> Result<Places> {
         let all = |arrays: &HashSet<&'static Array>, placement| arrays.iter().map(|a| (*a, placement)).collect();
         let images = || {
             check_images(device, programs, &self.images)?;
             Ok(all(&self.images, Placement::Image))
         };
-        let (needed, allowed) = (self.storage_buffers, device.summary.max_arrays);
+        let (needed, allowed) = (self.most_buffers(&HashMap::new()).1 as u32, device.summary.max_arrays);
         if needed > allowed && device.options.arrays == Arrays::Buffers {
             return Err(Error::Lacking(format!(
                 "kernels need up to {needed} storage buffers, but {} allows {allowed}; use --arrays packed",
@@ -88,23 +102,65 @@ impl Possible {
             let known = placements.get(array).copied().unwrap_or_default();
             placements.insert(array, self.suited(device, layouts, array, sizes.of(array.length), known));
         }
-        let buffers = |stage: &Stage, binding: &Binding| match stage.array(&binding.name).map(|a| placements[a]) {
-            Some(Placement::Image | Placement::Packed) | None => 0,
-            Some(Placement::Buffer) => 1,
-            Some(Placement::Parts(parts)) => parts.count,
-        };
-        for (stage, program) in programs {
-            let packs = if placements.values().any(|p| *p == Placement::Packed) { Pack::ALL.len() } else { 0 };
-            let needed = packs + program.bindings.iter().map(|b| buffers(stage, b)).sum::<usize>();
-            if needed > allowed as usize {
-                return Err(Error::Lacking(format!(
-                    "kernel `{}` needs {needed} storage buffers of at most {} bytes, but {} allows {allowed}; use fewer \
-                     grains or --engine cpu",
-                    stage.name, device.summary.max_array_bytes, device.summary.name
-                )));
-            }
+        let (kernel, needed) = self.most_buffers(&placements);
+        if needed > allowed as usize {
+            return Err(Error::Lacking(format!(
+                "kernel `{kernel}` needs {needed} storage buffers of at most {} bytes, but {} allows {allowed}; use fewer \
+                 grains or --engine cpu",
+                device.summary.max_array_bytes, device.summary.name
+            )));
         }
-        Ok(placements)
+        let mut aliases = Aliases::new();
+        let choice = self.choice(model, layouts, allowed as usize - needed);
+        choice.make(&present(model, ARRAYS), sizes, &mut placements, &mut aliases);
+        Ok((placements, aliases))
+    }
+
+    /// Arrays that lie in the memory of others where each has a buffer as long as it likes, and kernels as many as they do.
+    pub fn aliases(&self, model: &Model, layouts: &Layouts, sizes: &Sizes) -> Aliases {
+        let (mut placements, mut aliases) = (HashMap::new(), Aliases::new());
+        let choice = self.choice(model, layouts, usize::MAX - 1);
+        choice.make(&present(model, ARRAYS), sizes, &mut placements, &mut aliases);
+        aliases
+    }
+
+    fn choice<'a>(&'a self, model: &'a Model, layouts: &'a Layouts, spare_buffers: usize) -> Choice<'a> {
+        Choice { model, liveness: &self.liveness, layouts, parts: &self.parts, spare_buffers }
+    }
+
+    /// Where arrays are to lie that get this length: none of them is an alias any more that its room is too small for.
+    pub fn moved(
+        &self,
+        device: &Device,
+        model: &Model,
+        arrays: &DeviceArrays,
+        resized: &[&'static Array],
+        (len, sizes): (usize, &Sizes),
+    ) -> Places {
+        let (mut placements, mut aliases) = (arrays.placements().clone(), arrays.aliases().clone());
+        let leaving: Vec<_> = resized.iter().copied().filter(|array| !arrays.has_room(array, len)).collect();
+        for &array in &leaving {
+            let known = if aliases.remove(array).is_some() { Placement::Buffer } else { placements[array] };
+            placements.insert(array, self.suited(device, arrays.layouts(), array, len, known));
+        }
+        let spare_buffers = (device.summary.max_arrays as usize).saturating_sub(self.most_buffers(&placements).1);
+        let choice = self.choice(model, arrays.layouts(), spare_buffers);
+        choice.make(&leaving, sizes, &mut placements, &mut aliases);
+        (placements, aliases)
+    }
+
+    /// The kernel that needs most storage buffers with arrays where they lie, and how many.
+    fn most_buffers(&self, placements: &HashMap<&'static Array, Placement>) -> (&'static str, usize) {
+        let buffers = |array: &&'static Array| match placements.get(array).copied().unwrap_or_default() {
+            Placement::Image | Placement::Packed => 0,
+            Placement::Buffer => 1,
+            Placement::Parts(parts) => parts.count,
+        };
+        let packs = if placements.values().any(|p| *p == Placement::Packed) { Pack::ALL.len() } else { 0 };
+        let of_kernel = |(stage, arrays): &(&'static Stage, Vec<&'static Array>)| {
+            (stage.name, packs + arrays.iter().map(buffers).sum::<usize>())
+        };
+        self.kernels.iter().map(of_kernel).max_by_key(|(_, buffers)| *buffers).unwrap_or(("", 0))
     }
 
     /// Where an array can lie that would be too long for where it lies now.
