@@ -5,7 +5,7 @@ mod arrays;
 pub mod cpu;
 pub mod gpu;
 pub mod liveness;
-mod placements;
+pub mod placements;
 pub mod programs;
 pub mod times;
 pub mod traffic;

@@ -4,7 +4,7 @@ use super::common::{SceneArgs, say};
 use super::table::table;
 use glam::UVec3;
 use packstone::{
-    engine::programs::{bytes, layouts_and_aliases, total},
+    engine::{aliases::total, placements::layouts_and_aliases, programs::bytes},
     measure::{Percentiles, Sizes},
     scene::{Assembly, Scene},
     simulation::Setup,

@@ -1,6 +1,9 @@
 //! Arrays that lie in the memory of others while nothing is asked of these: aliases.
 
-use super::{liveness::Liveness, programs::Layouts};
+use super::{
+    liveness::Liveness,
+    programs::{Layouts, bytes},
+};
 use crate::{
     gpu::{Parts, Placement},
     model::Model,
@@ -21,10 +24,18 @@ pub struct Room {
 /// The rooms of the arrays that are aliases.
 pub type Aliases = HashMap<&'static Array, Vec<Room>>;
 
+/// Bytes of all arrays that the model needs, without those that lie in the memory of others.
+pub fn total(model: &Model, layouts: &Layouts, aliases: &Aliases, sizes: &Sizes) -> u64 {
+    bytes(model, layouts, sizes).filter(|(array, _)| !aliases.contains_key(array)).map(|(_, bytes)| bytes).sum()
+}
+
 /// Whether arrays of this kind of length are as long as there are grains, or cells for them, and stay so.
 fn is_of_grains(length: Length) -> bool {
     use Length::*;
-    matches!(length, Bodies | BodiesPlusOne | BodiesAndWalls | Clumps | ClumpsPlusOne | CellsPlusOne | Tiles | SlicesPlusOne)
+    matches!(
+        length,
+        Bodies | BodiesPlusOne | BodiesAndWalls | Clumps | ClumpsPlusOne | CellsPlusOne | Tiles | SlicesPlusOne
+    )
 }
 
 fn has_buffers(placement: Placement) -> bool {

@@ -1,6 +1,9 @@
 //! The arrays of a model on a device, wherever they lie.
 
-use super::{aliases::{Aliases, Room}, programs::Layouts};
+use super::{
+    aliases::{Aliases, Room},
+    programs::Layouts,
+};
 use crate::{
     error::{Error, Result},
     gpu::{Device, Layout, Pack, Parts, Placement, Resource, images},

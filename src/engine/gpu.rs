@@ -2,9 +2,10 @@
 
 use super::{
     Engine, Times,
+    aliases::{Aliases, total},
     arrays::DeviceArrays,
     placements::{Places, Possible},
-    programs::{Layouts, bound, bytes, layouts_of, programs, programs_with, total},
+    programs::{Layouts, bound, bytes, layouts_of, programs, programs_with},
     within,
 };
 use crate::{
@@ -111,25 +112,30 @@ impl Gpu {
         Gpu::filled(device, Compiled { stages, written, kernels, possible }, layouts, places, state)
     }
 
-    /// Another one on the same device and with the same kernels, filled with the content of another state of the model.
+    /// Another one on the same device, with the same kernels if that can be, filled with the content of another state of
+    /// the model. Each of its arrays has memory of its own, so that nobody has to know whose content matters.
     ///
     /// # Errors
     /// [`Error::Lacking`] if the arrays do not fit.
     pub fn beside(&self, state: &State) -> Result<Gpu> {
-        let kernels = self.compiled.kernels.iter();
-        let kernels = kernels.map(|(stage, kernel)| (*stage, Kernel { groups: Vec::new(), ..kernel.clone() }));
-        let places = (self.arrays.placements().clone(), self.arrays.aliases().clone());
-        let compiled = Compiled { kernels: kernels.collect(), ..self.compiled.clone() };
-        Gpu::filled(self.device.clone(), compiled, self.arrays.layouts().clone(), places, state)
+        let Gpu { device, arrays, .. } = self;
+        let mut compiled = self.compiled.clone();
+        compiled.possible.liveness = None;
+        let mut placements = arrays.placements().clone();
+        for array in arrays.aliases().keys() {
+            let len = state.sizes.of(array.length);
+            let own = compiled.possible.suited(device, arrays.layouts(), array, len, Placement::Buffer);
+            placements.insert(array, own);
+        }
+        if placements == *arrays.placements() {
+            compiled.kernels.values_mut().for_each(|kernel| kernel.groups.clear());
+        } else {
+            compiled.kernels = self::compiled(device, &self.model, &compiled.stages, &placements)?;
+        }
+        Gpu::filled(device.clone(), compiled, arrays.layouts().clone(), (placements, Aliases::new()), state)
     }
 
-    fn filled(
-        device: Device,
-        compiled: Compiled,
-        layouts: Layouts,
-        places: Places,
-        state: &State,
-    ) -> Result<Gpu> {
+    fn filled(device: Device, compiled: Compiled, layouts: Layouts, places: Places, state: &State) -> Result<Gpu> {
         let model = state.model;
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let params = device.buffer("params", layouts.params.stride as u64, usage)?;
@@ -162,7 +168,7 @@ impl Gpu {
                         gpu.resize(&[array], len)?;
                     }
                     // What aliases hold is nobody's, and where something else may be.
-                    if !gpu.is_alias(array) {
+                    if !gpu.aliases().contains_key(array) {
                         gpu.write(&[array], 0, state)?;
                     }
                 }
@@ -180,9 +186,9 @@ impl Gpu {
         self.arrays.placements().get(array).copied().unwrap_or_default()
     }
 
-    /// Whether an array lies in the memory of others, and so holds nothing between plans.
-    pub fn is_alias(&self, array: &Array) -> bool {
-        self.arrays.aliases().contains_key(array)
+    /// Arrays that lie in the memory of others, and so hold nothing between plans.
+    pub fn aliases(&self) -> &Aliases {
+        self.arrays.aliases()
     }
 
     /// Bytes of all arrays together.
@@ -399,7 +405,7 @@ fn check_memory(
         )));
     }
     let of_device = if device.software { total(&sizes.of_dense_packing()) } else { 0 };
-    memory::check_host(of_device + memory::of_grains(sizes.bodies as u64))
+    memory::check_host(of_device + memory::beside_grains(sizes.bodies as u64))
 }
 
 impl Engine for Gpu {

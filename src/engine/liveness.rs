@@ -9,25 +9,21 @@ use crate::{
     stage::Stage,
     state::{ARRAYS, Array},
 };
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// A set of arrays: bits in the order of [`ARRAYS`].
 type Set = u128;
 
-fn number(array: &Array) -> usize {
-    ARRAYS.iter().position(|other| *other == array).expect("every array is in the dictionary")
-}
-
 fn bit(array: &Array) -> Set {
-    assert!(ARRAYS.len() <= Set::BITS as usize, "more arrays than bits");
-    1 << number(array)
+    const { assert!(ARRAYS.len() <= Set::BITS as usize, "more arrays than bits") };
+    1 << ARRAYS.iter().position(|other| *other == array).expect("every array is in the dictionary")
 }
 
-/// Which arrays are alive, or touched, at the same time.
+/// Which arrays are alive at the same time.
 #[derive(Clone)]
 pub struct Liveness {
-    /// Of each array, those with which it is.
-    together: Vec<Set>,
+    /// Those that are, or are touched, at some operation.
+    moments: HashSet<Set>,
     /// Those whose content matters between two plans.
     at_rest: Set,
     /// Those that are exchanged with others.
@@ -62,7 +58,7 @@ impl Liveness {
         let exchanged = |op: &Op| if let Op::Swap(a, b) = op { bit(a) | bit(b) } else { 0 };
         let exchanged = plans.iter().flat_map(Plan::ops).fold(0, |all, op| all | exchanged(&op));
         let mut liveness = Liveness {
-            together: vec![0; ARRAYS.len()],
+            moments: HashSet::new(),
             // What no kernel reads, under any name, is for the host.
             at_rest: all(|access| access.written) & !all(|access| access.read) & !exchanged,
             exchanged,
@@ -71,7 +67,8 @@ impl Liveness {
             let after = liveness.at_rest;
             for plan in &plans {
                 for lists_are_made in [false, true] {
-                    let before = plan.backwards(after, lists_are_made, &mut |op, after| liveness.pass(&kernels, op, after));
+                    let before =
+                        plan.backwards(after, lists_are_made, &mut |op, after| liveness.pass(&kernels, op, after));
                     liveness.at_rest |= before;
                 }
             }
@@ -95,24 +92,20 @@ impl Liveness {
                 (bit(a) | bit(b), others | if of_b { bit(a) } else { 0 } | if of_a { bit(b) } else { 0 })
             }
         };
-        let all = touched | after | before;
-        let mut left = all;
-        while left != 0 {
-            self.together[left.trailing_zeros() as usize] |= all;
-            left &= left - 1;
-        }
+        self.moments.insert(touched | after | before);
         before
     }
 
     /// Whether what one of them holds never matters while something is done to the other.
     pub fn are_apart(&self, a: &Array, b: &Array) -> bool {
-        self.together[number(a)] & bit(b) == 0
+        let both = bit(a) | bit(b);
+        self.moments.iter().all(|alive| alive & both != both)
     }
 
     /// Whether an array is used, but what it holds does not matter between two plans, and it is exchanged with none.
     pub fn is_scratch(&self, array: &Array) -> bool {
-        let known = self.together[number(array)] != 0;
-        known && (self.at_rest | self.exchanged) & bit(array) == 0
+        let used = self.moments.iter().any(|alive| alive & bit(array) != 0);
+        used && (self.at_rest | self.exchanged) & bit(array) == 0
     }
 }
 

@@ -4,7 +4,7 @@ use super::{
     aliases::{Aliases, Choice},
     arrays::DeviceArrays,
     liveness::Liveness,
-    programs::Layouts,
+    programs::{Layouts, layouts_of, programs},
 };
 use crate::{
     error::{Error, Result},
@@ -25,11 +25,26 @@ pub struct Possible {
     packed: HashSet<&'static Array>,
     /// The arrays of each kernel.
     kernels: Vec<(&'static Stage, Vec<&'static Array>)>,
-    pub liveness: Liveness,
+    /// None: no arrays lie in the memory of others.
+    pub liveness: Option<Liveness>,
 }
 
 /// Where arrays lie, and those of them that lie in the memory of others.
 pub type Places = (HashMap<&'static Array, Placement>, Aliases);
+
+/// How arrays lie, and which in the memory of others, where every array is a buffer as long as it likes.
+///
+/// # Errors
+/// As [`layouts_of`].
+pub fn layouts_and_aliases(model: &Model, plans: &Plans, sizes: &Sizes) -> Result<(Layouts, Aliases)> {
+    let stages = plans.stages();
+    let programs: Vec<_> = stages.iter().copied().zip(programs(model, &stages)?).collect();
+    let layouts = layouts_of(model.dims(), &programs)?;
+    let (mut placements, mut aliases) = (HashMap::new(), Aliases::new());
+    let possible = Possible::of(plans, &programs);
+    possible.share(model, &layouts, usize::MAX, (&present(model, ARRAYS), sizes), (&mut placements, &mut aliases));
+    Ok((layouts, aliases))
+}
 
 /// Any number of parts is as good.
 const IN_PARTS: Placement = Placement::Parts(Parts { count: 2, len: 1 });
@@ -63,7 +78,7 @@ impl Possible {
             parts: all(IN_PARTS),
             packed: all(Placement::Packed),
             kernels: programs.iter().map(arrays).collect(),
-            liveness: Liveness::of(plans, programs),
+            liveness: Some(Liveness::of(plans, programs)),
         }
     }
 
@@ -111,21 +126,25 @@ impl Possible {
             )));
         }
         let mut aliases = Aliases::new();
-        let choice = self.choice(model, layouts, allowed as usize - needed);
-        choice.make(&present(model, ARRAYS), sizes, &mut placements, &mut aliases);
+        let arrays = present(model, ARRAYS);
+        self.share(model, layouts, allowed as usize, (&arrays, sizes), (&mut placements, &mut aliases));
         Ok((placements, aliases))
     }
 
-    /// Arrays that lie in the memory of others where each has a buffer as long as it likes, and kernels as many as they do.
-    pub fn aliases(&self, model: &Model, layouts: &Layouts, sizes: &Sizes) -> Aliases {
-        let (mut placements, mut aliases) = (HashMap::new(), Aliases::new());
-        let choice = self.choice(model, layouts, usize::MAX - 1);
-        choice.make(&present(model, ARRAYS), sizes, &mut placements, &mut aliases);
-        aliases
-    }
-
-    fn choice<'a>(&'a self, model: &'a Model, layouts: &'a Layouts, spare_buffers: usize) -> Choice<'a> {
-        Choice { model, liveness: &self.liveness, layouts, parts: &self.parts, spare_buffers }
+    /// Let arrays lie in the memory of others if that is possible, and kernels have so many buffers at most.
+    fn share(
+        &self,
+        model: &Model,
+        layouts: &Layouts,
+        most_buffers: usize,
+        (arrays, sizes): (&[&'static Array], &Sizes),
+        (placements, aliases): (&mut HashMap<&'static Array, Placement>, &mut Aliases),
+    ) {
+        let spare_buffers = most_buffers.saturating_sub(self.most_buffers(placements).1);
+        if let Some(liveness) = &self.liveness {
+            let choice = Choice { model, liveness, layouts, parts: &self.parts, spare_buffers };
+            choice.make(arrays, sizes, placements, aliases);
+        }
     }
 
     /// Where arrays are to lie that get this length: none of them is an alias any more that its room is too small for.
@@ -143,9 +162,8 @@ impl Possible {
             let known = if aliases.remove(array).is_some() { Placement::Buffer } else { placements[array] };
             placements.insert(array, self.suited(device, arrays.layouts(), array, len, known));
         }
-        let spare_buffers = (device.summary.max_arrays as usize).saturating_sub(self.most_buffers(&placements).1);
-        let choice = self.choice(model, arrays.layouts(), spare_buffers);
-        choice.make(&leaving, sizes, &mut placements, &mut aliases);
+        let most_buffers = device.summary.max_arrays as usize;
+        self.share(model, arrays.layouts(), most_buffers, (&leaving, sizes), (&mut placements, &mut aliases));
         (placements, aliases)
     }
 
@@ -207,8 +225,8 @@ fn check_images(
 mod tests {
     use super::*;
     use crate::{
-        engine::programs::{layouts_of, programs, programs_with},
-        model::{Boundary, Dimension, Grains, Materials, Model, Precision, Walls},
+        engine::{aliases::total, programs::programs_with},
+        model::{Boundary, Dimension, Grains, Levels, Materials, Model, Precision, Rolling, Tangential, Walls},
         state::{Length, present},
     };
 
@@ -254,5 +272,57 @@ mod tests {
                 assert!(bound.len() <= STORAGE_BUFFERS, "{model:?}, {}: {bound:?}", stage.name);
             }
         }
+    }
+
+    /// In rooms of which each is a part of another array, since none of them may be longer than kernels can see.
+    #[test]
+    fn aliases_fit_where_arrays_are_in_parts() {
+        const LIMIT: u64 = (1 << 31) - 1;
+        let rough = |m: &Model| {
+            let many = m.levels == Levels::Several || m.works || m.rolling != Rolling::None;
+            has_most_arrays(m) && !many && m.grains == Grains::Spheres && m.tangential == Tangential::Coulomb
+        };
+        let model = Model::all(Precision::Single).into_iter().find(rough).unwrap();
+        let plans = Plans::new(&model);
+        let stages = plans.stages();
+        let programs: Vec<_> = stages.iter().copied().zip(programs(&model, &stages).unwrap()).collect();
+        let layouts = layouts_of(model.dims(), &programs).unwrap();
+        let possible = Possible::of(&plans, &programs);
+        let sizes = Sizes { slice_shift: 5, walls: 5, materials: 2, levels: 1, ..Sizes::default() };
+        let (bodies, cells, entries) = (400_000_000, 300_000_000, 2_400_000_000);
+        let sizes = Sizes { bodies, cells, entries, history: entries / 2, ..sizes };
+        let in_parts = possible.parts.iter().filter_map(|array| {
+            let parts = Parts::of(sizes.of(array.length), layouts.stride(array), LIMIT)?;
+            Some((*array, Placement::Parts(parts)))
+        });
+        let (mut placements, mut aliases): (HashMap<_, _>, _) = (in_parts.collect(), Aliases::new());
+        let arrays = present(&model, ARRAYS);
+        possible.share(&model, &layouts, 1000, (&arrays, &sizes), (&mut placements, &mut aliases));
+        let parts_of = |array: &Array| match placements.get(array) {
+            Some(Placement::Parts(parts)) => *parts,
+            _ => Parts::ONE,
+        };
+        let bytes = |array: &'static Array, part| {
+            parts_of(array).len(part, sizes.of(array.length)) as u64 * layouts.stride(array) as u64
+        };
+        assert!(
+            aliases.values().any(|rooms| rooms.len() > 10 && rooms.iter().any(|room| room.part > 0)),
+            "{aliases:?}"
+        );
+        for (alias, rooms) in &aliases {
+            let parts = parts_of(alias);
+            assert!(parts.len.saturating_mul(rooms.len()) >= sizes.of(alias.length), "{alias:?}: {parts:?}");
+            for (part, room) in rooms.iter().enumerate() {
+                assert!(bytes(alias, part) <= bytes(room.host, room.part), "{alias:?} {part} in {room:?}");
+                let lodgers = aliases.iter().filter(|(other, rooms)| *other != alias && rooms.contains(room));
+                assert!(
+                    lodgers.into_iter().all(|(other, _)| possible.liveness.as_ref().unwrap().are_apart(alias, other)),
+                    "{room:?}"
+                );
+            }
+        }
+        // The start of the history, of which kernels ask how long it is, fits into no part.
+        let total = total(&model, &layouts, &aliases, &sizes) / bodies as u64;
+        assert!((282..=292).contains(&total), "{total} bytes per sphere: {aliases:#?}");
     }
 }

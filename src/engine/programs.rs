@@ -1,6 +1,5 @@
 //! The kernels of a model, composed, and how its arrays lie as they see them.
 
-use super::{aliases::Aliases, placements::Possible};
 use crate::{
     error::{Error, Result},
     gpu::{Binding, Layout, Placement, Program, compose, images},
@@ -99,18 +98,6 @@ pub fn layouts_of(dims: usize, programs: &[(&'static Stage, Program)]) -> Result
     Ok(Layouts { params: params.expect("every kernel knows `params`"), arrays })
 }
 
-/// The same, and which arrays lie in the memory of others where every array is a buffer as long as it likes.
-///
-/// # Errors
-/// As [`layouts`].
-pub fn layouts_and_aliases(model: &Model, plans: &Plans, sizes: &Sizes) -> Result<(Layouts, Aliases)> {
-    let stages = plans.stages();
-    let programs: Vec<_> = stages.iter().copied().zip(programs(model, &stages)?).collect();
-    let layouts = layouts_of(model.dims(), &programs)?;
-    let aliases = Possible::of(plans, &programs).aliases(model, &layouts, sizes);
-    Ok((layouts, aliases))
-}
-
 /// The array that a binding of a stage stands for; None for `params`.
 pub fn bound(stage: &Stage, name: &str) -> Result<Option<&'static Array>> {
     let array = stage.array(name);
@@ -132,9 +119,4 @@ pub fn bytes<'a>(
 ) -> impl Iterator<Item = (&'static Array, u64)> + Clone + 'a {
     let needed = ARRAYS.iter().filter(|a| (a.needed)(model));
     needed.map(|array| (*array, (sizes.of(array.length) * layouts.stride(array)) as u64))
-}
-
-/// Bytes of all of them, without those that lie in the memory of others.
-pub fn total(model: &Model, layouts: &Layouts, aliases: &Aliases, sizes: &Sizes) -> u64 {
-    bytes(model, layouts, sizes).filter(|(array, _)| !aliases.contains_key(array)).map(|(_, bytes)| bytes).sum()
 }
