@@ -226,7 +226,7 @@ mod tests {
     use super::*;
     use crate::{
         engine::{aliases::total, programs::programs_with},
-        model::{Boundary, Dimension, Grains, Levels, Materials, Model, Precision, Rolling, Tangential, Walls},
+        model::{Boundary, Dimension, Grains, Levels, Materials, Model, Normal, Precision, Rolling, Tangential, Walls},
         state::{Length, present},
     };
 
@@ -279,10 +279,12 @@ mod tests {
     fn aliases_fit_where_arrays_are_in_parts() {
         const LIMIT: u64 = (1 << 31) - 1;
         let rough = |m: &Model| {
-            let many = m.levels == Levels::Several || m.works || m.rolling != Rolling::None;
-            has_most_arrays(m) && !many && m.grains == Grains::Spheres && m.tangential == Tangential::Coulomb
+            let spheres = m.grains == Grains::Spheres && m.levels == Levels::One;
+            let remembers = (m.normal, m.tangential, m.rolling) == (Normal::Hooke, Tangential::Coulomb, Rolling::None);
+            has_most_arrays(m) && spheres && remembers
         };
         let model = Model::all(Precision::Single).into_iter().find(rough).unwrap();
+        let model = Model { works: false, ..model };
         let plans = Plans::new(&model);
         let stages = plans.stages();
         let programs: Vec<_> = stages.iter().copied().zip(programs(&model, &stages).unwrap()).collect();
