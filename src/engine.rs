@@ -1,9 +1,11 @@
 //! Engines run a plan on a state. `Cpu` and `Gpu` are the only two.
 
+pub mod aliases;
 mod arrays;
 pub mod cpu;
 pub mod gpu;
-mod placements;
+pub mod liveness;
+pub mod placements;
 pub mod programs;
 pub mod times;
 pub mod traffic;

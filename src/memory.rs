@@ -3,13 +3,20 @@
 use crate::error::{Error, Result};
 use std::{fs, path::Path};
 
-/// Bytes per grain that the host needs besides the arrays of an engine: grains as the scene has them, once more as results
-/// have them, and a grid in which their neighbours are found.
-pub const BYTES_PER_GRAIN: u64 = 250;
+/// Bytes of a grain as the scene has it.
+pub const GRAIN: u64 = 88;
+/// Bytes per grain that the host needs besides these and the arrays of an engine: grains once more as results have them, and
+/// a grid in which their neighbours are found.
+const BESIDE_GRAIN: u64 = 162;
 
-/// What so many grains need.
+/// What so many grains need on the host.
 pub fn of_grains(count: u64) -> u64 {
-    count.saturating_mul(BYTES_PER_GRAIN)
+    count.saturating_mul(GRAIN).saturating_add(beside_grains(count))
+}
+
+/// The same once the scene's grains are there.
+pub fn beside_grains(count: u64) -> u64 {
+    count.saturating_mul(BESIDE_GRAIN)
 }
 
 /// Refuse what the host's memory cannot hold. Where the system does not tell, everything passes.

@@ -49,6 +49,19 @@ pub enum Loop {
 }
 
 impl Loop {
+    /// Whether a plan may go on without a round of it.
+    fn may_be_left_out(self) -> bool {
+        !matches!(
+            self,
+            Loop::UntilListsFit
+                | Loop::Steps
+                | Loop::UntilStepIsWithinLists
+                | Loop::Times(_)
+                | Loop::UntilSolved
+                | Loop::UntilColored
+        )
+    }
+
     fn label(self) -> String {
         match self {
             Loop::IfListsAreUsedUp => "if the neighbour lists are used up",
@@ -174,6 +187,35 @@ impl Plan {
             }
         }
         Ok(())
+    }
+
+    /// What is wanted before it, as bits, if these are after it: `before` says so of an operation. `lists_are_made`:
+    /// whether neighbour lists are made anew in it. Operations that have no effect count for nothing: those of lists
+    /// that do not fit, and of halted steps, whose exchanges are done again.
+    pub fn backwards(&self, after: u128, lists_are_made: bool, before: &mut dyn FnMut(Op, u128) -> u128) -> u128 {
+        self.0.iter().rev().fold(after, |after, item| match item {
+            Item::Do(op) => before(*op, after),
+            Item::SolveOnHost | Item::Repeat(Loop::HaltedSteps, _) => after,
+            Item::Repeat(Loop::UntilListsFit, body) => body.backwards(after, lists_are_made, before),
+            Item::Repeat(Loop::IfListsAreUsedUp | Loop::IfGrainsAreSorted, body) if lists_are_made => {
+                body.backwards(after, true, before)
+            }
+            Item::Repeat(Loop::IfListsAreUsedUp | Loop::IfGrainsAreSorted, _) => after,
+            Item::Repeat(of, body) => {
+                // After a round may come another one.
+                let mut wanted = after;
+                loop {
+                    let rounds = [false, true].map(|lists| body.backwards(wanted, lists, before));
+                    let all = wanted | rounds[0] | rounds[1];
+                    if all == wanted {
+                        break;
+                    }
+                    wanted = all;
+                }
+                let before = body.backwards(wanted, lists_are_made, before);
+                if of.may_be_left_out() { after | before } else { before }
+            }
+        })
     }
 
     /// All its operations of an engine once, in order, loops or not.

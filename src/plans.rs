@@ -4,7 +4,7 @@ use crate::{
     dem, measure,
     model::{Method, Model},
     neighbours, nscd,
-    plan::{Op, Plan, plan},
+    plan::{Loop, Op, Plan, plan, repeat, swap_again},
     stage::Stage,
 };
 use std::fmt;
@@ -73,6 +73,16 @@ impl Plans {
             ("samples: contact forces", &self.forces),
         ];
         own.into_iter().chain(samples).filter(|(_, plan)| !plan.ops().is_empty()).collect()
+    }
+
+    /// All that there are, each with what may follow it at once: after a chunk a step may be taken back, or for a look at
+    /// the forces taken back and done again.
+    pub fn all(&self) -> Vec<Plan> {
+        let back = || swap_again(&self.swaps);
+        let again = repeat(Loop::IfStepIsTakenBack, plan([self.forces.clone(), back()]));
+        let chunk = plan([self.chunk.clone(), repeat(Loop::IfStepIsTakenBack, plan([back(), again]))]);
+        let others = [&self.lists, &self.start, &self.sums, &self.forget_works, &self.velocities, &self.forces];
+        others.into_iter().cloned().chain([chunk]).collect()
     }
 
     /// All operations, in order.

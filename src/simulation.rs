@@ -254,9 +254,12 @@ impl Simulation {
         Sizes { entries, history, ..self.runner.state.sizes }
     }
 
-    /// Bytes per grain of all arrays as they are now.
+    /// Bytes per grain of all arrays as they are now; on the CPU engine those that a device would need that shares none.
     pub fn bytes_per_particle(&self) -> Result<f64> {
         let s = &self.runner.state;
+        if let Some(gpu) = self.engine().gpu() {
+            return Ok(gpu.bytes() as f64 / s.sizes.bodies as f64);
+        }
         let layouts = programs::layouts(&s.model, &self.plans)?;
         let total: u64 = programs::bytes(&s.model, &layouts, &self.sizes()).map(|(_, b)| b).sum();
         Ok(total as f64 / s.sizes.bodies as f64)

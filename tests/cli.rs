@@ -470,6 +470,31 @@ fn describe_tells_memory_and_time_step() {
     assert!(!said.contains("torque"), "no friction, no torque:\n{said}");
 }
 
+/// Of frictional spheres as much as is alive while a step is done or bodies are sorted, and nothing besides: what they are and
+/// will be, lists, and where the sorted ones come from. The history has no memory of its own.
+#[test]
+fn describe_counts_what_is_alive_at_once() {
+    let scene = "examples/scenes/published_bed.toml";
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_packstone")).args(["describe", scene, "--count", "400000000"]).output();
+    let said = String::from_utf8(output.unwrap().stdout).unwrap();
+    let arrays = said.split_once("\nArrays\n").unwrap().1;
+    let bytes = |name: &str| {
+        let mut rows = arrays.lines().map(str::split_whitespace).filter_map(|mut row| Some((row.next()?, row.nth(1)?)));
+        let (_, bytes) = rows.find(|(array, _)| *array == name).unwrap_or_else(|| panic!("no `{name}` in\n{arrays}"));
+        bytes.parse::<u64>().unwrap_or(0)
+    };
+    let bodies = ["position", "position_low", "velocity", "spin", "velocity_low", "id"];
+    let state: u64 = bodies.into_iter().map(bytes).sum();
+    let next: u64 = bodies.into_iter().map(|array| bytes(&format!("{array}_next"))).sum();
+    let lists: u64 = ["list_start", "neighbour", "tangential_force"].into_iter().map(bytes).sum();
+    let others: u64 = ["index_of_id", "displacement", "sorted", "cell_start"].into_iter().map(bytes).sum();
+    assert!([state, next, lists, others].iter().all(|part| *part > 0));
+    let (total, alive) = (bytes("total"), state + next + lists + others);
+    assert!(total >= alive && (total - alive) as f64 <= 1e-3 * alive as f64, "{total} bytes, {alive} alive\n{arrays}");
+    assert!(total <= 283 * 400_000_000, "{total} bytes");
+}
+
 /// What a population cannot have is said beside the results, whatever the command.
 #[test]
 fn distributions_that_were_cut_are_noted() {

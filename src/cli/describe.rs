@@ -9,7 +9,7 @@ use estimate::{PER_STEPS, estimate};
 use glam::UVec3;
 use json::kernels;
 use packstone::{
-    engine::programs::{bytes, layouts},
+    engine::{aliases::total, placements::layouts_and_aliases, programs::bytes},
     io::schedule::{Forecast, Schedule},
     measure::{Percentiles, Sizes},
     scene::{Assembly, Scene},
@@ -149,13 +149,20 @@ fn files(setup: &Setup) -> String {
 fn arrays(setup: &Setup, count: Option<u32>) -> packstone::Result<String> {
     let state = &setup.state;
     let sizes = count.map_or(state.sizes, |count| state.sizes.for_bodies(count as usize));
-    let layouts = layouts(&state.model, &setup.plans)?;
+    let (layouts, aliases) = layouts_and_aliases(&state.model, &setup.plans, &sizes)?;
     let per_particle = |bytes: u64| format!("{:.1}", bytes as f64 / sizes.bodies as f64);
     let arrays: Vec<_> = bytes(&state.model, &layouts, &sizes).collect();
-    let total: u64 = arrays.iter().map(|(_, bytes)| bytes).sum();
+    let total = total(&state.model, &layouts, &aliases, &sizes);
     let row = |(array, bytes): &(&packstone::state::Array, u64)| {
         let elements = sizes.of(array.length).to_string();
-        vec![array.name.to_owned(), elements, bytes.to_string(), per_particle(*bytes), state.unit_text(array)]
+        let (bytes, per_particle) = match aliases.get(array) {
+            None => (bytes.to_string(), per_particle(*bytes)),
+            Some(rooms) => {
+                let hosts: Vec<&str> = rooms.iter().map(|room| room.host.name).collect();
+                (format!("in {}", hosts.join(", ")), "-".to_owned())
+            }
+        };
+        vec![array.name.to_owned(), elements, bytes, per_particle, state.unit_text(array)]
     };
     let mut rows: Vec<_> = arrays.iter().map(row).collect();
     rows.push(vec!["total".to_owned(), "-".to_owned(), total.to_string(), per_particle(total), String::new()]);

@@ -1,6 +1,9 @@
 //! The arrays of a model on a device, wherever they lie.
 
-use super::programs::Layouts;
+use super::{
+    aliases::{Aliases, Room},
+    programs::Layouts,
+};
 use crate::{
     error::{Error, Result},
     gpu::{Device, Layout, Pack, Parts, Placement, Resource, images},
@@ -8,6 +11,7 @@ use crate::{
 };
 use std::{
     collections::{HashMap, HashSet},
+    num::NonZeroU64,
     ops::Range,
 };
 use wgpu::BufferUsages;
@@ -19,6 +23,7 @@ const USAGE: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_SRC).
 pub struct DeviceArrays {
     layouts: Layouts,
     placements: HashMap<&'static Array, Placement>,
+    aliases: Aliases,
     held: HashMap<&'static Array, Held>,
     packs: HashMap<Pack, wgpu::Buffer>,
     /// Serial numbers given so far.
@@ -33,9 +38,10 @@ struct Held {
 }
 
 enum Memory {
-    Buffer(wgpu::Buffer),
+    Buffers(Parts, Vec<wgpu::Buffer>),
+    /// Buffers of other arrays.
+    Alias(Parts, Vec<Room>),
     Image(wgpu::Texture, wgpu::TextureView),
-    Parts(Parts, Vec<wgpu::Buffer>),
     /// From this element of the pack on.
     Packed(Pack, usize),
 }
@@ -48,12 +54,12 @@ impl DeviceArrays {
     pub fn new(
         device: &Device,
         layouts: Layouts,
-        placements: HashMap<&'static Array, Placement>,
+        (placements, aliases): (HashMap<&'static Array, Placement>, Aliases),
         arrays: &[&'static Array],
         sizes: &Sizes,
     ) -> Result<DeviceArrays> {
         let (held, packs) = (HashMap::new(), HashMap::new());
-        let mut all = DeviceArrays { layouts, placements, held, packs, serial: 0 };
+        let mut all = DeviceArrays { layouts, placements, aliases, held, packs, serial: 0 };
         for &array in arrays {
             let len = sizes.of(array.length);
             if all.placement(array) == Placement::Packed {
@@ -75,9 +81,14 @@ impl DeviceArrays {
         &self.placements
     }
 
+    /// Those that lie in the memory of others.
+    pub fn aliases(&self) -> &Aliases {
+        &self.aliases
+    }
+
     /// Where arrays are to lie from when they are given a length.
-    pub fn place(&mut self, placements: impl IntoIterator<Item = (&'static Array, Placement)>) {
-        self.placements.extend(placements);
+    pub fn place(&mut self, placements: HashMap<&'static Array, Placement>, aliases: Aliases) {
+        (self.placements, self.aliases) = (placements, aliases);
     }
 
     fn placement(&self, array: &Array) -> Placement {
@@ -89,9 +100,35 @@ impl DeviceArrays {
         self.held.get(array).map_or(0, |held| held.len)
     }
 
-    /// What tells the memory of an array from all other memory that there is or was.
-    pub fn serial(&self, array: &Array) -> u64 {
-        self.held.get(array).map_or(0, |held| held.serial)
+    /// What tells the memory of an array from all other memory that there is or was: its own number, and those of the
+    /// arrays that it lies in.
+    pub fn serials_of(&self, array: &Array) -> impl Iterator<Item = u64> {
+        let held = self.held.get(array);
+        let rooms = held.and_then(|held| if let Memory::Alias(_, rooms) = &held.memory { Some(rooms) } else { None });
+        let of_hosts = rooms.into_iter().flatten().map(|room| self.held[room.host].serial);
+        [held.map_or(0, |held| held.serial)].into_iter().chain(of_hosts)
+    }
+
+    /// Whether an array is an alias whose rooms have so many elements.
+    pub fn has_room(&self, array: &'static Array, len: usize) -> bool {
+        let parts = match self.placement(array) {
+            Placement::Parts(parts) => parts,
+            _ => Parts::ONE,
+        };
+        let stride = self.layouts.stride(array);
+        let fits = |(part, room): (usize, &Room)| (parts.len(part, len) * stride) as u64 <= self.buffer_of(room).size();
+        let rooms = self.aliases.get(array);
+        rooms.is_some_and(|rooms| len <= parts.len.saturating_mul(parts.count) && rooms.iter().enumerate().all(fits))
+    }
+
+    /// Bytes of all memory that there is.
+    pub fn bytes(&self) -> u64 {
+        let of = |(array, held): (&&'static Array, &Held)| match &held.memory {
+            Memory::Buffers(_, buffers) => buffers.iter().map(wgpu::Buffer::size).sum(),
+            Memory::Image(..) => (held.len * self.layouts.stride(array)) as u64,
+            Memory::Alias(..) | Memory::Packed(..) => 0,
+        };
+        self.held.iter().map(of).sum::<u64>() + self.packs.values().map(wgpu::Buffer::size).sum::<u64>()
     }
 
     /// The numbers of all memory there is.
@@ -124,9 +161,16 @@ impl DeviceArrays {
             return Err(Error::Lacking(format!("array `{name}` needs {len} elements; 2^32 - 1 can be told apart")));
         }
         let stride = self.layouts.stride(array);
-        let buffer = |len: usize| device.buffer(array.name, (len * stride) as u64, USAGE);
+        let buffers = |parts: Parts| -> Result<Memory> {
+            if let Some(rooms) = self.aliases.get(array) {
+                return Ok(Memory::Alias(parts, rooms.clone()));
+            }
+            let buffer = |part| device.buffer(array.name, (parts.len(part, len) * stride) as u64, USAGE);
+            Ok(Memory::Buffers(parts, (0..parts.count).map(buffer).collect::<Result<_>>()?))
+        };
         let memory = match self.placement(array) {
-            Placement::Buffer => Memory::Buffer(buffer(len)?),
+            Placement::Buffer => buffers(Parts::ONE)?,
+            Placement::Parts(parts) => buffers(parts)?,
             Placement::Image => {
                 let layout = self.layouts.of(array).expect("images are of arrays that kernels use");
                 let format = images::format(layout).expect("asked for before it was placed");
@@ -134,14 +178,29 @@ impl DeviceArrays {
                 let view = image.create_view(&Default::default());
                 Memory::Image(image, view)
             }
-            Placement::Parts(parts) => {
-                let buffers = (0..parts.count).map(|part| buffer(parts.len(part, len)));
-                Memory::Parts(parts, buffers.collect::<Result<_>>()?)
-            }
             Placement::Packed => return Ok(()),
         };
         self.hold(array, memory, len);
         Ok(())
+    }
+
+    fn buffer_of(&self, room: &Room) -> &wgpu::Buffer {
+        match &self.held[room.host].memory {
+            Memory::Buffers(_, buffers) => &buffers[room.part],
+            _ => unreachable!("`{:?}` has no buffers of its own", room.host),
+        }
+    }
+
+    /// The buffers of an array, with the elements in each.
+    fn buffers(&self, array: &'static Array) -> Option<(Parts, Vec<(&wgpu::Buffer, usize)>)> {
+        let Held { memory, len, .. } = &self.held[array];
+        let (parts, buffers): (Parts, Vec<_>) = match memory {
+            Memory::Buffers(parts, buffers) => (*parts, buffers.iter().collect()),
+            Memory::Alias(parts, rooms) => (*parts, rooms.iter().map(|room| self.buffer_of(room)).collect()),
+            _ => return None,
+        };
+        let lens = (0..).map(|part| parts.len(part, *len));
+        Some((parts, buffers.into_iter().zip(lens).collect()))
     }
 
     /// The pack that an array lies in.
@@ -198,15 +257,18 @@ impl DeviceArrays {
     }
 
     pub fn clear(&self, encoder: &mut wgpu::CommandEncoder, array: &'static Array) {
+        let stride = self.layouts.stride(array);
+        if let Some((_, buffers)) = self.buffers(array) {
+            let clear = |(buffer, len)| encoder.clear_buffer(buffer, 0, Some((len * stride) as u64));
+            return buffers.into_iter().for_each(clear);
+        }
         let Held { memory, len, .. } = &self.held[array];
         match memory {
-            Memory::Buffer(buffer) => encoder.clear_buffer(buffer, 0, None),
-            Memory::Parts(_, buffers) => buffers.iter().for_each(|buffer| encoder.clear_buffer(buffer, 0, None)),
             Memory::Packed(pack, begin) => {
-                let bytes = (len * self.layouts.stride(array)) as u64;
+                let bytes = (len * stride) as u64;
                 encoder.clear_buffer(&self.packs[pack], (begin * pack.stride()) as u64, Some(bytes));
             }
-            Memory::Image(..) => unreachable!("`{array:?}` is cleared, so it is no image"),
+            _ => unreachable!("`{array:?}` is cleared, so it is no image"),
         }
     }
 
@@ -214,19 +276,20 @@ impl DeviceArrays {
     pub fn write(&self, device: &Device, array: &'static Array, first: usize, bytes: &[u8]) {
         let stride = self.layouts.stride(array);
         let begin = (first * stride) as u64;
-        match &self.held[array].memory {
-            Memory::Buffer(buffer) => device.queue.write_buffer(buffer, begin, bytes),
-            Memory::Image(image, _) => device.write_image(image, begin, bytes),
-            Memory::Parts(parts, buffers) => {
-                for (part, elements) in parts.of_range(first..first + bytes.len() / stride) {
-                    let from = (part << parts.shift) + elements.start - first;
-                    let bytes = &bytes[from * stride..(from + elements.len()) * stride];
-                    device.queue.write_buffer(&buffers[part], (elements.start * stride) as u64, bytes);
-                }
+        if let Some((parts, buffers)) = self.buffers(array) {
+            for (part, elements) in parts.of_range(first..first + bytes.len() / stride) {
+                let from = part * parts.len + elements.start - first;
+                let bytes = &bytes[from * stride..(from + elements.len()) * stride];
+                device.queue.write_buffer(buffers[part].0, (elements.start * stride) as u64, bytes);
             }
+            return;
+        }
+        match &self.held[array].memory {
+            Memory::Image(image, _) => device.write_image(image, begin, bytes),
             Memory::Packed(pack, at) => {
                 device.queue.write_buffer(&self.packs[pack], (at * pack.stride()) as u64 + begin, bytes);
             }
+            _ => unreachable!("it has no buffers"),
         }
     }
 
@@ -237,27 +300,33 @@ impl DeviceArrays {
     pub fn read(&self, device: &Device, array: &'static Array, elements: Range<usize>) -> Result<Vec<u8>> {
         let stride = self.layouts.stride(array);
         let (begin, bytes) = ((elements.start * stride) as u64, (elements.len() * stride) as u64);
-        match &self.held[array].memory {
-            Memory::Buffer(buffer) => device.read(buffer, begin, bytes),
-            Memory::Image(image, _) => device.read_image(image, begin, bytes),
-            Memory::Parts(parts, buffers) => {
-                let mut content = Vec::with_capacity(bytes as usize);
-                for (part, elements) in parts.of_range(elements) {
-                    let (begin, bytes) = (elements.start * stride, elements.len() * stride);
-                    content.extend(device.read(&buffers[part], begin as u64, bytes as u64)?);
-                }
-                Ok(content)
+        if let Some((parts, buffers)) = self.buffers(array) {
+            let mut content = Vec::with_capacity(bytes as usize);
+            for (part, elements) in parts.of_range(elements) {
+                let (begin, bytes) = (elements.start * stride, elements.len() * stride);
+                content.extend(device.read(buffers[part].0, begin as u64, bytes as u64)?);
             }
+            return Ok(content);
+        }
+        match &self.held[array].memory {
+            Memory::Image(image, _) => device.read_image(image, begin, bytes),
             Memory::Packed(pack, at) => device.read(&self.packs[pack], (at * pack.stride()) as u64 + begin, bytes),
+            _ => unreachable!("it has no buffers"),
         }
     }
 
     /// What a variable of a kernel that stands for an array is bound to.
     pub fn resource(&self, array: &'static Array, resource: &Resource) -> wgpu::BindingResource<'_> {
+        let part = if let Resource::Part(part) = resource { *part } else { 0 };
         match (&self.held[array].memory, resource) {
-            (Memory::Buffer(buffer), Resource::Buffer) => buffer.as_entire_binding(),
+            (Memory::Buffers(_, buffers), Resource::Buffer | Resource::Part(_)) => buffers[part].as_entire_binding(),
+            (Memory::Alias(parts, rooms), Resource::Buffer | Resource::Part(_)) => {
+                let bytes = parts.len(part, self.held[array].len) * self.layouts.stride(array);
+                let buffer = self.buffer_of(&rooms[part]);
+                let size = NonZeroU64::new(bytes as u64);
+                wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size })
+            }
             (Memory::Image(_, view), Resource::Image) => wgpu::BindingResource::TextureView(view),
-            (Memory::Parts(_, buffers), Resource::Part(part)) => buffers[*part].as_entire_binding(),
             _ => unreachable!("`{array:?}` does not lie where kernels look for it"),
         }
     }

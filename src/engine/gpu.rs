@@ -2,8 +2,9 @@
 
 use super::{
     Engine, Times,
+    aliases::{Aliases, total},
     arrays::DeviceArrays,
-    placements::Possible,
+    placements::{Places, Possible},
     programs::{Layouts, bound, bytes, layouts_of, programs, programs_with},
     within,
 };
@@ -100,48 +101,53 @@ impl Gpu {
         let programs: Vec<_> = stages.iter().copied().zip(programs(model, &stages)?).collect();
         let layouts = layouts_of(model.dims(), &programs)?;
         let possible = Possible::of(plans, &programs);
-        let placements = possible.choose(&device, &programs, &layouts, &state.sizes)?;
-        check_memory(&device, model, &layouts, &placements, &state.sizes)?;
-        let kernels = compiled(&device, model, &stages, &placements)?;
+        let places = possible.choose(&device, model, &programs, &layouts, &state.sizes)?;
+        check_memory(&device, model, &layouts, &places, &state.sizes)?;
+        let kernels = compiled(&device, model, &stages, &places.0)?;
         let of_stage = |(stage, program): &(&'static Stage, Program)| {
             let written = program.bindings.iter().filter(|b| b.written);
             (*stage, written.filter_map(|b| stage.array(&b.name)).collect())
         };
         let written = programs.iter().map(of_stage).collect();
-        Gpu::filled(device, Compiled { stages, written, kernels, possible }, layouts, placements, state)
+        Gpu::filled(device, Compiled { stages, written, kernels, possible }, layouts, places, state)
     }
 
-    /// Another one on the same device and with the same kernels, filled with the content of another state of the model.
+    /// Another one on the same device, with the same kernels if that can be, filled with the content of another state of
+    /// the model. Each of its arrays has memory of its own, so that nobody has to know whose content matters.
     ///
     /// # Errors
     /// [`Error::Lacking`] if the arrays do not fit.
     pub fn beside(&self, state: &State) -> Result<Gpu> {
-        let kernels = self.compiled.kernels.iter();
-        let kernels = kernels.map(|(stage, kernel)| (*stage, Kernel { groups: Vec::new(), ..kernel.clone() }));
-        let (layouts, placements) = (self.arrays.layouts().clone(), self.arrays.placements().clone());
-        let compiled = Compiled { kernels: kernels.collect(), ..self.compiled.clone() };
-        Gpu::filled(self.device.clone(), compiled, layouts, placements, state)
+        let Gpu { device, arrays, .. } = self;
+        let mut compiled = self.compiled.clone();
+        compiled.possible.liveness = None;
+        let mut placements = arrays.placements().clone();
+        for array in arrays.aliases().keys() {
+            let len = state.sizes.of(array.length);
+            let own = compiled.possible.suited(device, arrays.layouts(), array, len, Placement::Buffer);
+            placements.insert(array, own);
+        }
+        if placements == *arrays.placements() {
+            compiled.kernels.values_mut().for_each(|kernel| kernel.groups.clear());
+        } else {
+            compiled.kernels = self::compiled(device, &self.model, &compiled.stages, &placements)?;
+        }
+        Gpu::filled(device.clone(), compiled, arrays.layouts().clone(), (placements, Aliases::new()), state)
     }
 
-    fn filled(
-        device: Device,
-        compiled: Compiled,
-        layouts: Layouts,
-        placements: HashMap<&'static Array, Placement>,
-        state: &State,
-    ) -> Result<Gpu> {
+    fn filled(device: Device, compiled: Compiled, layouts: Layouts, places: Places, state: &State) -> Result<Gpu> {
         let model = state.model;
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let params = device.buffer("params", layouts.params.stride as u64, usage)?;
         let of = |quantities: Vec<Quantity>| quantities.into_iter().map(|q| state.units.of(q)).collect::<Vec<_>>();
         let needed = present(&model, ARRAYS);
-        let total: u64 = bytes(&model, &layouts, &state.sizes).map(|(_, b)| b).sum();
+        let total = total(&model, &layouts, &places.1, &state.sizes);
         let of_total = |e| match e {
             Error::Lacking(e) => Error::Lacking(format!("scene too large, it needs {total} bytes in all: {e}")),
             other => other,
         };
         let mut gpu = Gpu {
-            arrays: DeviceArrays::new(&device, layouts, placements, &needed, &state.sizes).map_err(of_total)?,
+            arrays: DeviceArrays::new(&device, layouts, places, &needed, &state.sizes).map_err(of_total)?,
             device,
             model,
             sizes: state.sizes,
@@ -161,7 +167,10 @@ impl Gpu {
                     if len != gpu.arrays.len(array) {
                         gpu.resize(&[array], len)?;
                     }
-                    gpu.write(&[array], 0, state)?;
+                    // What aliases hold is nobody's, and where something else may be.
+                    if !gpu.aliases().contains_key(array) {
+                        gpu.write(&[array], 0, state)?;
+                    }
                 }
             }
         }
@@ -177,6 +186,16 @@ impl Gpu {
         self.arrays.placements().get(array).copied().unwrap_or_default()
     }
 
+    /// Arrays that lie in the memory of others, and so hold nothing between plans.
+    pub fn aliases(&self) -> &Aliases {
+        self.arrays.aliases()
+    }
+
+    /// Bytes of all arrays together.
+    pub fn bytes(&self) -> u64 {
+        self.arrays.bytes()
+    }
+
     /// Arrays that a stage writes.
     pub fn written(&self, stage: &Stage) -> &[&'static Array] {
         &self.compiled.written[stage]
@@ -186,7 +205,7 @@ impl Gpu {
     fn group(&mut self, stage: &'static Stage) -> usize {
         let Gpu { device, compiled, arrays, params, .. } = self;
         let kernel = compiled.kernels.get_mut(stage).expect("the plans' stages are compiled");
-        let bound = || kernel.variables.iter().flat_map(|v| &v.arrays).map(|a| a.map_or(0, |a| arrays.serial(a)));
+        let bound = || kernel.variables.iter().flat_map(|v| &v.arrays).flatten().flat_map(|a| arrays.serials_of(a));
         if let Some(known) = kernel.groups.iter().position(|(known, _)| known.iter().copied().eq(bound())) {
             return known;
         }
@@ -369,11 +388,11 @@ fn check_memory(
     device: &Device,
     model: &Model,
     layouts: &Layouts,
-    placements: &HashMap<&'static Array, Placement>,
+    (placements, aliases): &Places,
     sizes: &Sizes,
 ) -> Result<()> {
     let limit = device.summary.max_array_bytes;
-    let total = |sizes: &Sizes| bytes(model, layouts, sizes).map(|(_, bytes)| bytes).sum::<u64>();
+    let total = |sizes: &Sizes| total(model, layouts, aliases, sizes);
     let in_buffer = |array: &Array| placements.get(array).copied().unwrap_or_default() == Placement::Buffer;
     let mut buffers = bytes(model, layouts, sizes).filter(|(array, _)| in_buffer(array));
     if let Some((array, need)) = buffers.find(|(_, b)| *b > limit) {
@@ -386,7 +405,7 @@ fn check_memory(
         )));
     }
     let of_device = if device.software { total(&sizes.of_dense_packing()) } else { 0 };
-    memory::check_host(of_device + memory::of_grains(sizes.bodies as u64))
+    memory::check_host(of_device + memory::beside_grains(sizes.bodies as u64))
 }
 
 impl Engine for Gpu {
@@ -446,15 +465,12 @@ impl Engine for Gpu {
 
     fn resize(&mut self, resized: &[&'static Array], len: usize) -> Result<()> {
         self.forget_ahead();
-        let Gpu { device, arrays, model, compiled: Compiled { stages, kernels, possible, .. }, .. } = self;
-        let moved = resized.iter().filter_map(|array| {
-            let known = arrays.placements()[array];
-            let suited = possible.suited(device, arrays.layouts(), array, len, known);
-            (suited != known).then_some((*array, suited))
-        });
-        let moved: Vec<_> = moved.collect();
-        if !moved.is_empty() {
-            arrays.place(moved);
+        let Gpu { device, arrays, model, sizes, compiled: Compiled { stages, kernels, possible, .. }, .. } = self;
+        let sizes = Sizes { history: len, ..*sizes };
+        let (placements, aliases) = possible.moved(device, model, arrays, resized, (len, &sizes));
+        let moved = placements != *arrays.placements();
+        arrays.place(placements, aliases);
+        if moved {
             *kernels = compiled(device, model, stages, arrays.placements())?;
         }
         let old = arrays.serials();

@@ -1,13 +1,19 @@
 //! Which arrays of a model lie where on a device.
 
-use super::programs::Layouts;
+use super::{
+    aliases::{Aliases, Choice},
+    arrays::DeviceArrays,
+    liveness::Liveness,
+    programs::{Layouts, layouts_of, programs},
+};
 use crate::{
     error::{Error, Result},
     gpu::{Arrays, Binding, Device, Pack, Parts, Placement, Program},
+    model::Model,
     plan::Op,
     plans::Plans,
     stage::Stage,
-    state::{ARRAYS, Array, Sizes},
+    state::{ARRAYS, Array, Sizes, present},
 };
 use std::collections::{HashMap, HashSet};
 
@@ -17,12 +23,31 @@ pub struct Possible {
     images: HashSet<&'static Array>,
     parts: HashSet<&'static Array>,
     packed: HashSet<&'static Array>,
-    /// Most storage buffers of a kernel, if each array has its own.
-    storage_buffers: u32,
+    /// The arrays of each kernel.
+    kernels: Vec<(&'static Stage, Vec<&'static Array>)>,
+    /// None: no arrays lie in the memory of others.
+    pub liveness: Option<Liveness>,
+}
+
+/// Where arrays lie, and those of them that lie in the memory of others.
+pub type Places = (HashMap<&'static Array, Placement>, Aliases);
+
+/// How arrays lie, and which in the memory of others, where every array is a buffer as long as it likes.
+///
+/// # Errors
+/// As [`layouts_of`].
+pub fn layouts_and_aliases(model: &Model, plans: &Plans, sizes: &Sizes) -> Result<(Layouts, Aliases)> {
+    let stages = plans.stages();
+    let programs: Vec<_> = stages.iter().copied().zip(programs(model, &stages)?).collect();
+    let layouts = layouts_of(model.dims(), &programs)?;
+    let (mut placements, mut aliases) = (HashMap::new(), Aliases::new());
+    let possible = Possible::of(plans, &programs);
+    possible.share(model, &layouts, usize::MAX, (&present(model, ARRAYS), sizes), (&mut placements, &mut aliases));
+    Ok((layouts, aliases))
 }
 
 /// Any number of parts is as good.
-const IN_PARTS: Placement = Placement::Parts(Parts { count: 2, shift: 0 });
+const IN_PARTS: Placement = Placement::Parts(Parts { count: 2, len: 1 });
 
 impl Possible {
     /// With kernels that are composed for an array per buffer. Arrays can be exchanged only if they lie alike, so what is
@@ -45,12 +70,15 @@ impl Possible {
             ops.iter().filter_map(|op| if let Op::Clear(array) = op { Some(array.original()) } else { None }).collect();
         let mut images = all(Placement::Image);
         images.retain(|array| !cleared.contains(array.original()));
-        let buffers = |program: &Program| program.bindings.iter().filter(|b| b.resource.is_storage_buffer()).count();
+        let arrays = |(stage, program): &(&'static Stage, Program)| {
+            (*stage, program.bindings.iter().filter_map(|b| stage.array(&b.name)).collect())
+        };
         Possible {
             images,
             parts: all(IN_PARTS),
             packed: all(Placement::Packed),
-            storage_buffers: programs.iter().map(|(_, p)| buffers(p) as u32).max().unwrap_or(0),
+            kernels: programs.iter().map(arrays).collect(),
+            liveness: Some(Liveness::of(plans, programs)),
         }
     }
 
@@ -61,16 +89,17 @@ impl Possible {
     pub fn choose(
         &self,
         device: &Device,
+        model: &Model,
         programs: &[(&'static Stage, Program)],
         layouts: &Layouts,
         sizes: &Sizes,
-    ) -> Result<HashMap<&'static Array, Placement>> {
+    ) -> Result<Places> {
         let all = |arrays: &HashSet<&'static Array>, placement| arrays.iter().map(|a| (*a, placement)).collect();
         let images = || {
             check_images(device, programs, &self.images)?;
             Ok(all(&self.images, Placement::Image))
         };
-        let (needed, allowed) = (self.storage_buffers, device.summary.max_arrays);
+        let (needed, allowed) = (self.most_buffers(&HashMap::new()).1 as u32, device.summary.max_arrays);
         if needed > allowed && device.options.arrays == Arrays::Buffers {
             return Err(Error::Lacking(format!(
                 "kernels need up to {needed} storage buffers, but {} allows {allowed}; use --arrays packed",
@@ -88,23 +117,68 @@ impl Possible {
             let known = placements.get(array).copied().unwrap_or_default();
             placements.insert(array, self.suited(device, layouts, array, sizes.of(array.length), known));
         }
-        let buffers = |stage: &Stage, binding: &Binding| match stage.array(&binding.name).map(|a| placements[a]) {
-            Some(Placement::Image | Placement::Packed) | None => 0,
-            Some(Placement::Buffer) => 1,
-            Some(Placement::Parts(parts)) => parts.count,
-        };
-        for (stage, program) in programs {
-            let packs = if placements.values().any(|p| *p == Placement::Packed) { Pack::ALL.len() } else { 0 };
-            let needed = packs + program.bindings.iter().map(|b| buffers(stage, b)).sum::<usize>();
-            if needed > allowed as usize {
-                return Err(Error::Lacking(format!(
-                    "kernel `{}` needs {needed} storage buffers of at most {} bytes, but {} allows {allowed}; use fewer \
-                     grains or --engine cpu",
-                    stage.name, device.summary.max_array_bytes, device.summary.name
-                )));
-            }
+        let (kernel, needed) = self.most_buffers(&placements);
+        if needed > allowed as usize {
+            return Err(Error::Lacking(format!(
+                "kernel `{kernel}` needs {needed} storage buffers of at most {} bytes, but {} allows {allowed}; use fewer \
+                 grains or --engine cpu",
+                device.summary.max_array_bytes, device.summary.name
+            )));
         }
-        Ok(placements)
+        let mut aliases = Aliases::new();
+        let arrays = present(model, ARRAYS);
+        self.share(model, layouts, allowed as usize, (&arrays, sizes), (&mut placements, &mut aliases));
+        Ok((placements, aliases))
+    }
+
+    /// Let arrays lie in the memory of others if that is possible, and kernels have so many buffers at most.
+    fn share(
+        &self,
+        model: &Model,
+        layouts: &Layouts,
+        most_buffers: usize,
+        (arrays, sizes): (&[&'static Array], &Sizes),
+        (placements, aliases): (&mut HashMap<&'static Array, Placement>, &mut Aliases),
+    ) {
+        let spare_buffers = most_buffers.saturating_sub(self.most_buffers(placements).1);
+        if let Some(liveness) = &self.liveness {
+            let choice = Choice { model, liveness, layouts, parts: &self.parts, spare_buffers };
+            choice.make(arrays, sizes, placements, aliases);
+        }
+    }
+
+    /// Where arrays are to lie that get this length: none of them is an alias any more that its room is too small for.
+    pub fn moved(
+        &self,
+        device: &Device,
+        model: &Model,
+        arrays: &DeviceArrays,
+        resized: &[&'static Array],
+        (len, sizes): (usize, &Sizes),
+    ) -> Places {
+        let (mut placements, mut aliases) = (arrays.placements().clone(), arrays.aliases().clone());
+        let leaving: Vec<_> = resized.iter().copied().filter(|array| !arrays.has_room(array, len)).collect();
+        for &array in &leaving {
+            let known = if aliases.remove(array).is_some() { Placement::Buffer } else { placements[array] };
+            placements.insert(array, self.suited(device, arrays.layouts(), array, len, known));
+        }
+        let most_buffers = device.summary.max_arrays as usize;
+        self.share(model, arrays.layouts(), most_buffers, (&leaving, sizes), (&mut placements, &mut aliases));
+        (placements, aliases)
+    }
+
+    /// The kernel that needs most storage buffers with arrays where they lie, and how many.
+    fn most_buffers(&self, placements: &HashMap<&'static Array, Placement>) -> (&'static str, usize) {
+        let buffers = |array: &&'static Array| match placements.get(array).copied().unwrap_or_default() {
+            Placement::Image | Placement::Packed => 0,
+            Placement::Buffer => 1,
+            Placement::Parts(parts) => parts.count,
+        };
+        let packs = if placements.values().any(|p| *p == Placement::Packed) { Pack::ALL.len() } else { 0 };
+        let of_kernel = |(stage, arrays): &(&'static Stage, Vec<&'static Array>)| {
+            (stage.name, packs + arrays.iter().map(buffers).sum::<usize>())
+        };
+        self.kernels.iter().map(of_kernel).max_by_key(|(_, buffers)| *buffers).unwrap_or(("", 0))
     }
 
     /// Where an array can lie that would be too long for where it lies now.
@@ -151,8 +225,8 @@ fn check_images(
 mod tests {
     use super::*;
     use crate::{
-        engine::programs::{layouts_of, programs, programs_with},
-        model::{Boundary, Dimension, Grains, Materials, Model, Precision, Walls},
+        engine::{aliases::total, programs::programs_with},
+        model::{Boundary, Dimension, Grains, Levels, Materials, Model, Normal, Precision, Rolling, Tangential, Walls},
         state::{Length, present},
     };
 
@@ -198,5 +272,59 @@ mod tests {
                 assert!(bound.len() <= STORAGE_BUFFERS, "{model:?}, {}: {bound:?}", stage.name);
             }
         }
+    }
+
+    /// In rooms of which each is a part of another array, since none of them may be longer than kernels can see.
+    #[test]
+    fn aliases_fit_where_arrays_are_in_parts() {
+        const LIMIT: u64 = (1 << 31) - 1;
+        let rough = |m: &Model| {
+            let spheres = m.grains == Grains::Spheres && m.levels == Levels::One;
+            let remembers = (m.normal, m.tangential, m.rolling) == (Normal::Hooke, Tangential::Coulomb, Rolling::None);
+            has_most_arrays(m) && spheres && remembers
+        };
+        let model = Model::all(Precision::Single).into_iter().find(rough).unwrap();
+        let model = Model { works: false, ..model };
+        let plans = Plans::new(&model);
+        let stages = plans.stages();
+        let programs: Vec<_> = stages.iter().copied().zip(programs(&model, &stages).unwrap()).collect();
+        let layouts = layouts_of(model.dims(), &programs).unwrap();
+        let possible = Possible::of(&plans, &programs);
+        let sizes = Sizes { slice_shift: 5, walls: 5, materials: 2, levels: 1, ..Sizes::default() };
+        let (bodies, cells, entries) = (400_000_000, 300_000_000, 2_400_000_000);
+        let sizes = Sizes { bodies, cells, entries, history: entries / 2, ..sizes };
+        let in_parts = possible.parts.iter().filter_map(|array| {
+            let parts = Parts::of(sizes.of(array.length), layouts.stride(array), LIMIT)?;
+            Some((*array, Placement::Parts(parts)))
+        });
+        let (mut placements, mut aliases): (HashMap<_, _>, _) = (in_parts.collect(), Aliases::new());
+        let arrays = present(&model, ARRAYS);
+        possible.share(&model, &layouts, 1000, (&arrays, &sizes), (&mut placements, &mut aliases));
+        let parts_of = |array: &Array| match placements.get(array) {
+            Some(Placement::Parts(parts)) => *parts,
+            _ => Parts::ONE,
+        };
+        let bytes = |array: &'static Array, part| {
+            parts_of(array).len(part, sizes.of(array.length)) as u64 * layouts.stride(array) as u64
+        };
+        assert!(
+            aliases.values().any(|rooms| rooms.len() > 10 && rooms.iter().any(|room| room.part > 0)),
+            "{aliases:?}"
+        );
+        for (alias, rooms) in &aliases {
+            let parts = parts_of(alias);
+            assert!(parts.len.saturating_mul(rooms.len()) >= sizes.of(alias.length), "{alias:?}: {parts:?}");
+            for (part, room) in rooms.iter().enumerate() {
+                assert!(bytes(alias, part) <= bytes(room.host, room.part), "{alias:?} {part} in {room:?}");
+                let lodgers = aliases.iter().filter(|(other, rooms)| *other != alias && rooms.contains(room));
+                assert!(
+                    lodgers.into_iter().all(|(other, _)| possible.liveness.as_ref().unwrap().are_apart(alias, other)),
+                    "{room:?}"
+                );
+            }
+        }
+        // The start of the history, of which kernels ask how long it is, fits into no part.
+        let total = total(&model, &layouts, &aliases, &sizes) / bodies as u64;
+        assert!((282..=292).contains(&total), "{total} bytes per sphere: {aliases:#?}");
     }
 }

@@ -24,32 +24,36 @@ pub enum Placement {
     Packed,
 }
 
-/// An array in several buffers: all but the last have 2^shift elements.
+/// An array in several buffers: all but the last have so many elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Parts {
     pub count: usize,
-    pub shift: u32,
+    pub len: usize,
 }
 
 impl Parts {
-    /// For so many elements, if they are too many for one buffer of at most `limit` bytes.
+    /// Of an array in one buffer.
+    pub const ONE: Parts = Parts { count: 1, len: usize::MAX };
+
+    /// For so many elements, if they are too many for one buffer of at most `limit` bytes: powers of two, by which kernels
+    /// divide fast.
     pub fn of(len: usize, stride: usize, limit: u64) -> Option<Parts> {
         let fits = usize::try_from(limit / stride as u64).unwrap_or(usize::MAX).max(1);
-        let shift = fits.ilog2();
-        (len > fits).then(|| Parts { count: len.div_ceil(1 << shift), shift })
+        let of_part = 1 << fits.ilog2();
+        (len > fits).then(|| Parts { count: len.div_ceil(of_part), len: of_part })
     }
 
     /// Elements of a part of an array that has so many; never 0, since a device has no empty buffers.
     pub fn len(self, part: usize, all: usize) -> usize {
-        all.saturating_sub(part << self.shift).clamp(1, 1 << self.shift)
+        all.saturating_sub(part * self.len).clamp(1, self.len)
     }
 
     /// The parts that these elements of the array are in, and which of each they are.
     pub fn of_range(self, elements: Range<usize>) -> impl Iterator<Item = (usize, Range<usize>)> {
-        let parts = elements.start >> self.shift..elements.end.div_ceil(1 << self.shift);
+        let parts = elements.start / self.len..elements.end.div_ceil(self.len);
         parts.map(move |part| {
-            let begin = part << self.shift;
-            (part, elements.start.max(begin) - begin..(elements.end - begin).min(1 << self.shift))
+            let begin = part * self.len;
+            (part, elements.start.max(begin) - begin..(elements.end - begin).min(self.len))
         })
     }
 }
@@ -166,9 +170,13 @@ fn in_parts(module: &Module, binding: &Binding, base: Handle<Type>, prefix: &str
     let last = parts.count - 1;
     let choice = |act: &dyn Fn(usize) -> String| {
         let cases = (0..last).map(|part| format!("case {part}u: {{ {} }}\n", act(part)));
-        format!("switch i >> {}u {{\n{}default: {{ {} }}\n}}\n", parts.shift, cases.collect::<String>(), act(last))
+        let part = match parts.len.is_power_of_two() {
+            true => format!("i >> {}u", parts.len.ilog2()),
+            false => format!("i / {}u", parts.len),
+        };
+        format!("switch {part} {{\n{}default: {{ {} }}\n}}\n", cases.collect::<String>(), act(last))
     };
-    let at = |part: usize| format!("{prefix}{part}[i - {}u]", part << parts.shift);
+    let at = |part: usize| format!("{prefix}{part}[i - {}u]", part * parts.len);
     let mut text: String =
         (0..parts.count).map(|part| format!("var<storage, {access}> {prefix}{part}: array<{ty}>;\n")).collect();
     let load = choice(&|part| format!("return {};", at(part)));
@@ -218,10 +226,10 @@ mod tests {
             let lens: Vec<usize> = (0..parts.count).map(|part| parts.len(part, len)).collect();
             assert_eq!(lens.iter().sum::<usize>(), len);
             assert!(lens.iter().all(|l| (l * stride) as u64 <= limit), "{lens:?}");
-            assert!(lens[..parts.count - 1].iter().all(|l| *l == 1 << parts.shift));
+            assert!(lens[..parts.count - 1].iter().all(|l| *l == parts.len));
         }
         assert_eq!(Parts::of(100, 12, 1200), None);
-        let parts = Parts { count: 4, shift: 3 };
+        let parts = Parts { count: 4, len: 8 };
         let pieces = |range: Range<usize>| parts.of_range(range).collect::<Vec<_>>();
         assert_eq!(pieces(5..18), [(0, 5..8), (1, 0..8), (2, 0..2)]);
         assert_eq!(pieces(9..11), [(1, 1..3)]);

@@ -38,11 +38,11 @@ pub fn forget() -> Plan {
     clear([&COUNTERS, &HALT, &HALT_NEXT])
 }
 
-/// What contacts remember to the history, bodies into the order of the cells.
+/// Bodies into the order of the cells, what contacts remember to the history. In this order, as what bodies were before
+/// is of no use any more then, and the history lies there; the lists know bodies as they were.
 fn sort(model: &Model) -> Plan {
     let remembering = model.history == History::Kept;
     plan([
-        plan([run(&HISTORY_COUNT), run_all(&SCAN_HISTORY), run(&HISTORY_STORE)]).when(remembering),
         clear([&CELL_START]),
         run(&BIN),
         run_all(&SCAN_CELLS),
@@ -51,6 +51,7 @@ fn sort(model: &Model) -> Plan {
         run(&PERMUTE),
         swap(model, [(&ID, &ID_NEXT)]),
         exchange_bodies(model),
+        plan([run(&HISTORY_COUNT), run_all(&SCAN_HISTORY), run(&HISTORY_STORE)]).when(remembering),
     ])
 }
 

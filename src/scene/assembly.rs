@@ -4,7 +4,7 @@
 use super::law::Pair;
 use super::schema::Twist;
 use super::shape::Shape;
-use crate::solve;
+use crate::{memory, solve};
 use glam::{DQuat, DVec3};
 use std::ops::Range;
 
@@ -121,6 +121,8 @@ pub struct Grain {
     /// A fixed grain keeps its velocity and spin, whatever pushes it.
     pub fixed: bool,
 }
+
+const _: () = assert!(size_of::<Grain>() as u64 == memory::GRAIN);
 
 /// A rigid clump at time 0: a shape of some size. Its members are grains.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -197,7 +197,10 @@ impl NeighbourLists {
         if rebuild {
             self.begin(&counters)?;
         }
-        self.note_displacements(&counters, &runner.state.params);
+        // Where no step was done, exchanges have brought nothing to look at.
+        if counters.steps_done > 0 {
+            self.note_displacements(&counters, &runner.state.params);
+        }
         self.schedule.steps_left =
             if self.schedule.margin_used_up { 0 } else { self.schedule.steps_left - counters.steps_done };
         self.schedule.repeated_chunks += u64::from(counters.steps_done < steps);

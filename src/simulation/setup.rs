@@ -66,7 +66,7 @@ impl Setup {
         if options.engine == EngineChoice::Cpu {
             let dense = sizes.of_dense_packing();
             let of_blocks = dense.entries as u64 * blocks::BYTES_PER_ENTRY;
-            memory::check_host(state.bytes(&dense) + of_blocks + memory::of_grains(bodies as u64))?;
+            memory::check_host(state.bytes(&dense) + of_blocks + memory::beside_grains(bodies as u64))?;
         }
         state.level = level;
         if precision == Precision::Single {

@@ -2,7 +2,7 @@
 
 use super::estimate::{Estimate, PER_STEPS};
 use packstone::{
-    engine::programs::{bytes, layouts},
+    engine::{aliases::total, placements::layouts_and_aliases, programs::bytes},
     io::schedule::{Forecast, Schedule},
     measure::Sizes,
     scene::{Assembly, Scene},
@@ -33,10 +33,21 @@ pub fn json(
     let state = &setup.state;
     let slots = state.model.slots().into_iter().map(|(slot, choice)| (slot.to_owned(), choice.into()));
     let sizes = count.map_or(state.sizes, |count| state.sizes.for_bodies(count as usize));
-    let layouts = layouts(&state.model, &setup.plans)?;
+    let (layouts, aliases) = layouts_and_aliases(&state.model, &setup.plans, &sizes)?;
     let arrays: Vec<_> = bytes(&state.model, &layouts, &sizes).collect();
-    let total: u64 = arrays.iter().map(|(_, bytes)| bytes).sum();
-    let array = |(array, bytes): &(&packstone::state::Array, u64)| json!({ "name": array.name, "elements": sizes.of(array.length), "bytes": bytes, "unit": state.unit_text(array) });
+    let total = total(&state.model, &layouts, &aliases, &sizes);
+    let array = |(array, bytes): &(&packstone::state::Array, u64)| {
+        // What lies in the memory of others needs none.
+        let hosts: Vec<&str> = aliases.get(array).into_iter().flatten().map(|room| room.host.name).collect();
+        let bytes = if hosts.is_empty() { *bytes } else { 0 };
+        json!({
+            "name": array.name,
+            "elements": sizes.of(array.length),
+            "bytes": bytes,
+            "in": hosts,
+            "unit": state.unit_text(array),
+        })
+    };
     let steps = schedule.end.unwrap_or(PER_STEPS);
     let Forecast { rows, snapshots, all, .. } = Forecast::new(assembly, schedule, steps);
     Ok(json!({
