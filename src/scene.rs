@@ -21,6 +21,7 @@ mod rows;
 mod schema;
 mod setters;
 mod shape;
+mod sheet;
 mod table;
 mod validate;
 mod walls;

@@ -550,3 +550,22 @@ fn more_grains_than_memory_are_refused_before_they_are_made() {
         assert!(refusal.contains("scene too large: it needs") && refusal.contains("are available"), "{refusal}");
     }
 }
+
+/// Walls in one place that part again, or face each other, are none that act twice.
+#[test]
+fn walls_in_one_plane_may_part_or_face_each_other() {
+    let plane = |z: f64, up: i32, speed: f64| {
+        format!(
+            "[[wall]]\nkind = \"plane\"\nmaterial = \"glass\"\npoint = [0, 0, {z}]\nnormal = [0, 0, {up}]\nvelocity = [0, 0, {speed}]\n"
+        )
+    };
+    let scene = |walls: [String; 2]| format!("{BASE}{ONE}{}", walls.concat());
+    good(&scene([plane(0.0, 1, 0.0), plane(0.0, 1, 0.1)]));
+    good(&scene([plane(0.0, 1, 0.0), plane(2.0, -1, 0.0)]));
+    good(&scene([plane(0.0, 1, 0.0), plane(-1e-2, 1, 0.0)]));
+    // A grain of 0.1 m that leans on the one feels the other, too.
+    let floor =
+        "[[wall]]\nkind = \"box\"\nname = \"bin\"\nmaterial = \"steel\"\nlower = [-1, -1, -5e-5]\nupper = [1, 1, 2]\n";
+    expect(&scene([plane(0.0, 1, 0.0), floor.to_owned()]), &[], &["\"plane 0\" and \"bin z-\" have the same surface"]);
+    expect(&scene([plane(2.0, 1, 0.0), plane(2.0, -1, 0.0)]), &[], &["beyond the wall"]);
+}

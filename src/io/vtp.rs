@@ -32,12 +32,7 @@ pub fn write(out: &mut impl Write, time: f64, grains: &[Grain], owners: &[u32]) 
     let ids = || (0..count).map(|id| id as i64);
     writeln!(out, r#"<?xml version="1.0"?>"#)?;
     writeln!(out, r#"<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">"#)?;
-    writeln!(out, "<PolyData>\n<FieldData>")?;
-    writeln!(
-        out,
-        r#"<DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{time:?}</DataArray>"#
-    )?;
-    writeln!(out, "</FieldData>")?;
+    writeln!(out, "<PolyData>")?;
     let others = r#"NumberOfLines="0" NumberOfStrips="0" NumberOfPolys="0""#;
     writeln!(out, r#"<Piece NumberOfPoints="{count}" NumberOfVerts="{count}" {others}>"#)?;
     writeln!(out, r#"<PointData Scalars="radius" Vectors="velocity">"#)?;
@@ -54,7 +49,13 @@ pub fn write(out: &mut impl Write, time: f64, grains: &[Grain], owners: &[u32]) 
     writeln!(out, "</Points>\n<Verts>")?;
     array(out, "connectivity", 1, ids())?;
     array(out, "offsets", 1, ids().map(|id| id + 1))?;
-    writeln!(out, "</Verts>\n</Piece>\n</PolyData>\n</VTKFile>")
+    writeln!(out, "</Verts>\n</Piece>\n<FieldData>")?;
+    // VTK takes it anywhere, OVITO behind the piece only.
+    writeln!(
+        out,
+        r#"<DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{time:?}</DataArray>"#
+    )?;
+    writeln!(out, "</FieldData>\n</PolyData>\n</VTKFile>")
 }
 
 fn vectors(out: &mut impl Write, name: &str, grains: &[Grain], of: fn(&Grain) -> DVec3) -> io::Result<()> {
@@ -95,6 +96,42 @@ pub fn write_series(out: &mut impl Write, series: &[(f64, String)]) -> io::Resul
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// `tests/snapshots.py` shows that OVITO and VTK take this order.
+    #[test]
+    fn the_time_is_behind_the_piece() {
+        let grain = Grain {
+            position: DVec3::ONE,
+            velocity: DVec3::ZERO,
+            spin: DVec3::ZERO,
+            radius: 0.5,
+            material: 0,
+            fixed: false,
+        };
+        let mut out = Vec::new();
+        write(&mut out, 0.25, &[grain], &[0]).unwrap();
+        let text = String::from_utf8(out).unwrap();
+        let elements = text.split('<').skip(1).map(|tag| tag.split([' ', '>']).next().unwrap());
+        let parts: Vec<&str> = elements.filter(|name| !name.contains("DataArray")).collect();
+        let order = [
+            "?xml",
+            "VTKFile",
+            "PolyData",
+            "Piece",
+            "PointData",
+            "/PointData",
+            "Points",
+            "/Points",
+            "Verts",
+            "/Verts",
+            "/Piece",
+            "FieldData",
+            "/FieldData",
+            "/PolyData",
+            "/VTKFile",
+        ];
+        assert_eq!(parts, order);
+    }
 
     #[test]
     fn an_array_is_its_length_and_its_bytes() {

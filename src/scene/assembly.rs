@@ -62,6 +62,17 @@ impl Domain {
         }
         difference
     }
+
+    /// Bring a position back into the periods.
+    pub fn fold(&self, position: &mut DVec3) {
+        for axis in (0..3).filter(|axis| self.periodic[*axis]) {
+            let (low, high) = (self.lower[axis], self.upper[axis]);
+            if position[axis] < low || position[axis] >= high {
+                let inside = low + (position[axis] - low).rem_euclid(high - low);
+                position[axis] = if inside < high { inside } else { low };
+            }
+        }
+    }
 }
 
 /// A material as the scene gives it.

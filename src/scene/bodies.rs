@@ -100,15 +100,12 @@ impl<'a> Bodies<'a> {
     fn push(&mut self, grain: &Grain, pose: &Pose) {
         let clump = clump(grain, pose, self.grains.len());
         let domain = self.domain;
+        let within = |axis: usize| (domain.lower[axis]..=domain.upper[axis]).contains(&clump.position[axis]);
+        let inside = (0..3).filter(|axis| domain.periodic[*axis]).all(within);
         let members = clump.members(&self.shapes.all[clump.shape as usize]).map(|mut member| {
-            for axis in (0..3).filter(|axis| domain.periodic[*axis]) {
-                let (low, length) = (domain.lower[axis], domain.upper[axis] - domain.lower[axis]);
-                // The centre is in the domain, or an error later on; its members may stand out.
-                let outside = member.position[axis] < low || member.position[axis] >= low + length;
-                if outside && (domain.lower[axis]..=domain.upper[axis]).contains(&clump.position[axis]) {
-                    let inside = low + (member.position[axis] - low).rem_euclid(length);
-                    member.position[axis] = if inside < domain.upper[axis] { inside } else { low };
-                }
+            // The centre is in the domain, or an error later on; its members may stand out.
+            if inside {
+                domain.fold(&mut member.position);
             }
             member
         });

@@ -4,7 +4,7 @@ use super::bodies::{Placed, Pose};
 use super::check::{Check, show};
 use super::rows::unit;
 use super::shape::Shapes;
-use super::table::Options;
+use super::table::{Materials, Options};
 use super::{Clump, Grain, Material, Shape};
 use crate::container::{self, Column, Container};
 use crate::{Error, Result, memory};
@@ -101,6 +101,11 @@ pub(super) fn read(path: &Path, options: &Options, shapes: &mut Shapes, check: &
             "has grains of dimension = {}, the scene {}",
             file.about.dimension, check.dimension
         )));
+    }
+    if options.radius.is_some() || matches!(options.materials, Materials::Types(_)) {
+        return Err(wrong(
+            "has radii and materials by name: `radius` and a table of types do not go with it".to_owned(),
+        ));
     }
     let rows = file.rows("position").unwrap_or(0);
     let count = options.count.map_or(rows, |count| count as u64);

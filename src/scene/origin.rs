@@ -13,7 +13,19 @@ pub fn read_text(path: &Path, what: &str) -> Result<String> {
     if path.is_dir() {
         return Err(Error::Scene(format!("{name}: is a folder, not {what}")));
     }
-    let bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+    let mut bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+    let other = match bytes[..] {
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => Some("is UTF-16 text; save it as UTF-8"),
+        [0x1f, 0x8b, ..] => Some("is compressed; unpack it first"),
+        _ => None,
+    };
+    if let Some(other) = other {
+        return Err(Error::Scene(format!("{name}: {other}")));
+    }
+    // The mark that some programs begin a text with.
+    if bytes.starts_with(b"\xef\xbb\xbf") {
+        bytes.drain(..3);
+    }
     String::from_utf8(bytes).map_err(|error| {
         let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = good.iter().filter(|byte| **byte == b'\n').count() + 1;
@@ -30,6 +42,19 @@ pub struct GoingOn {
     pub given: String,
 }
 
+/// An error in a message of bounded length, as names and values may have any: what is in the middle is left out.
+pub fn refusal(message: impl Display) -> Error {
+    const BEGIN: usize = 600;
+    const END: usize = 300;
+    let message = message.to_string();
+    let mut places = message.char_indices().map(|(at, _)| at);
+    let (begin, end) = (places.nth(BEGIN), places.nth_back(END));
+    Error::Scene(match (begin, end) {
+        (Some(begin), Some(end)) if begin < end => format!("{} ... {}", &message[..begin], &message[end..]),
+        _ => message,
+    })
+}
+
 /// Where a scene came from; every message starts with it.
 #[derive(Clone, Debug)]
 pub struct Origin {
@@ -42,10 +67,10 @@ impl Origin {
     /// An error at `key`, a path in the notation of `--set`. If an override wrote there, the message says so.
     pub fn error(&self, key: &str, message: impl Display) -> Error {
         let culprit = self.set.iter().rev().find(|set| touches(set, key));
-        Error::Scene(match culprit {
-            Some(set) => format!("{} (--set {set}): {key}{message}", self.name),
-            None => format!("{}: {key}{message}", self.name),
-        })
+        match culprit {
+            Some(set) => refusal(format!("{} (--set {set}): {key}{message}", self.name)),
+            None => refusal(format!("{}: {key}{message}", self.name)),
+        }
     }
 
     /// The same error, if it is one of another file, or of the machine, with the name of the scene.
@@ -87,4 +112,22 @@ fn touches(set: &str, key: &str) -> bool {
 pub fn split(set: &str) -> Option<(Vec<Key>, &str)> {
     let (path, value) = set.split_once('=')?;
     Some((Key::parse(path.trim()).ok()?, value.trim()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_messages_keep_their_beginning_and_their_end() {
+        let message = format!("a.toml: title = {}: must be short", "é".repeat(100_000));
+        let short = refusal(&message).to_string();
+        assert!(
+            short.len() < 2000 && short.starts_with("a.toml: title") && short.ends_with("é: must be short"),
+            "{short}"
+        );
+        assert_eq!(refusal("b.toml: x").to_string(), "b.toml: x");
+        let whole = "9".repeat(901);
+        assert_eq!(refusal(&whole).to_string(), whole);
+    }
 }

@@ -3,9 +3,14 @@
 use toml_edit::{DocumentMut, InlineTable, Item, Key, TableLike, Value};
 
 use super::check::FINITE;
-use super::origin::{Origin, split};
+use super::origin::{Origin, refusal, split};
 use super::schema::{self, Fault};
 use crate::{Error, Result};
+
+/// What a scene has any number of.
+const LISTS: [&str; 5] = ["pair", "wall", "shape", "grain", "population"];
+/// More tables in each other than a scene has.
+const DEEPEST: usize = 20;
 
 /// A value, or what is wrong with it.
 type Parsed<T> = std::result::Result<T, String>;
@@ -20,8 +25,7 @@ pub fn apply(text: &str, set: &[String], origin: &Origin) -> Result<String> {
         in_file(Fault::new(text, start, error.message()), origin)
     })?;
     for set in set {
-        assign(&mut document, set)
-            .map_err(|message| Error::Scene(format!("{} (--set {set}): {message}", origin.name)))?;
+        assign(&mut document, set).map_err(|message| refusal(format!("{} (--set {set}): {message}", origin.name)))?;
     }
     Ok(document.to_string())
 }
@@ -32,7 +36,7 @@ pub fn blame(text: &str, fault: Fault, origin: &Origin) -> Error {
     let reads = |count: usize| apply(text, &set[..count], origin).is_ok_and(|edited| schema::read(&edited).is_ok());
     if let Some(culprit) = (0..set.len()).rev().find(|&count| reads(count)) {
         let (name, set) = (&origin.name, &set[culprit]);
-        return Error::Scene(format!("{name} (--set {set}): {}", fault.message));
+        return refusal(format!("{name} (--set {set}): {}", fault.message));
     }
     // The lines of the edited text are not those of the file.
     in_file(schema::read(text).err().unwrap_or(fault), origin)
@@ -40,7 +44,7 @@ pub fn blame(text: &str, fault: Fault, origin: &Origin) -> Error {
 
 fn in_file(fault: Fault, origin: &Origin) -> Error {
     let Fault { line, column, message } = fault;
-    Error::Scene(format!("{}:{line}:{column}: {message}", origin.name))
+    refusal(format!("{}:{line}:{column}: {message}", origin.name))
 }
 
 /// Refuses numbers that TOML can write but no quantity can have.
@@ -76,6 +80,15 @@ fn infinite(key: &str, value: &toml::Value) -> Option<(String, f64)> {
 fn assign(document: &mut DocumentMut, set: &str) -> Parsed<()> {
     let (path, value) = split(set).ok_or("must have the form key=value, such as solver.dt=1e-6")?;
     let path: Vec<&str> = path.iter().map(Key::get).collect();
+    if path.len() > DEEPEST {
+        return Err(format!("names a key {} tables deep; a scene has none deeper than {DEEPEST}", path.len()));
+    }
+    if let [list, number, ..] = path[..]
+        && LISTS.contains(&list)
+        && !document.contains_key(list)
+    {
+        return Err(format!("the scene has no [[{list}]], so there is no `{list}.{number}`"));
+    }
     assign_in(document.as_table_mut(), &path, read_value(value)?)
 }
 

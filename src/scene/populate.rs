@@ -1,6 +1,9 @@
 //! Populations: many grains from a table, on a lattice or at random.
 
-use std::{f64::consts::TAU, iter::repeat_n};
+use std::{
+    f64::consts::{PI, TAU},
+    iter::repeat_n,
+};
 
 use glam::{DQuat, DVec3};
 use rand::{Rng, SeedableRng, seq::SliceRandom};
@@ -12,9 +15,10 @@ use super::apportion::apportioned;
 use super::bodies::{Bodies, Placed, Pose, orientation};
 use super::check::{AXES, Check, show, show_vector};
 use super::neighbours::Neighbours;
-use super::schema::{Mixture, Placement, Population};
+use super::schema::{self, Mixture, Placement, Population, Radius};
 use super::shape::{Shape, Shapes};
-use super::{Domain, Grain, Surface, Wall, grain_file, radius, table};
+use super::table::{self, Materials};
+use super::{Domain, Grain, Surface, Wall, grain_file, radius};
 use crate::{Result, container::is_container, memory};
 
 /// Trials per grain of random insertion.
@@ -44,17 +48,18 @@ pub fn populate(population: &Population, number: usize, site: &Site, bodies: &mu
         return Err(check.origin.bad(&format!("{key}.velocity_spread"), show(spread), rule));
     }
     let mut placed = if let Some(file) = &population.file {
-        let material = population.material.as_deref();
         let options = table::Options {
             scale: check.positive(&format!("{key}.scale"), population.scale.unwrap_or(1.0), "")?,
             count: population.count,
-            material: material.map(|name| check.material(&format!("{key}.material"), name)).transpose()?,
+            materials: materials(population, &key, check)?,
+            radius: radius_of_all(population, &key, check)?,
+            domain: site.domain,
         };
         let path = check.origin.directory.join(file);
         if is_container(&path) {
             grain_file::read(&path, &options, &mut bodies.shapes, check)?
         } else {
-            table::read(&path, &options, &mut bodies.shapes, check)?
+            table::read(&path, &options, &mut bodies.shapes, &mut bodies.notices, check)?
         }
     } else {
         place(population, &key, site, bodies, &mut rng, check)?
@@ -77,7 +82,6 @@ pub fn populate(population: &Population, number: usize, site: &Site, bodies: &mu
 fn refuse_foreign_keys(population: &Population, key: &str, check: &Check) -> Result<()> {
     let from_file = population.file.is_some();
     let placing = [
-        ("radius", population.radius.is_some()),
         ("shape", population.shape.is_some()),
         ("orientation", population.orientation.is_some()),
         ("placement", population.placement.is_some()),
@@ -106,6 +110,31 @@ fn refuse_foreign_keys(population: &Population, key: &str, check: &Check) -> Res
     Ok(())
 }
 
+/// What the grains of a file are made of.
+fn materials<'a>(population: &'a Population, key: &str, check: &Check) -> Result<Materials<'a>> {
+    let key = format!("{key}.material");
+    let types = match &population.material {
+        None => return Ok(Materials::Named),
+        Some(schema::Materials::All(name)) => return Ok(Materials::All(check.material(&key, name)?)),
+        Some(schema::Materials::Types(types)) => types,
+    };
+    let of_type =
+        |(kind, name): (&'a String, &String)| Ok((kind.as_str(), check.material(&format!("{key}.{kind}"), name)?));
+    Ok(Materials::Types(types.iter().map(of_type).collect::<Result<_>>()?))
+}
+
+/// The radius of the grains of a file that has none, m.
+fn radius_of_all(population: &Population, key: &str, check: &Check) -> Result<Option<f64>> {
+    let key = format!("{key}.radius");
+    match &population.radius {
+        None => Ok(None),
+        Some(Radius::Constant(radius)) => Ok(Some(check.positive(&key, *radius, " of m")?)),
+        Some(Radius::Distribution(_)) => {
+            Err(check.origin.wrong(&key, "must be one number with `file`, for files that have no radii"))
+        }
+    }
+}
+
 fn place(
     population: &Population,
     key: &str,
@@ -118,8 +147,14 @@ fn place(
         let message = format!("missing key `{field}`; a population needs `file`, or `material`, `count` and `radius`");
         check.origin.wrong(key, message)
     };
-    let name = population.material.as_ref().ok_or_else(|| missing("material"))?;
-    let material = check.material(&format!("{key}.material"), name)?;
+    let material = match materials(population, key, check)? {
+        Materials::All(material) => material,
+        Materials::Named => return Err(missing("material")),
+        Materials::Types(_) => {
+            let message = "a table of types goes with `file` only; a population is of one material";
+            return Err(check.origin.wrong(&format!("{key}.material"), message));
+        }
+    };
     let count = population.count.ok_or_else(|| missing("count"))?;
     memory::check_host(memory::of_grains(count as u64))?;
     let law = population.radius.as_ref().ok_or_else(|| missing("radius"))?;
@@ -306,7 +341,7 @@ impl Job<'_> {
         if positions.len() < radii.len() {
             let spacing = 2.0 * self.largest * (1.0 + gap);
             let detail = format!("on a lattice of spacing {} m", show(spacing));
-            return Err(self.too_small(positions.len(), radii.len(), &detail));
+            return Err(self.too_small(positions.len(), radii.len(), &detail, &self.ways_to_fit(radii, gap)));
         }
         Ok(positions)
     }
@@ -364,8 +399,7 @@ impl Job<'_> {
             let inside = |position: DVec3| members.len() == 1 || self.holds(position, &members);
             let mut trials = (0..ATTEMPTS).filter_map(|_| self.random_point(inset, rng));
             let Some(position) = trials.find(|&position| inside(position) && free(position)) else {
-                let detail = "at random";
-                return Err(self.too_small(done, reaches.len(), detail));
+                return Err(self.too_small(done, reaches.len(), "at random", ""));
             };
             members.iter().for_each(|m| self.neighbours.insert(position + m.position, m.radius));
             positions[index] = position;
@@ -423,10 +457,45 @@ impl Job<'_> {
         Err(self.check.origin.wrong(self.key, message))
     }
 
-    fn too_small(&self, fit: usize, count: usize, detail: &str) -> crate::Error {
+    /// What would let grains fit that a lattice has no room for.
+    fn ways_to_fit(&self, radii: &[f64], gap: f64) -> String {
+        let dimension = self.check.dimension;
+        let extents: Vec<f64> = (0..dimension).map(|axis| self.upper[axis] - self.lower[axis]).collect();
+        let width = 2.0 * self.largest;
+        if let Some(axis) = (0..dimension).find(|axis| extents[*axis] < width) {
+            return format!(
+                "along {} the space is {} m wide, and the largest grain {} m: ",
+                AXES[axis],
+                show(extents[axis]),
+                show(width)
+            );
+        }
+        let mut ways = String::new();
+        if self.random_fits(radii, &extents) {
+            ways += "take placement = \"random\", which needs no room for the largest at every place, ";
+        }
+        let sites: f64 = extents.iter().map(|extent| (extent / width).floor()).product();
+        if gap > 0.0 && sites >= radii.len() as f64 {
+            ways += "take gap = 0, ";
+        }
+        ways
+    }
+
+    /// Whether they are few enough for random insertion.
+    fn random_fits(&self, radii: &[f64], extents: &[f64]) -> bool {
+        /// Where insertion becomes hopeless, in two and three dimensions.
+        const FULL: [f64; 2] = [0.5, 0.3];
+        let dimension = extents.len();
+        let ball = if dimension == 2 { PI } else { 4.0 / 3.0 * PI };
+        let grains: f64 = radii.iter().map(|r| ball * r.powi(dimension as i32)).sum();
+        let room: f64 = extents.iter().product();
+        room.is_finite() && grains < FULL[dimension - 2] * room
+    }
+
+    fn too_small(&self, fit: usize, count: usize, detail: &str, ways: &str) -> crate::Error {
         let dimension = self.check.dimension;
         let message = format!(
-            "only {fit} of count = {count} grains fit {detail} between {} and {}; take a larger region, fewer or smaller grains",
+            "only {fit} of count = {count} grains fit {detail} between {} and {}; {ways}take a larger region, fewer or smaller grains",
             show_vector(self.lower, dimension),
             show_vector(self.upper, dimension)
         );

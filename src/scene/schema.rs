@@ -165,7 +165,7 @@ pub enum Spin {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Population {
-    pub material: Option<String>,
+    pub material: Option<Materials>,
     pub file: Option<String>,
     pub scale: Option<f64>,
     pub count: Option<usize>,
@@ -180,6 +180,17 @@ pub struct Population {
     pub velocity_spread: f64,
     #[serde(default)]
     pub fixed: bool,
+}
+
+/// What a population is made of.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(
+    untagged,
+    expecting = "material must be the name of a material, or a table of what the types in the file are such as { 1 = \"glass\", 2 = \"steel\" }"
+)]
+pub enum Materials {
+    All(String),
+    Types(BTreeMap<String, String>),
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]

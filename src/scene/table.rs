@@ -1,134 +1,190 @@
-//! Grain tables in CSV files.
+//! Grains of text files.
 
-use std::path::Path;
+use std::{collections::BTreeMap, path::Path};
 
 use glam::{DQuat, DVec3};
 
-use super::Grain;
 use super::bodies::{Placed, Pose};
-use super::check::{Check, show};
-use super::origin::read_text;
-use super::rows::{Parsed, lines, number, split, unit};
+use super::check::{AXES, Check, show, show_vector};
+use super::origin::{read_text, refusal};
+use super::rows::{Parsed, number, quoted, unit};
 use super::shape::Shapes;
-use crate::{Error, Result};
+use super::sheet::{self, Fault, Geometry, Rows, Sheet, vector};
+use super::{Domain, Grain};
+use crate::Result;
 
-const COLUMNS: [&str; 17] =
-    ["id", "x", "y", "z", "radius", "vx", "vy", "vz", "wx", "wy", "wz", "material", "shape", "qw", "qx", "qy", "qz"];
-
-/// How a table is read.
-pub struct Options {
+/// How a file is read.
+pub struct Options<'a> {
     /// Factor on positions and radii.
     pub scale: f64,
     /// Read only that many rows.
     pub count: Option<usize>,
-    /// Material of the rows that name none.
-    pub material: Option<u32>,
+    pub materials: Materials<'a>,
+    /// Of all grains, m, where the file has none.
+    pub radius: Option<f64>,
+    pub domain: &'a Domain,
 }
 
-/// Reads the grains and clumps of a CSV file.
-pub fn read(path: &Path, options: &Options, shapes: &mut Shapes, check: &Check) -> Result<Placed> {
+/// What grains are made of.
+pub enum Materials<'a> {
+    /// What their rows say.
+    Named,
+    /// This, but for rows of tables that name another.
+    All(u32),
+    /// What this says of the types, or names, in the rows.
+    Types(BTreeMap<&'a str, u32>),
+}
+
+/// Reads the grains and clumps of a text file.
+pub fn read(
+    path: &Path,
+    options: &Options,
+    shapes: &mut Shapes,
+    notices: &mut Vec<String>,
+    check: &Check,
+) -> Result<Placed> {
     let text = read_text(path, "a grain table")?;
-    let file_error = |message| Error::Scene(format!("{}: {message}", path.display()));
-    let line_error = |line: usize, message| Error::Scene(format!("{}:{line}: {message}", path.display()));
-    let mut lines = lines(&text);
+    let name = path.display();
+    let file_error = |message| refusal(format!("{name}: {message}"));
+    let fault = |(line, message): Fault| refusal(format!("{name}:{line}: {message}"));
+    let sheet = sheet::parse(&text).map_err(fault)?;
+    let rows = &sheet.rows;
+    let columns = Columns::find(&sheet, options, check).map_err(|message| fault((rows.header, message)))?;
+    notices.extend(sheet.notices.iter().map(|notice| format!("{name}: {notice}")));
+    notices.extend(other_box(&sheet, options, check).map(|notice| format!("{name}: {notice}")));
+
     let mut values = Vec::new();
-
-    let (header, line) = lines.next().ok_or_else(|| file_error("has no header line".to_owned()))?;
-    split(header, &mut values);
-    let columns = Columns::find(&values, options, check).map_err(|message| line_error(line, message))?;
-
     let (mut grains, mut poses) = (Vec::new(), Vec::new());
-    for (row, line) in lines.take(options.count.unwrap_or(usize::MAX)) {
-        split(row, &mut values);
-        let grain = columns.grain(&values, options, check).map_err(|message| line_error(line, message))?;
-        grains.push(grain);
-        let Some(column) = columns.shape else { continue };
-        let pose = match values[column] {
-            "" => Pose { shape: shapes.sphere(), orientation: DQuat::IDENTITY },
-            name => {
-                let flat = check.dimension == 2;
-                let orientation = columns.orientation(&values, flat).map_err(|message| line_error(line, message))?;
-                let key = || format!("{}:{line}: shape", path.display());
-                Pose { shape: shapes.named(key, name)?, orientation }
-            }
+    for (k, (row, line)) in rows.lines.iter().take(options.count.unwrap_or(usize::MAX)).enumerate() {
+        let mut read = || {
+            rows.split(row, &mut values)?;
+            columns.grain(&values, options, check)
         };
-        poses.push(pose);
+        let mut grain = read().map_err(|message| fault((*line, message)))?;
+        if let Some(column) = columns.shape {
+            let pose = match values[column] {
+                "" => Pose { shape: shapes.sphere(), orientation: DQuat::IDENTITY },
+                name => {
+                    let flat = check.dimension == 2;
+                    let orientation = columns.orientation(&values, flat).map_err(|message| fault((*line, message)))?;
+                    let key = || format!("{}:{line}: shape", path.display());
+                    Pose { shape: shapes.named(key, name)?, orientation }
+                }
+            };
+            poses.push(pose);
+        }
+        if let Some(rows) = &sheet.velocities {
+            let (row, line) = rows.lines[k];
+            let mut read = || {
+                rows.split(row, &mut values)?;
+                velocities(rows, &values, check)
+            };
+            (grain.velocity, grain.spin) = read().map_err(|message| fault((line, message)))?;
+        }
+        if sheet.foreign {
+            // Particle codes let grains go out of their periods for a while.
+            options.domain.fold(&mut grain.position);
+        }
+        grains.push(grain);
     }
     match options.count {
         Some(count) if grains.len() < count => {
             Err(file_error(format!("has {} rows, but count = {count} are asked for", grains.len())))
         }
+        _ if grains.is_empty() && sheet.foreign => Err(file_error("has no atoms".to_owned())),
         _ if grains.is_empty() => Err(file_error("has no rows below its header line".to_owned())),
         _ => Ok(Placed { grains, poses: columns.shape.map(|_| poses) }),
     }
 }
 
+/// What is said of a box that is not the domain.
+fn other_box(sheet: &Sheet, options: &Options, check: &Check) -> Option<String> {
+    /// Digits that files may lack.
+    const ROUNDING: f64 = 1e-6;
+    let [lower, upper] = sheet.corners?.map(|corner| options.scale * corner);
+    let domain = options.domain;
+    let lengths = upper - lower;
+    let alike = |axis: usize| {
+        let near = |a: f64, b: f64| (a - b).abs() <= ROUNDING * lengths[axis].abs();
+        near(lower[axis], domain.lower[axis]) && near(upper[axis], domain.upper[axis])
+    };
+    let other: Vec<_> = (0..check.dimension).filter(|axis| !alike(*axis)).map(|axis| AXES[axis].to_string()).collect();
+    let show = |corner: DVec3| show_vector(corner, check.dimension);
+    (!other.is_empty()).then(|| {
+        format!(
+            "its box, from {} to {} m, is not the domain of the scene along {}",
+            show(lower),
+            show(upper),
+            other.join(", ")
+        )
+    })
+}
+
+/// Velocity and spin where they have rows of their own.
+fn velocities(rows: &Rows, row: &[&str], check: &Check) -> Parsed<(DVec3, DVec3)> {
+    let flat = check.dimension == 2;
+    let columns = |names: [&str; 3]| names.map(|name| rows.find(name));
+    let velocity = vector(row, columns(["vx", "vy", "vz"]), [false, false, flat])?;
+    Ok((velocity, vector(row, columns(["wx", "wy", "wz"]), [flat, flat, false])?))
+}
+
 /// Where each quantity stands in a row.
 struct Columns {
-    count: usize,
-    position: [Option<usize>; 3],
+    geometry: Geometry,
     velocity: [Option<usize>; 3],
     spin: [Option<usize>; 3],
-    radius: usize,
     material: Option<usize>,
+    /// Whether what stands there is the name of a material, and not a type.
+    named: bool,
     shape: Option<usize>,
     /// w, x, y, z
     orientation: [Option<usize>; 4],
 }
 
 impl Columns {
-    fn find(header: &[&str], options: &Options, check: &Check) -> Parsed<Columns> {
-        for (at, name) in header.iter().copied().enumerate() {
-            if !COLUMNS.contains(&name) {
-                let known = COLUMNS.join(", ");
-                return Err(format!("unknown column \"{name}\"; allowed are {known}"));
-            }
-            if header[..at].contains(&name) {
-                return Err(format!("column \"{name}\" appears twice"));
-            }
-        }
-        let find = |name: &str| header.iter().position(|column| *column == name);
-        let need = |name: &str| find(name).ok_or_else(|| format!("the header line lacks the column \"{name}\""));
-        for axis in &["x", "y", "z"][..check.dimension] {
-            need(axis)?;
-        }
+    fn find(sheet: &Sheet, options: &Options, check: &Check) -> Parsed<Columns> {
+        let find = |name: &str| sheet.rows.find(name);
         let columns = Columns {
-            count: header.len(),
-            position: ["x", "y", "z"].map(find),
+            geometry: sheet.geometry(check.dimension)?,
             velocity: ["vx", "vy", "vz"].map(find),
             spin: ["wx", "wy", "wz"].map(find),
-            radius: need("radius")?,
             material: find("material"),
+            named: !sheet.foreign,
             shape: find("shape"),
             orientation: ["qw", "qx", "qy", "qz"].map(find),
         };
         if columns.shape.is_none() && columns.orientation.iter().any(Option::is_some) {
             return Err("has an orientation (qw, qx, qy, qz) but no column \"shape\"".to_owned());
         }
-        if columns.material.is_none() && options.material.is_none() {
-            return Err("has no column \"material\", so the population needs the key `material`".to_owned());
+        match (columns.geometry.radius, options.radius) {
+            (None, None) => {
+                let hint = "; if all grains have the same, give the population the key `radius`";
+                return Err(format!("lacks the column \"radius\" (or \"diameter\"){hint}"));
+            }
+            (Some(_), Some(_)) => return Err("has radii, so the population must not have the key `radius`".to_owned()),
+            _ => {}
+        }
+        if columns.material.is_none() && !matches!(options.materials, Materials::All(_)) {
+            return Err(
+                "has no column \"material\", so the population needs the key `material`, with one name".to_owned()
+            );
         }
         Ok(columns)
     }
 
     fn grain(&self, row: &[&str], options: &Options, check: &Check) -> Parsed<Grain> {
-        if row.len() != self.count {
-            let (found, wanted) = (row.len(), self.count);
-            return Err(format!("has {found} values, the header line {wanted} columns"));
-        }
         let flat = check.dimension == 2;
-        let radius = number(row, self.radius)? * options.scale;
-        if radius <= 0.0 {
-            let value = row[self.radius];
-            return Err(format!("radius = {value}: must be a positive number of m"));
-        }
+        let radius = match self.geometry.radius(row)? {
+            Some(radius) => radius * options.scale,
+            None => options.radius.unwrap_or_default(),
+        };
         let material = self.material(row, options, check)?;
         if let Some(rule) = check.fault_of_body(radius, material) {
             let value = show(radius);
             return Err(format!("radius = {value}: {rule}"));
         }
         Ok(Grain {
-            position: vector(row, self.position, [false, false, flat])? * options.scale,
+            position: self.geometry.position(row, flat)? * options.scale,
             velocity: vector(row, self.velocity, [false, false, flat])?,
             spin: vector(row, self.spin, [flat, flat, false])?,
             radius,
@@ -157,27 +213,16 @@ impl Columns {
 
     fn material(&self, row: &[&str], options: &Options, check: &Check) -> Parsed<u32> {
         let name = self.material.map_or("", |column| row[column]);
-        match (name, options.material) {
-            ("", Some(material)) => Ok(material),
-            _ => check
-                .material_index(name)
-                .ok_or_else(|| format!("material = \"{name}\": is no material; {}", check.known_materials())),
+        match &options.materials {
+            Materials::All(material) if name.is_empty() || !self.named => Ok(*material),
+            Materials::Types(types) => types.get(name).copied().ok_or_else(|| {
+                let known: Vec<&str> = types.keys().copied().collect();
+                format!("{}: the key `material` of the population has only {}", quoted(name), known.join(", "))
+            }),
+            _ => check.material_index(name).ok_or_else(|| {
+                let hint = if self.named { "" } else { "; say what types are, as in material = { 1 = \"glass\" }" };
+                format!("material = {}: is no material; {}{hint}", quoted(name), check.known_materials())
+            }),
         }
     }
-}
-
-/// Three components; missing columns are 0, and so must be those that do not exist in two dimensions.
-fn vector(row: &[&str], columns: [Option<usize>; 3], must_be_zero: [bool; 3]) -> Parsed<DVec3> {
-    let mut vector = DVec3::ZERO;
-    for axis in 0..3 {
-        let Some(column) = columns[axis] else {
-            continue;
-        };
-        vector[axis] = number(row, column)?;
-        if must_be_zero[axis] && vector[axis] != 0.0 {
-            let value = row[column];
-            return Err(format!("value {} = {value}: must be 0 or missing in two dimensions", column + 1));
-        }
-    }
-    Ok(vector)
 }

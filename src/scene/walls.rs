@@ -165,13 +165,18 @@ pub fn not_periodic(key: &str, axis: usize, domain: &Domain, check: &Check) -> R
 /// Parts of a coordinate within which two are the same.
 const ROUNDING: f64 = 1e-9;
 
-/// Surfaces have no edges: of two in the same place that stay there together grains would feel both.
+/// Parts of the smallest radius within which two surfaces are one: a grain that leans on one of them touches the other
+/// with most of its overlap.
+const NEAR: f64 = 1e-3;
+
+/// Surfaces have no edges: of two in the same place that stay there together grains would feel both. `smallest` is the
+/// radius of the smallest grain, m.
 ///
 /// # Errors
 /// [`Error::Scene`](crate::Error::Scene) with the first two that do.
-pub fn check_apart(walls: &[Wall], check: &Check) -> Result<()> {
+pub fn check_apart(walls: &[Wall], smallest: f64, check: &Check) -> Result<()> {
     for (k, wall) in walls.iter().enumerate() {
-        if let Some(other) = walls[..k].iter().find(|other| stay_together(wall, other)) {
+        if let Some(other) = walls[..k].iter().find(|other| stay_together(wall, other, NEAR * smallest)) {
             let message = format!(
                 "\"{}\" and \"{}\" have the same surface and move alike; as surfaces have no edges, grains would feel both: leave one out",
                 other.name, wall.name
@@ -182,16 +187,17 @@ pub fn check_apart(walls: &[Wall], check: &Check) -> Result<()> {
     Ok(())
 }
 
-fn stay_together(a: &Wall, b: &Wall) -> bool {
+/// Whether two surfaces that face the same way are no further apart than `near`, and remain so.
+fn stay_together(a: &Wall, b: &Wall, near: f64) -> bool {
     let apart = a.velocity - b.velocity;
     match (a.surface, b.surface) {
         (Surface::Plane { point: p, normal: n }, Surface::Plane { point: q, normal: m }) => {
-            let near = (p - q).dot(n).abs() <= ROUNDING * p.length().max(q.length());
+            let slack = near + ROUNDING * p.length().max(q.length());
             let alike = apart.dot(n).abs() <= ROUNDING * a.velocity.length().max(b.velocity.length());
-            (n - m).length() <= ROUNDING && near && alike
+            (n - m).length() <= ROUNDING && (p - q).dot(n).abs() <= slack && alike
         }
         (Surface::Cylinder { center: p, radius: r }, Surface::Cylinder { center: q, radius: s }) => {
-            let slack = ROUNDING * (p.length().max(q.length()) + r.max(s));
+            let slack = near + ROUNDING * (p.length().max(q.length()) + r.max(s));
             let sideways = apart.truncate().length();
             (p - q).truncate().length() <= slack && (r - s).abs() <= slack && sideways == 0.0
         }

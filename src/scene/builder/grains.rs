@@ -191,14 +191,14 @@ impl PopulationBuilder {
     /// Grains that packstone places.
     pub fn new(material: &str, count: usize, radius: impl Into<Radii>) -> PopulationBuilder {
         PopulationBuilder(schema::Population {
-            material: Some(material.to_owned()),
+            material: Some(schema::Materials::All(material.to_owned())),
             count: Some(count),
             radius: Some(radius.into().0),
             ..PopulationBuilder::empty()
         })
     }
 
-    /// Grains of a CSV table; its columns are listed in `docs/scene.md`.
+    /// Grains of a file; its columns and the formats that are read are listed in `docs/scene.md`.
     pub fn from_file(path: &str) -> PopulationBuilder {
         PopulationBuilder(schema::Population { file: Some(path.to_owned()), ..PopulationBuilder::empty() })
     }
@@ -206,7 +206,22 @@ impl PopulationBuilder {
     /// Of the rows of a table that name none.
     #[must_use]
     pub fn material(mut self, name: &str) -> Self {
-        self.0.material = Some(name.to_owned());
+        self.0.material = Some(schema::Materials::All(name.to_owned()));
+        self
+    }
+
+    /// What the types in a file are made of.
+    #[must_use]
+    pub fn types<'a>(mut self, materials: impl IntoIterator<Item = (&'a str, &'a str)>) -> Self {
+        let materials = materials.into_iter().map(|(kind, name)| (kind.to_owned(), name.to_owned())).collect();
+        self.0.material = Some(schema::Materials::Types(materials));
+        self
+    }
+
+    /// Of all grains of a file that has no radii, m.
+    #[must_use]
+    pub fn radius(mut self, radius: f64) -> Self {
+        self.0.radius = Some(schema::Radius::Constant(radius));
         self
     }
 
