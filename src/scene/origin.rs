@@ -42,19 +42,6 @@ pub struct GoingOn {
     pub given: String,
 }
 
-/// An error in a message of bounded length, as names and values may have any: what is in the middle is left out.
-pub fn refusal(message: impl Display) -> Error {
-    const BEGIN: usize = 600;
-    const END: usize = 300;
-    let message = message.to_string();
-    let mut places = message.char_indices().map(|(at, _)| at);
-    let (begin, end) = (places.nth(BEGIN), places.nth_back(END));
-    Error::Scene(match (begin, end) {
-        (Some(begin), Some(end)) if begin < end => format!("{} ... {}", &message[..begin], &message[end..]),
-        _ => message,
-    })
-}
-
 /// Where a scene came from; every message starts with it.
 #[derive(Clone, Debug)]
 pub struct Origin {
@@ -68,8 +55,8 @@ impl Origin {
     pub fn error(&self, key: &str, message: impl Display) -> Error {
         let culprit = self.set.iter().rev().find(|set| touches(set, key));
         match culprit {
-            Some(set) => refusal(format!("{} (--set {set}): {key}{message}", self.name)),
-            None => refusal(format!("{}: {key}{message}", self.name)),
+            Some(set) => Error::Scene(format!("{} (--set {set}): {key}{message}", self.name)),
+            None => Error::Scene(format!("{}: {key}{message}", self.name)),
         }
     }
 
@@ -112,22 +99,4 @@ fn touches(set: &str, key: &str) -> bool {
 pub fn split(set: &str) -> Option<(Vec<Key>, &str)> {
     let (path, value) = set.split_once('=')?;
     Some((Key::parse(path.trim()).ok()?, value.trim()))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn long_messages_keep_their_beginning_and_their_end() {
-        let message = format!("a.toml: title = {}: must be short", "é".repeat(100_000));
-        let short = refusal(&message).to_string();
-        assert!(
-            short.len() < 2000 && short.starts_with("a.toml: title") && short.ends_with("é: must be short"),
-            "{short}"
-        );
-        assert_eq!(refusal("b.toml: x").to_string(), "b.toml: x");
-        let whole = "9".repeat(901);
-        assert_eq!(refusal(&whole).to_string(), whole);
-    }
 }

@@ -3,7 +3,7 @@
 use toml_edit::{DocumentMut, InlineTable, Item, Key, TableLike, Value};
 
 use super::check::FINITE;
-use super::origin::{Origin, refusal, split};
+use super::origin::{Origin, split};
 use super::schema::{self, Fault};
 use crate::{Error, Result};
 
@@ -25,7 +25,8 @@ pub fn apply(text: &str, set: &[String], origin: &Origin) -> Result<String> {
         in_file(Fault::new(text, start, error.message()), origin)
     })?;
     for set in set {
-        assign(&mut document, set).map_err(|message| refusal(format!("{} (--set {set}): {message}", origin.name)))?;
+        assign(&mut document, set)
+            .map_err(|message| Error::Scene(format!("{} (--set {set}): {message}", origin.name)))?;
     }
     Ok(document.to_string())
 }
@@ -36,7 +37,7 @@ pub fn blame(text: &str, fault: Fault, origin: &Origin) -> Error {
     let reads = |count: usize| apply(text, &set[..count], origin).is_ok_and(|edited| schema::read(&edited).is_ok());
     if let Some(culprit) = (0..set.len()).rev().find(|&count| reads(count)) {
         let (name, set) = (&origin.name, &set[culprit]);
-        return refusal(format!("{name} (--set {set}): {}", fault.message));
+        return Error::Scene(format!("{name} (--set {set}): {}", fault.message));
     }
     // The lines of the edited text are not those of the file.
     in_file(schema::read(text).err().unwrap_or(fault), origin)
@@ -44,7 +45,7 @@ pub fn blame(text: &str, fault: Fault, origin: &Origin) -> Error {
 
 fn in_file(fault: Fault, origin: &Origin) -> Error {
     let Fault { line, column, message } = fault;
-    refusal(format!("{}:{line}:{column}: {message}", origin.name))
+    Error::Scene(format!("{}:{line}:{column}: {message}", origin.name))
 }
 
 /// Refuses numbers that TOML can write but no quantity can have.

@@ -6,12 +6,12 @@ use glam::{DQuat, DVec3};
 
 use super::bodies::{Placed, Pose};
 use super::check::{AXES, Check, show, show_vector};
-use super::origin::{read_text, refusal};
+use super::origin::read_text;
 use super::rows::{Parsed, number, quoted, unit};
 use super::shape::Shapes;
 use super::sheet::{self, Fault, Geometry, Rows, Sheet, vector};
 use super::{Domain, Grain};
-use crate::Result;
+use crate::{Error, Result};
 
 /// How a file is read.
 pub struct Options<'a> {
@@ -45,8 +45,8 @@ pub fn read(
 ) -> Result<Placed> {
     let text = read_text(path, "a grain table")?;
     let name = path.display();
-    let file_error = |message| refusal(format!("{name}: {message}"));
-    let fault = |(line, message): Fault| refusal(format!("{name}:{line}: {message}"));
+    let file_error = |message| Error::Scene(format!("{name}: {message}"));
+    let fault = |(line, message): Fault| Error::Scene(format!("{name}:{line}: {message}"));
     let sheet = sheet::parse(&text).map_err(fault)?;
     let rows = &sheet.rows;
     let columns = Columns::find(&sheet, options, check).map_err(|message| fault((rows.header, message)))?;

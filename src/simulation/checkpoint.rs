@@ -196,16 +196,14 @@ impl Simulation {
 
     fn load(&mut self, checkpoint: &mut Checkpoint) -> Result<()> {
         let (about, own) = (checkpoint.about().clone(), self.about(serde_json::Value::Null));
-        for (what, theirs, ours) in [
-            ("engine", &about.engine, &own.engine),
-            ("precision", &about.precision, &own.precision),
-            ("model", &about.model, &own.model),
-        ] {
+        for (what, theirs, ours) in
+            [("engine", &about.engine, &own.engine), ("precision", &about.precision, &own.precision)]
+        {
             if theirs != ours {
                 return Err(checkpoint.wrong(format!("is of another {what}: {theirs}, not {ours}")));
             }
         }
-        if about.scene != own.scene || about.grains != own.grains {
+        if (about.scene, about.grains, &about.model) != (own.scene, own.grains, &own.model) {
             return Err(checkpoint.wrong("is of another scene, or the scene has been changed since"));
         }
         let dims = self.model().dims();

@@ -5,11 +5,11 @@ use std::path::Path;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::Result;
 use crate::scene::check::{Check, TOO_WIDE, show, show_list};
-use crate::scene::origin::{read_text, refusal};
+use crate::scene::origin::read_text;
 use crate::scene::rows::{Separator, lines, number};
 use crate::scene::schema::{Curve, Sieve};
+use crate::{Error, Result};
 
 /// Radii, m, and what passes them, rising from 0; linear in between.
 pub struct Classes {
@@ -53,7 +53,7 @@ pub fn of(sieve: &Sieve, key: &str, check: &Check) -> Result<Classes> {
 /// From a CSV file with the columns `radius` and `passing`.
 fn read(path: &Path) -> Result<Curve> {
     let text = read_text(path, "a sieve curve")?;
-    let fault = |line: usize, message: String| refusal(format!("{}:{line}: {message}", path.display()));
+    let fault = |line: usize, message: String| Error::Scene(format!("{}:{line}: {message}", path.display()));
     let mut lines = lines(&text);
     let mut values = Vec::new();
     let (header, line) = lines.next().ok_or_else(|| fault(1, "has no header line".to_owned()))?;

@@ -72,7 +72,8 @@ fn read(path: &Path) -> Result<Mesh> {
     } else if bytes.starts_with(b"solid\n") || bytes.starts_with(b"solid\r") {
         bytes.splice(5..5, *b" mesh");
     }
-    let stl = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| wrong(format!("is no STL mesh: {e}")))?;
+    let stl =
+        stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|_| wrong("is no STL mesh that can be read".to_owned()))?;
     let vertex = |k: usize| {
         let [x, y, z] = stl.vertices[k].0;
         DVec3::new(x.into(), y.into(), z.into())
