@@ -6,6 +6,7 @@ mod bodies;
 pub mod builder;
 mod check;
 mod continued;
+mod formats;
 pub mod grain_file;
 mod inputs;
 mod invariants;

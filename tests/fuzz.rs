@@ -538,7 +538,7 @@ fn checkpoints() {
     );
     let assembly = Scene::parse(&scene, "two.toml", Path::new(""), &[]).unwrap().assemble().unwrap();
     let options = Options { engine: EngineChoice::Cpu, ..Options::default() };
-    let mut simulation = Simulation::new(assembly.clone(), options.clone()).unwrap();
+    let mut simulation = Simulation::new(assembly.clone(), options).unwrap();
     simulation.advance_chunk(3).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("checkpoint.bin");
@@ -546,7 +546,7 @@ fn checkpoints() {
     let whole = fs::read(&path).unwrap();
     let resume = |path: &Path| {
         let mut checkpoint = Checkpoint::open(path)?;
-        Simulation::resume(assembly.clone(), options.clone(), &mut checkpoint)?;
+        Simulation::resume(assembly.clone(), options, &mut checkpoint)?;
         Ok(())
     };
     fuzz(&Subject { name: "checkpoints", seeds: vec![whole.clone()], inputs: 500, file: &as_it_is, read: &resume });
@@ -616,7 +616,8 @@ fn messages_do_not_tell_what_other_files_hold() {
     let members = "[[shape]]\nname = \"stone\"\nfile = \"FILE\"\n";
     let sieve = "[[population]]\nmaterial = \"glass\"\ncount = 2\nradius = { sieve = \"FILE\" }\n";
     let population = "[[population]]\nmaterial = \"glass\"\nfile = \"FILE\"\n";
-    let readers: [&dyn Fn(&Path) -> Result<(), Error>; 8] = [
+    type Reader<'a> = &'a dyn Fn(&Path) -> Result<(), Error>;
+    let readers: [Reader; 8] = [
         &|path| read_in(mesh, path),
         &|path| read_in(members, path),
         &|path| read_in(sieve, path),

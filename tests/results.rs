@@ -100,7 +100,12 @@ fn the_checkpoint_before_is_kept() {
     let mut results = Results::create(temporary.path(), None, &scene, &assembly, record).unwrap();
     let place = results.place().to_owned();
     let both = || [CHECKPOINT, PREVIOUS].map(|name| fs::read_to_string(place.join(name)).ok());
-    let mut write = |text: &str| results.checkpoint(|path| Ok(fs::write(path, text).unwrap()));
+    let mut write = |text: &str| {
+        results.checkpoint(|path| {
+            fs::write(path, text).unwrap();
+            Ok(())
+        })
+    };
     write("1").unwrap();
     assert_eq!(both(), [Some("1".to_owned()), None]);
     write("2").unwrap();

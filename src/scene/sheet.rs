@@ -1,10 +1,5 @@
 //! Text files with a sphere or disk in every row: tables of our own, and files of particle codes.
 
-mod csv;
-mod lammps_data;
-mod lammps_dump;
-mod xyz;
-
 use glam::DVec3;
 
 use super::check::show;
@@ -17,7 +12,7 @@ pub const COLUMNS: [&str; 17] =
 
 /// In which line something is wrong, and what.
 pub type Fault = (usize, String);
-type Found<T> = std::result::Result<T, Fault>;
+pub type Found<T> = std::result::Result<T, Fault>;
 
 /// Rows with the same columns.
 pub struct Rows<'a> {
@@ -42,29 +37,9 @@ pub struct Sheet<'a> {
     pub notices: Vec<String>,
 }
 
-/// What a file may be.
-struct Format {
-    /// By how it begins.
-    is: fn(&str) -> bool,
-    parse: fn(&str) -> Found<Sheet<'_>>,
-}
-
-const FORMATS: [Format; 4] = [
-    Format { is: lammps_dump::is, parse: lammps_dump::parse },
-    Format { is: lammps_data::is, parse: lammps_data::parse },
-    Format { is: xyz::is, parse: xyz::parse },
-    Format { is: |_| true, parse: csv::parse },
-];
-
-/// The parts of a text.
-pub fn parse(text: &str) -> Found<Sheet<'_>> {
-    let format = FORMATS.iter().find(|format| (format.is)(text)).expect("the last one takes all");
-    (format.parse)(text)
-}
-
 impl<'a> Sheet<'a> {
     /// One of a particle code.
-    fn foreign(rows: Rows<'a>) -> Sheet<'a> {
+    pub fn foreign(rows: Rows<'a>) -> Sheet<'a> {
         Sheet { rows, velocities: None, foreign: true, corners: None, notices: Vec::new() }
     }
 
@@ -106,7 +81,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Put the rows in the order of their ids, each of which there is once, and return these; none without ids.
-    fn sort(&mut self) -> Found<Vec<u64>> {
+    pub fn sort(&mut self) -> Found<Vec<u64>> {
         let Some(column) = self.find("id") else { return Ok(Vec::new()) };
         let mut values = Vec::new();
         let mut rows = Vec::with_capacity(self.lines.len());
@@ -171,41 +146,25 @@ pub fn vector(row: &[&str], columns: [Option<usize>; 3], must_be_zero: [bool; 3]
 }
 
 /// A whole number, 0 or more, that stands in a line.
-fn whole(word: &str, line: usize) -> Found<usize> {
+pub fn whole(word: &str, line: usize) -> Found<usize> {
     word.parse().map_err(|_| (line, format!("{}: must be a whole number, 0 or more", quoted(word))))
 }
 
 /// The finite numbers of a line.
-fn numbers(text: &str, line: usize) -> Found<Vec<f64>> {
+pub fn numbers(text: &str, line: usize) -> Found<Vec<f64>> {
     let words: Vec<&str> = text.split_whitespace().collect();
     (0..words.len()).map(|k| number(&words, k)).collect::<Parsed<_>>().map_err(|message| (line, message))
 }
 
 /// What is said of a file whose units are not those of scenes.
-fn units(units: Option<&str>) -> Option<String> {
+pub fn units(units: Option<&str>) -> Option<String> {
     let units = units.filter(|units| !units.is_empty() && *units != "si")?;
     Some(format!("its units are {}, and its numbers are taken for SI units; `scale` changes lengths", quoted(units)))
 }
 
 /// What is said of a file that ends too early.
-fn cut_off(line: usize, what: &str, found: usize, wanted: usize) -> Fault {
+pub fn cut_off(line: usize, what: &str, found: usize, wanted: usize) -> Fault {
     (line, format!("{what} {wanted} atoms, and {found} follow: the file is cut off, or was edited"))
 }
 
-const TILTED: &str = "the box is tilted; packstone's domains are along the axes";
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn formats_are_known_by_their_beginning() {
-        let format = |text: &str| FORMATS.iter().position(|format| (format.is)(text)).unwrap();
-        assert_eq!(format("ITEM: UNITS\nsi\nITEM: TIMESTEP\n0\n"), 0);
-        assert_eq!(format("LAMMPS data file\n\n   20 atoms # all\n"), 1);
-        assert_eq!(format("\n20 atoms\n"), 1);
-        assert_eq!(format("  2  \nsand\nSi 0 0 0\n"), 2);
-        assert_eq!(format("# 20 atoms\nx,y,z,radius\n"), 3);
-        assert_eq!(format(""), 3);
-    }
-}
+pub const TILTED: &str = "the box is tilted; packstone's domains are along the axes";

@@ -6,10 +6,11 @@ use glam::{DQuat, DVec3};
 
 use super::bodies::{Placed, Pose};
 use super::check::{AXES, Check, show, show_vector};
+use super::formats;
 use super::origin::read_text;
 use super::rows::{Parsed, number, quoted, unit};
 use super::shape::Shapes;
-use super::sheet::{self, Fault, Geometry, Rows, Sheet, vector};
+use super::sheet::{Fault, Geometry, Rows, Sheet, vector};
 use super::{Domain, Grain};
 use crate::{Error, Result};
 
@@ -47,7 +48,7 @@ pub fn read(
     let name = path.display();
     let file_error = |message| Error::Scene(format!("{name}: {message}"));
     let fault = |(line, message): Fault| Error::Scene(format!("{name}:{line}: {message}"));
-    let sheet = sheet::parse(&text).map_err(fault)?;
+    let sheet = formats::parse(&text).map_err(fault)?;
     let rows = &sheet.rows;
     let columns = Columns::find(&sheet, options, check).map_err(|message| fault((rows.header, message)))?;
     notices.extend(sheet.notices.iter().map(|notice| format!("{name}: {notice}")));

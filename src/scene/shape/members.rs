@@ -4,15 +4,16 @@ use std::path::Path;
 
 use super::member::Member;
 use crate::scene::check::Check;
+use crate::scene::formats;
 use crate::scene::origin::read_text;
-use crate::scene::sheet::{self, Fault};
+use crate::scene::sheet::Fault;
 use crate::{Error, Result};
 
 /// Reads the members of a shape: columns x, y, z (in the plane no z) and radius, in any unit.
 pub fn read(path: &Path, check: &Check) -> Result<Vec<Member>> {
     let text = read_text(path, "a table of members")?;
     let fault = |(line, message): Fault| Error::Scene(format!("{}:{line}: {message}", path.display()));
-    let sheet = sheet::parse(&text).map_err(fault)?;
+    let sheet = formats::parse(&text).map_err(fault)?;
     let at_header = |message: String| fault((sheet.rows.header, message));
     let geometry = sheet.geometry(check.dimension).map_err(at_header)?;
     let others = |name: &&&str| !["x", "y", "z", "radius", "diameter"].contains(*name);

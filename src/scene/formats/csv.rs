@@ -1,7 +1,7 @@
 //! Tables: names of columns in the first line, a row in each of the others.
 
-use super::{COLUMNS, Found, Rows, Sheet};
 use crate::scene::rows::{Separator, lines, quoted};
+use crate::scene::sheet::{COLUMNS, Found, Rows, Sheet};
 
 pub fn parse(text: &str) -> Found<Sheet<'_>> {
     let mut lines = lines(text);

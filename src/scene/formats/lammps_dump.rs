@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::{Fault, Found, Rows, Sheet, TILTED, cut_off, numbers, whole};
 use crate::scene::rows::{Separator, quoted};
+use crate::scene::sheet::{Fault, Found, Rows, Sheet, TILTED, cut_off, numbers, whole};
 
 /// Columns, and what they are here. Others say nothing of the grains.
 const COLUMNS: [(&str, &str); 22] = [
@@ -78,13 +78,13 @@ pub fn parse(text: &str) -> Found<Sheet<'_>> {
 
 /// The corners of the box in the next three lines, if they are there.
 fn box_of<'a>(bounds: &str, lines: &mut impl Iterator<Item = (&'a str, usize)>) -> Option<Found<[DVec3; 2]>> {
-    let mut corners = [DVec3::ZERO; 2];
+    let [mut low, mut high] = [DVec3::ZERO; 2];
     for axis in 0..3 {
         let (line, at) = lines.next()?;
         match numbers(line, at).as_deref() {
-            Ok([lower, upper]) => (corners[0][axis], corners[1][axis]) = (*lower, *upper),
+            Ok([lower, upper]) => (low[axis], high[axis]) = (*lower, *upper),
             // The bounds of a box that could be tilted.
-            Ok([lower, upper, tilt]) if *tilt == 0.0 => (corners[0][axis], corners[1][axis]) = (*lower, *upper),
+            Ok([lower, upper, tilt]) if *tilt == 0.0 => (low[axis], high[axis]) = (*lower, *upper),
             Ok([_, _, _] | [_, _, _, _]) => return Some(Err((at, TILTED.to_owned()))),
             Ok(_) => {
                 let message = format!("must be the bounds of an axis (BOX BOUNDS{}), two numbers", quoted(bounds));
@@ -93,12 +93,11 @@ fn box_of<'a>(bounds: &str, lines: &mut impl Iterator<Item = (&'a str, usize)>) 
             Err((at, message)) => return Some(Err((*at, message.clone()) as Fault)),
         }
     }
-    Some(Ok(corners))
+    Some(Ok([low, high]))
 }
 
 /// LAMMPS may calculate in other units than SI.
 fn notices(text: &str) -> Vec<String> {
-    let units =
-        text.trim_start().strip_prefix("ITEM: UNITS").and_then(|rest| rest.trim_start().split_whitespace().next());
-    super::units(units).into_iter().collect()
+    let units = text.trim_start().strip_prefix("ITEM: UNITS").and_then(|rest| rest.split_whitespace().next());
+    crate::scene::sheet::units(units).into_iter().collect()
 }

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::{Found, Rows, Sheet, TILTED, cut_off, numbers, units, whole};
 use crate::scene::rows::{Separator, quoted};
+use crate::scene::sheet::{Found, Rows, Sheet, TILTED, cut_off, numbers, units, whole};
 
 /// What a line of the section `Atoms` has in each style, image flags aside. Of columns without a name nothing is read:
 /// molecules, charges, and densities, which materials have here.

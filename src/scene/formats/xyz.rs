@@ -3,8 +3,8 @@
 
 use glam::DVec3;
 
-use super::{Found, Rows, Sheet, TILTED, cut_off, numbers, whole};
 use crate::scene::rows::{Separator, quoted};
+use crate::scene::sheet::{Found, Rows, Sheet, TILTED, cut_off, numbers, whole};
 
 /// Properties, in lower case, and what they are here. Others say nothing of the grains.
 const PROPERTIES: [(&str, &[&str]); 13] = [
