@@ -253,6 +253,10 @@ impl<A> Container<A> {
         self.columns.iter().find(|(column, _)| column.name == name).map(|(column, _)| column.rows)
     }
 
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// What the header says of the columns.
     pub fn descriptions(&self) -> impl Iterator<Item = &Description> {
         self.columns.iter().map(|(column, _)| column)

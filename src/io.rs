@@ -43,6 +43,8 @@ pub struct Results {
     /// How many such places have been tried.
     moved: usize,
     record: Record,
+    /// The files with the scene, by their names.
+    scene: Vec<(String, String)>,
     output: Output,
     dimension: usize,
     materials: Vec<Material>,
@@ -91,7 +93,10 @@ impl Results {
         if from != place {
             // It stays as it is until the new one is complete.
             let from = Record::read(from).map(|record| (record, from)).ok_or_else(|| no_record(from))?;
-            folder.begin(|_, new| copy(from, new))?;
+            folder.begin(|_, new| {
+                copy(from, new)?;
+                csv::History::resume(&new.join(HISTORY), rows).map(drop)
+            })?;
         }
         let mut record = Record::read(&place).ok_or_else(|| no_record(&place))?;
         let history = csv::History::resume(&place.join(HISTORY), rows)?;
@@ -117,6 +122,7 @@ impl Results {
         Results {
             place: folder.partial(),
             moved: 0,
+            scene: scene_texts(&folder.partial(), &record),
             folder,
             record,
             output: assembly.output,
@@ -165,10 +171,14 @@ impl Results {
     /// A checkpoint; the one before it is kept. `write` writes it to a file, which is on the disk when it returns.
     pub fn checkpoint(&mut self, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
         let (path, previous) = (self.place.join(CHECKPOINT), self.place.join(PREVIOUS));
+        // The rows that it counts on are on the disk before it is.
+        self.history.sync()?;
         replace(&path, |part| {
             write(part)?;
             if path.exists() { fs::rename(&path, &previous).map_err(at(&path)) } else { Ok(()) }
-        })
+        })?;
+        sync_folder(&self.place);
+        Ok(())
     }
 
     /// What is written once, of the last state. With clumps `final.csv` has them, and `members.csv` their members.
@@ -224,11 +234,28 @@ impl Results {
             self.place = folder::unused(base, &format!("{name}.rescued"));
             let made = fs::create_dir_all(&self.place).map_err(at(&self.place));
             result = made.and_then(|()| self.history.go_on_in(&self.place.join(HISTORY)));
+            result = result.and_then(|()| self.keep_scene());
             if result.is_ok() {
                 break;
             }
         }
         result
+    }
+
+    /// What it takes to go on from there: the scene, and of what it reads as much as can still be read.
+    fn keep_scene(&self) -> Result<()> {
+        for (name, text) in &self.scene {
+            write(&self.place.join(name), |file| file.write_all(text.as_bytes()))?;
+        }
+        for input in self.record.inputs.iter().filter(|input| input.path.starts_with(names::INPUTS)) {
+            let (from, to) = (self.folder.partial().join(&input.path), self.place.join(&input.path));
+            if from.is_file() {
+                let inside = to.parent().expect("it is in a folder");
+                fs::create_dir_all(inside).map_err(at(inside))?;
+                fs::copy(&from, &to).map_err(at(&to))?;
+            }
+        }
+        Ok(())
     }
 
     /// The last word: how the run ended, and whether it came to its end. A complete result takes the place of the one
@@ -276,6 +303,17 @@ pub fn write_state(path: &Path, assembly: &Assembly, moment: &Moment) -> Result<
     let Assembly { dimension, materials, shapes, .. } = assembly;
     let names = Names { dimension: *dimension, materials, shapes, owners: &assembly.owners() };
     write(path, |file| grain_file::write(file, moment, &names))
+}
+
+/// The scene as it was run, and as it was given.
+fn scene_texts(folder: &Path, record: &Record) -> Vec<(String, String)> {
+    let names = record.scene_as_run.iter().chain(&record.scene_as_given);
+    names.filter_map(|name| Some((name.clone(), fs::read_to_string(folder.join(name)).ok()?))).collect()
+}
+
+/// That names of files have changed, on the disk. Not every system lets a folder be opened.
+fn sync_folder(path: &Path) {
+    let _ = fs::File::open(path).and_then(|folder| folder.sync_all());
 }
 
 fn no_record(folder: &Path) -> Error {

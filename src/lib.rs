@@ -60,6 +60,8 @@ pub mod dem;
 pub mod engine;
 pub mod error;
 pub mod gpu;
+#[doc(hidden)] // for the program
+pub mod input;
 pub mod io;
 pub mod measure;
 pub(crate) mod memory;

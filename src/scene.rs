@@ -41,7 +41,7 @@ pub use shape::{Kind, Member, Shape};
 
 use std::{path::Path, time::SystemTime};
 
-use crate::Result;
+use crate::{Result, input};
 use origin::{GoingOn, Origin, read_text};
 
 /// A scene, from a file or from a [`SceneBuilder`], that is well-formed: known keys, right types, finite numbers. The
@@ -63,8 +63,7 @@ impl Scene {
     /// Relative paths inside the scene are looked up next to the file.
     pub fn load(path: &Path, set: &[String]) -> Result<Scene> {
         let text = read_text(path, "a scene file")?;
-        let directory = path.parent().unwrap_or(Path::new(""));
-        Scene::parse(&text, &path.display().to_string(), directory, set)
+        Scene::parse(&text, &path.display().to_string(), input::folder(path), set)
     }
 
     /// Like [`Scene::load`] for text that is already read: `name` stands for the file in messages,

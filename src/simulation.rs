@@ -216,6 +216,7 @@ impl Simulation {
     /// As [`Simulation::advance`].
     pub fn advance_chunk(&mut self, steps: u64) -> Result<u64> {
         let Simulation { plans, runner, lists, works, .. } = self;
+        let steps = works.as_ref().map_or(steps, |works| steps.min(works.steps_left(runner.step)));
         let done = match &mut self.stepper {
             Stepper::Dem => dem::advance(plans, runner, lists, steps)?,
             Stepper::Nscd(nscd) => nscd.advance(plans, runner, lists).map(|()| 1)?,

@@ -461,7 +461,11 @@ fn a_removed_folder_costs_no_state() {
     assert!(errors(&output).contains("error: ") && errors(&output).contains("scene.rescued.1"), "{output:?}");
     assert_eq!(fs::read_to_string(rescued.join("final.csv")).unwrap().lines().count(), 101);
     check_history(&fs::read_to_string(rescued.join("history.csv")).unwrap());
-    assert!(rescued.join("summary.json").exists() && rescued.join("run.json").exists());
+    assert!(rescued.join("run.json").exists());
+    // It can be gone on with from there.
+    let steps = place.json("out/scene.rescued.1/summary.json")["steps"].as_u64().unwrap() + 10;
+    place.packstone(&["run", "--resume=out/scene.rescued.1", &format!("--steps={steps}")], 0);
+    assert_eq!(place.json("out/scene.rescued.1/summary.json")["steps"], steps);
 }
 
 /// A small file system of its own; None where that is not allowed.

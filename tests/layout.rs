@@ -39,6 +39,7 @@ const LAYERS: &[(&str, u32)] = &[
     ("memory", 1),
     ("container", 1),
     ("gpu", 1),
+    ("input", 2),
     ("solve", 2),
     ("scene", 3),
     ("model", 4),

@@ -562,7 +562,7 @@ fn bad_input_is_named() {
         refused(&[path.to_str().unwrap()], reason);
     };
     with("", "the file ends early");
-    with("solid cube\n", "\"solid\" is no number for dimension");
+    with("solid cube\n", "line 1: there is no number for dimension");
     with(&text[..text.len() / 2], "the file ends early");
     with(&text.replacen('3', "4", 1), "dimension = 4 must be 2 or 3");
     with(&text.replacen("\n27\n", "\n26\n", 1), "announced were 26 × 27");
@@ -571,7 +571,7 @@ fn bad_input_is_named() {
     with(&text.replacen("8.000000000000000444089210e-01", "-0.8", 1), "mu[0] = -0.8");
     with(&text.replacen("2.000000000000000111022302e-01", "inf", 1), "W[0, 0] = inf");
     with(&text.replacen("2.000000000000000111022302e-01", "-0.2", 1), "block (0, 0) of W: W_nn");
-    with(&text.replacen('9', "99999999999999999999", 1), "is no number for number of contacts");
+    with(&text.replacen('9', "99999999999999999999", 1), "there is no number for number of contacts");
     with(&text.replacen('9', "9999999999999999999", 1), "too many");
 }
 

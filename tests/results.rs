@@ -72,7 +72,7 @@ fn a_result_goes_on_where_it_was() {
             fs::write(&history, &text[..text.len() - 7]).unwrap();
         }
         let before = files(&folder);
-        let from = folder::resumable(&folder);
+        let from = folder::resumable(&folder).unwrap();
         assert_eq!(from, [if closed { folder.clone() } else { folder.join("partial") }]);
         let mut simulation = Simulation::new(assembly.clone(), options).unwrap();
         simulation.advance(2).unwrap();
@@ -138,6 +138,6 @@ fn inputs_that_were_changed_are_refused() {
     write();
     let refused = create().err().unwrap().to_string();
     assert!(refused.contains("bed.csv: was changed after it had been read"), "{refused}");
-    assert_eq!(folder::resumable(&folder), [folder.join("partial")], "the one before is where it was");
+    assert_eq!(folder::resumable(&folder).unwrap(), [folder.join("partial")], "the one before is where it was");
     assert!(!folder.join(".packstone/new").exists());
 }

@@ -127,7 +127,8 @@ pub fn solve(args: &SolveArgs) -> anyhow::Result<ExitCode> {
 
 /// The answer of somebody else, as if it were ours.
 fn judge(problem: &Problem, path: &Path, tolerance: f64) -> anyhow::Result<Solution> {
-    let text = std::fs::read_to_string(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+    let bytes = packstone::input::read(path)?;
+    let text = String::from_utf8_lossy(&bytes);
     let numbers = text.split_whitespace().map(str::parse).collect::<Result<Vec<f64>, _>>();
     let (dims, n) = (problem.dims(), problem.len());
     let Some(numbers) = numbers.ok().filter(|x| x.len() == n * dims && x.iter().all(|x| x.is_finite())) else {

@@ -124,3 +124,41 @@ fn leave_to_the_first(ops: &[Op], kernels: &mut HashMap<&Stage, Access>) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        engine::programs::programs,
+        model::{Method, Model, Precision},
+        state::{Lifetime, present},
+    };
+
+    /// Checkpoints have what the table of arrays says that later steps depend on; the plans say the same. Not of contact
+    /// dynamics, whose loops could all be left out as far as plans say.
+    #[test]
+    fn what_matters_between_two_plans_is_no_scratch() {
+        let mut models = Model::all(Precision::Single);
+        models.retain(|model| model.method == Method::DiscreteElements);
+        let (mut seen, mut scratch) = (0, HashSet::new());
+        for model in models.iter().step_by(1 + models.len() / 40) {
+            let plans = Plans::new(model);
+            let stages = plans.stages();
+            let programs: Vec<_> = stages.iter().copied().zip(programs(model, &stages).unwrap()).collect();
+            let liveness = Liveness::of(&plans, &programs);
+            let read = programs.iter().flat_map(|(stage, program)| {
+                let read = program.bindings.iter().filter(|binding| binding.read);
+                read.filter_map(|binding| stage.array(&binding.name))
+            });
+            let read: HashSet<&Array> = read.collect();
+            for array in present(model, ARRAYS) {
+                // What is only written is for the host, which looks at once.
+                let matters = liveness.at_rest & bit(array) != 0 && read.contains(array);
+                seen += u32::from(matters);
+                scratch.extend((matters && array.lifetime == Lifetime::Scratch).then_some(array.name));
+            }
+        }
+        assert!(seen > 100, "{seen} arrays matter");
+        assert!(scratch.is_empty(), "{scratch:?}");
+    }
+}

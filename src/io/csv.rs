@@ -3,6 +3,7 @@
 use super::files::{at, create, is_file, write};
 use crate::{
     error::{Error, Result},
+    input,
     measure::Sample,
     scene::{Clump, Grain, Material, Shape},
 };
@@ -64,6 +65,11 @@ impl History {
             Err(_) => drop(self.file.set_len(self.length)),
         }
         written.map_err(at(&self.path))
+    }
+
+    /// The rows are on the disk when this returns.
+    pub(super) fn sync(&self) -> Result<()> {
+        self.file.sync_data().map_err(at(&self.path))
     }
 
     /// Go on in another file, with the rows so far, as many as can still be read.
@@ -163,9 +169,9 @@ pub(super) fn clumps(out: impl Write, clumps: &[Clump], shapes: &[Shape], materi
 /// # Errors
 /// [`Error::Io`] if there is no such file, [`Error::Scene`] if it is no grain table.
 pub fn read_grains(path: &Path) -> Result<Vec<GrainRow>> {
-    let file = File::open(path).map_err(at(path))?;
+    let bytes = input::read(path)?;
     let wrong = |message: String| Error::Scene(format!("{}: {message}", path.display()));
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(file);
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(&*bytes);
     let header = reader.headers().map_err(|e| wrong(e.to_string()))?;
     if let Some(missing) = ["x", "y", "radius"].into_iter().find(|name| !header.iter().any(|h| h == *name)) {
         return Err(wrong(format!("the header line lacks the column \"{missing}\"")));

@@ -127,7 +127,7 @@ impl Folder {
             let aside = unused(&self.path, PARTIAL);
             fs::rename(&partial, &aside).map_err(at(&partial))?;
             let (partial, aside) = (partial.display(), aside.display());
-            self.notices.push(format!("{partial}, the partial result of an earlier run, is now {aside}"));
+            self.notices.push(format!("{partial}, the partial result of an earlier run, is now {aside}; packstone run --resume {aside} goes on with it"));
         }
         fs::rename(&new, &partial).map_err(at(&partial))
     }
@@ -162,8 +162,30 @@ impl Folder {
 }
 
 /// The folders with a result of which a run could be continued, the latest first.
-pub fn resumable(path: &Path) -> Vec<PathBuf> {
-    [path.join(PARTIAL), path.to_owned()].into_iter().filter(|folder| Record::read(folder).is_some()).collect()
+///
+/// # Errors
+/// [`Error::Folder`] if there is none.
+pub fn resumable(path: &Path) -> Result<Vec<PathBuf>> {
+    finish_exchange(path)?;
+    let folders = [path.join(PARTIAL), path.to_owned()].into_iter();
+    let found: Vec<_> = folders.filter(|folder| Record::read(folder).is_some()).collect();
+    let shown = path.display();
+    match () {
+        () if !found.is_empty() => Ok(found),
+        () if !path.exists() => Err(Error::Folder(format!("{shown}: there is no such folder"))),
+        () if !path.is_dir() => Err(Error::Folder(format!("{shown}: is a file; name the folder of a result"))),
+        () => Err(Error::Folder(format!("{shown}: has no result of a run, as it has no {RUN}"))),
+    }
+}
+
+/// Finish what a run has begun that was killed while its result took the place of another, unless it is still at it.
+fn finish_exchange(path: &Path) -> Result<()> {
+    if is_folder(&path.join(OLDER))
+        && let Ok(_lock) = lock(path, &mut Vec::new())
+    {
+        exchange(path, &mut || Ok(()))?;
+    }
+    Ok(())
 }
 
 /// The folder that has the result of a run, given that of the run; with a notice if it is but a partial one.
@@ -171,11 +193,7 @@ pub fn resumable(path: &Path) -> Vec<PathBuf> {
 /// # Errors
 /// [`Error::Io`] if a result that had begun to take another's place cannot do so now.
 pub fn find(path: &Path) -> Result<(PathBuf, Option<String>)> {
-    if is_folder(&path.join(OLDER))
-        && let Ok(_lock) = lock(path, &mut Vec::new())
-    {
-        exchange(path, &mut || Ok(()))?;
-    }
+    finish_exchange(path)?;
     let partial = path.join(PARTIAL);
     let partial_only = !path.join(RUN).exists() && !path.join(SUMMARY).exists() && Record::read(&partial).is_some();
     Ok(match partial_only {

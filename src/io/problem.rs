@@ -5,12 +5,12 @@
 mod fclib;
 mod text;
 
-use super::at;
 use crate::{
     error::{Error, Result},
+    input,
     solve::Problem,
 };
-use std::{fs, path::Path};
+use std::path::Path;
 
 /// The eight bytes that every HDF5 file begins with.
 const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
@@ -20,7 +20,7 @@ const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
 /// # Errors
 /// [`Error::Io`] where the file cannot be read, [`Error::Problem`] with file and place where it makes no sense.
 pub fn read(path: &Path) -> Result<Problem> {
-    let bytes = fs::read(path).map_err(at(path))?;
+    let bytes = input::read(path)?;
     let problem = if bytes.starts_with(HDF5) { hdf5(bytes) } else { text::parse(&String::from_utf8_lossy(&bytes)) };
     problem.map_err(|error| match error {
         Error::Problem(reason) => Error::Problem(format!("{}: {reason}", path.display())),

@@ -2,7 +2,7 @@
 
 use super::{
     files::{at, crc32, is_file, write},
-    names::{CHECKPOINT, INPUTS, PREVIOUS, RUN, snapshot_number},
+    names::{CHECKPOINT, INPUTS, PREVIOUS, RUN, is_reserved, snapshot_number},
 };
 use crate::{container::is_container, engine::Gpu, error::Result, scene::Scene, simulation::Simulation};
 use serde::{Deserialize, Serialize};
@@ -119,7 +119,18 @@ impl Record {
     pub fn read(folder: &Path) -> Option<Record> {
         let path = folder.join(RUN);
         let text = is_file(&path).ok()?.then(|| fs::read_to_string(path).ok())?;
-        serde_json::from_str(&text?).ok()
+        let mut record: Record = serde_json::from_str(&text?).ok()?;
+        if record.end.is_none() && record.files.is_empty() {
+            // It goes on, or was killed: its files are those that it may have written.
+            record.list(folder).ok()?;
+            record.files.retain(|name, _| {
+                is_reserved(name)
+                    || name.starts_with("inputs/")
+                    || record.scene_as_run.as_ref() == Some(name)
+                    || record.scene_as_given.as_ref() == Some(name)
+            });
+        }
+        Some(record)
     }
 
     pub fn write(&self, folder: &Path) -> Result<()> {

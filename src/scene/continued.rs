@@ -1,5 +1,6 @@
 //! A scene that goes on from the last state of another one.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -36,20 +37,22 @@ impl Scene {
     /// to.
     ///
     /// # Errors
-    /// [`Error::Scene`] if the name of the file is no text.
+    /// [`Error::Scene`] if a single grain or population was given otherwise, so that it cannot be told whether it is to be
+    /// added, or the name of the file is no text.
     pub fn continued(&self, given: &Scene, old: &Scene, start: &Path, shifts: &[Shift]) -> Result<Continued> {
         let mut file = self.file.clone();
         let mut notices = Vec::new();
-        let mut known: Vec<_> = given.file.grain.iter().map(table).collect();
-        file.grain.retain(|grain| is_new(table(grain), &mut known));
-        let mut known: Vec<_> = given.file.population.iter().map(table).collect();
-        let mut numbers = 0..;
-        file.population.retain(|population| {
-            let (number, is_new) = (numbers.next().unwrap_or(0), is_new(table(population), &mut known));
-            let what = if is_new { "is added" } else { "is there already" };
+        let mut added = self.added("grain", &file.grain, &given.file.grain)?.into_iter();
+        file.grain.retain(|_| added.next().unwrap_or(true));
+        let added = self.added("population", &file.population, &given.file.population)?;
+        for (number, added) in added.iter().enumerate() {
+            let what = if *added { "is added" } else { "is there already" };
             notices.push(format!("population.{number} {what}"));
-            is_new
-        });
+        }
+        let mut added = added.into_iter();
+        file.population.retain(|_| added.next().unwrap_or(true));
+        // Overlaps that have come about are none that somebody has made by mistake.
+        file.solver.allow_overlap |= file.grain.is_empty() && file.population.is_empty();
         if !file.grain.is_empty() {
             notices.push(format!("{} single grains are added", file.grain.len()));
         }
@@ -59,11 +62,17 @@ impl Scene {
                 |(k, other): (usize, &schema::Wall)| walls::name(other, k) == name && place(other) == place(wall);
             let known = given.file.wall.iter().enumerate().position(same);
             let what = match known.and_then(|k| old.file.wall.get(k)) {
-                Some(old) if carry(wall, old, &name, shifts) => "goes on from where it is",
-                Some(_) => "is where it was",
-                None => "is as the scene says",
+                Some(old) if carry(wall, old, &name, shifts) => "has moved, and goes on from where it is",
+                Some(_) => "has not moved",
+                None => "is new, or was given elsewhere: it is as the scene says",
             };
             notices.push(format!("wall {name} {what}"));
+        }
+        for (number, wall) in given.file.wall.iter().enumerate() {
+            let name = walls::name(wall, number);
+            if !self.file.wall.iter().enumerate().any(|(k, other)| walls::name(other, k) == name) {
+                notices.push(format!("wall {name} of the run before is gone: the scene has none of that name"));
+            }
         }
         let path = start.to_str().ok_or_else(|| Error::Scene(format!("{}: is no text", start.display())))?;
         let grains = toml::Table::from_iter([("file".to_owned(), path.into())]);
@@ -74,6 +83,29 @@ impl Scene {
         let going_on = Some(GoingOn { start: start.to_owned(), given: self.text(&[])? });
         let scene = Scene { file, text: None, made, going_on, origin: self.origin.clone() };
         Ok(Continued { scene, singles, notices })
+    }
+
+    /// Which parts of a kind are not among those that were given before, of which each counts once. One that is given
+    /// otherwise in the same place is refused.
+    fn added<T: Serialize>(&self, kind: &str, parts: &[T], given: &[T]) -> Result<Vec<bool>> {
+        let [parts, given] = [parts, given].map(|parts| parts.iter().map(table).collect::<Vec<_>>());
+        let mut left: Vec<Option<&toml::Value>> = given.iter().map(Some).collect();
+        let mut added = Vec::new();
+        for part in &parts {
+            let same = left.iter_mut().find(|other| **other == Some(part));
+            added.push(same.map(Option::take).is_none());
+        }
+        for (number, part) in parts.iter().enumerate().filter(|(number, _)| added[*number]) {
+            if let Some(Some(other)) = left.get(number) {
+                return Err(Error::Scene(format!(
+                    "{}: {kind}.{number}: {} not as given to the run before, whose grains are there already; leave it as it was, \
+                     or take it out, and put what is to be added behind",
+                    self.origin.name,
+                    differences(part, other)
+                )));
+            }
+        }
+        Ok(added)
     }
 
     /// The file that was made for this scene, and that nobody else keeps.
@@ -94,10 +126,13 @@ fn table(part: &impl Serialize) -> toml::Value {
     toml::Value::try_from(part).expect("it was a table of a scene")
 }
 
-/// Whether a part of a scene is not among those of the other one, of which each counts once.
-fn is_new(part: toml::Value, known: &mut Vec<toml::Value>) -> bool {
-    let same = known.iter().position(|other| *other == part);
-    same.map(|k| known.swap_remove(k)).is_none()
+/// The keys with another value, as a subject.
+fn differences(part: &toml::Value, other: &toml::Value) -> String {
+    let keys =
+        |part: &toml::Value| part.as_table().into_iter().flat_map(toml::Table::keys).cloned().collect::<Vec<_>>();
+    let all: BTreeSet<String> = [part, other].into_iter().flat_map(keys).collect();
+    let different: Vec<_> = all.into_iter().filter(|key| part.get(key) != other.get(key)).collect();
+    format!("{} {}", different.join(", "), if different.len() == 1 { "is" } else { "are" })
 }
 
 /// A wall without what may change while it stays where it is.
@@ -187,8 +222,8 @@ radius = 0.1
             "population.0 is there already",
             "population.1 is added",
             "1 single grains are added",
-            "wall box goes on from where it is",
-            "wall lid goes on from where it is",
+            "wall box has moved, and goes on from where it is",
+            "wall lid has moved, and goes on from where it is",
         ];
         assert_eq!(notices, said);
         let elsewhere = OLD.replace("point = [0, 0, 2]", "point = [0, 0, 3]");
@@ -196,7 +231,14 @@ radius = 0.1
         let start = Path::new("/start.bin");
         let other = super::tests::scene(&elsewhere).continued(&old, &old, start, &shifts).unwrap();
         assert_eq!(other.scene.file.wall[1].point, Some(vec![0.0, 0.0, 3.0]));
-        assert_eq!(other.notices[2], "wall lid is as the scene says");
+        assert_eq!(other.notices[2], "wall lid is new, or was given elsewhere: it is as the scene says");
+        // What could be meant either way.
+        let faster = super::tests::scene(&OLD.replace("radius = 0.1", "radius = 0.1\nvelocity = [0, 1, 0]"));
+        let message = faster.continued(&old, &old, start, &shifts).unwrap_err().to_string();
+        assert!(message.contains("population.0: velocity is not as given"), "{message}");
+        let renamed = super::tests::scene(&OLD.replace("\"lid\"", "\"piston\""));
+        let notices = renamed.continued(&old, &old, start, &shifts).unwrap().notices;
+        assert!(notices.last().unwrap().starts_with("wall lid of the run before is gone"), "{notices:?}");
         // Once more: the lid goes on from where it had gone on from.
         let given = super::tests::scene(&scene.given().unwrap());
         let third = super::tests::scene(&new).continued(&given, &scene, start, &shifts[1..]).unwrap();

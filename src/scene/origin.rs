@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use toml_edit::Key;
 
-use crate::{Error, Result};
+use crate::{Error, Result, input};
 
 /// The text of a file that ought to be `what`.
 pub fn read_text(path: &Path, what: &str) -> Result<String> {
@@ -13,7 +13,7 @@ pub fn read_text(path: &Path, what: &str) -> Result<String> {
     if path.is_dir() {
         return Err(Error::Scene(format!("{name}: is a folder, not {what}")));
     }
-    let mut bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+    let mut bytes = input::read(path)?;
     let other = match bytes[..] {
         [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => Some("is UTF-16 text; save it as UTF-8"),
         [0x1f, 0x8b, ..] => Some("is compressed; unpack it first"),

@@ -204,7 +204,11 @@ impl Simulation {
             }
         }
         if (about.scene, about.grains, &about.model) != (own.scene, own.grains, &own.model) {
-            return Err(checkpoint.wrong("is of another scene, or the scene has been changed since"));
+            return Err(Error::Folder(format!(
+                "{}: is of another scene, or the scene beside it, or what that reads, has been changed since; undo that, or \
+                 begin another run with --from",
+                checkpoint.0.path().display()
+            )));
         }
         let dims = self.model().dims();
         (self.runner.step, self.runner.remembering) = (about.step, about.remembering);
@@ -219,11 +223,6 @@ impl Simulation {
             nscd.statistics = checkpoint.one(SOLVER, dims)?;
         }
         let sizes = self.sizes();
-        for kind in [Length::Entries, Length::History, Length::Contacts, Length::Colors] {
-            if sizes.of(kind) != old.of(kind) {
-                resize(&mut self.runner, kind, sizes.of(kind))?;
-            }
-        }
         let s = &self.runner.state;
         let arrays = kept(s);
         for array in &arrays {
@@ -232,7 +231,16 @@ impl Simulation {
                 return Err(checkpoint.wrong(format!("lacks the array {}, or has it in another form", array.name)));
             }
         }
-        let engine = &mut self.runner.engine;
+        // These follow from arrays that are in the file, so that none is longer than its length allows.
+        if sizes.history > sizes.entries.max(old.history) || sizes.contacts > sizes.entries.max(old.contacts) {
+            return Err(checkpoint.wrong("has lengths that do not go together"));
+        }
+        for kind in [Length::Entries, Length::History, Length::Contacts, Length::Colors] {
+            if sizes.of(kind) != old.of(kind) {
+                resize(&mut self.runner, kind, sizes.of(kind))?;
+            }
+        }
+        let (s, engine) = (&self.runner.state, &mut self.runner.engine);
         let mut piece = State::bare(s.model, sizes, s.params);
         for array in arrays {
             checkpoint.0.read_pieces(array.name, PIECE, |first, numbers| {

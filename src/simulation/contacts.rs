@@ -39,8 +39,8 @@ pub struct ContactHistory {
     pub tangential_force: DVec3,
     /// Of the rolling spring, N m.
     pub rolling_torque: DVec3,
-    /// Of the last step of contact dynamics, N s.
-    pub impulse: DVec3,
+    /// Of the last step of contact dynamics, its impulse over the time step, N.
+    pub mean_force: DVec3,
 }
 
 impl Simulation {
@@ -72,7 +72,7 @@ impl Simulation {
                     other,
                     tangential_force: s.tangential_force.get(entry).map_or(DVec3::ZERO, |f| f.0),
                     rolling_torque: s.rolling_torque.get(entry).map_or(DVec3::ZERO, |t| t.0),
-                    impulse: s.impulse.get(entry).map_or(DVec3::ZERO, |p| p.0),
+                    mean_force: s.impulse.get(entry).map_or(DVec3::ZERO, |p| p.0 / s.params.dt),
                 });
             }
         }
@@ -135,7 +135,7 @@ impl Simulation {
                     *torque = Spin(contact.rolling_torque);
                 }
                 if let Some(impulse) = lists.impulse.get_mut(entry) {
-                    *impulse = Packed(contact.impulse);
+                    *impulse = Packed(contact.mean_force * lists.params.dt);
                 }
             }
         }

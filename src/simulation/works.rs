@@ -35,7 +35,13 @@ impl Totals {
         Ok(Totals { first: powers(sample), ..Totals::default() })
     }
 
-    /// If it is time to take over what the device has added up.
+    /// Steps until it is time to take over what the device has added up: always after as many, as chunks of steps may be
+    /// of any length, and the order of a sum must not depend on it.
+    pub fn steps_left(&self, step: u64) -> u64 {
+        (self.step + STEPS).saturating_sub(step).max(1)
+    }
+
+    /// Take it over if it is time.
     pub fn keep_up(&mut self, runner: &mut Runner, forget: &Plan) -> Result<()> {
         if runner.step < self.step + STEPS { Ok(()) } else { self.collect(runner, forget) }
     }

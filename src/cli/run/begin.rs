@@ -8,10 +8,7 @@ use packstone::{
     scene::{Assembly, Continued, Scene, Shift, Surface, grain_file::Moment},
     simulation::{Checkpoint, ContactHistory, EngineChoice, Options, Other, Simulation},
 };
-use std::{
-    io::ErrorKind,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 /// Simulate a scene and write its results to a folder
@@ -23,7 +20,9 @@ use tempfile::TempDir;
                         packstone run sheared.toml --from out/heap_2d\n\n\
                         The result takes the place of the one in the folder when it is complete; until then, and if the \
                         run ends early, it is in the folder partial there.\n\n\
-                        Ctrl-C ends a run early, with results; a second one ends it at once, without.")]
+                        Ctrl-C ends a run early, with results; a second one ends it at once, without. A run that was \
+                        interrupted, killed or cut off by a power failure is continued by --resume from its last \
+                        checkpoint: there is one every output.checkpoint seconds (600) and at every end.")]
 pub struct RunArgs {
     /// Scene file
     #[arg(required_unless_present = "resume")]
@@ -122,7 +121,8 @@ pub fn begin(args: &RunArgs) -> anyhow::Result<Begun> {
 
 /// Go on with a run that was interrupted, or take one further.
 fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
-    let Last { from, scene, assembly, simulation, so_far, .. } = last(folder, &args.stop(), args.device.options())?;
+    let folders = folder::resumable(folder)?;
+    let Last { from, scene, assembly, simulation, so_far, .. } = last(&folders, &args.stop(), args.device.options())?;
     let SoFar { mut schedule, wall_seconds, deepest } = so_far;
     if args.steps.is_some() || args.time.is_some() {
         schedule.end = Schedule::new(&assembly, simulation.dt()).end;
@@ -130,7 +130,7 @@ fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
     let (step, dt) = (simulation.step(), simulation.dt());
     if schedule.end.is_some_and(|end| end <= step) {
         return Err(Error::Folder(format!(
-            "{}: the run is at step {step} (t = {:e} s) already, and was to go no further; --time and --steps move its end",
+            "{}: the run is at step {step} (t = {:e} s) already; let --time or --steps be beyond that",
             folder.display(),
             simulation.time()
         ))
@@ -144,6 +144,10 @@ fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
     note(format!("goes on from step {step}"));
     let mut run = Run::new(simulation, results, schedule);
     (run.earlier, run.saved, run.deepest) = (wall_seconds, Some(step), deepest);
+    if args.steps.is_some() || args.time.is_some() {
+        // So that the new end holds from now on, whatever happens.
+        run.checkpoint()?;
+    }
     Ok(Begun { scene, folder: folder.to_owned(), run })
 }
 
@@ -159,35 +163,60 @@ struct Last {
     so_far: SoFar,
 }
 
-fn last(folder: &Path, set: &[String], options: Options) -> anyhow::Result<Last> {
-    let nothing = || Error::Folder(format!("{}: has no result that could be continued", folder.display()));
-    let from = folder::resumable(folder).into_iter().next().ok_or_else(nothing)?;
-    let Record { scene_as_run, scene_as_given: given, .. } = Record::read(&from).ok_or_else(nothing)?;
-    let (scene, assembly) = load(&from.join(scene_as_run.ok_or_else(nothing)?), set)?;
-    let of = |path: &Path| {
-        let mut checkpoint = Checkpoint::open(path)?;
-        let so_far = serde_json::from_value(checkpoint.about().run.clone());
-        let so_far = so_far.map_err(|e| Error::Scene(format!("{}: {e}", path.display())))?;
-        Simulation::resume(assembly.clone(), options, &mut checkpoint).map(|simulation| (simulation, so_far))
-    };
-    let (latest, previous) = (from.join(names::CHECKPOINT), from.join(names::PREVIOUS));
-    let (simulation, so_far) = match of(&latest) {
-        Err(error @ (Error::Scene(_) | Error::Io { .. })) if previous.exists() => {
-            warn(format!("{error}; this is the checkpoint before it"));
-            of(&previous)
+/// That in the first of these folders that has a checkpoint which is whole.
+fn last(folders: &[PathBuf], set: &[String], options: Options) -> anyhow::Result<Last> {
+    for from in folders {
+        let checkpoints = [names::CHECKPOINT, names::PREVIOUS].map(|name| from.join(name));
+        let there: Vec<_> = checkpoints.into_iter().filter(|path| path.exists()).collect();
+        if there.is_empty() {
+            warn(format!("{}: the run was killed before its first checkpoint", from.display()));
+            continue;
         }
-        Err(Error::Io { source, .. }) if source.kind() == ErrorKind::NotFound => {
-            Err(Error::Folder(format!("{}: has no checkpoint to go on from", from.display())))
+        let no_record = || Error::Folder(format!("{}: has no {}", from.display(), names::RUN));
+        let Record { scene_as_run, scene_as_given: given, .. } = Record::read(from).ok_or_else(no_record)?;
+        let (scene, assembly) = load(&from.join(scene_as_run.ok_or_else(no_record)?), set)?;
+        for (k, path) in there.iter().enumerate() {
+            match at_checkpoint(path, &assembly, options) {
+                Ok((simulation, so_far)) => {
+                    return Ok(Last { from: from.clone(), scene, given, assembly, simulation, so_far });
+                }
+                Err(error @ (Error::Scene(_) | Error::Io { .. })) if k + 1 < there.len() => {
+                    warn(format!("{error}; this is the checkpoint before it"));
+                }
+                Err(error) => return Err(error.into()),
+            }
         }
-        result => result,
-    }?;
-    Ok(Last { from, scene, given, assembly, simulation, so_far })
+    }
+    let names: Vec<_> = folders.iter().map(|folder| folder.display().to_string()).collect();
+    Err(Error::Folder(format!("{}: has no checkpoint to go on from; run its scene anew", names.join(", "))).into())
+}
+
+fn at_checkpoint(path: &Path, assembly: &Assembly, options: Options) -> packstone::Result<(Simulation, SoFar)> {
+    let mut checkpoint = Checkpoint::open(path)?;
+    let so_far = serde_json::from_value(checkpoint.about().run.clone());
+    let so_far = so_far.map_err(|e| Error::Scene(format!("{}: {e}", path.display())))?;
+    let simulation = Simulation::resume(assembly.clone(), options, &mut checkpoint)?;
+    let about = checkpoint.about();
+    let (adapter, version) = (simulation.engine().adapter(), env!("CARGO_PKG_VERSION"));
+    // The threads of the cpu engine leave no trace in its results.
+    if about.engine == "gpu" && about.adapter != adapter || about.version != version {
+        warn(format!(
+            "{}: is of packstone {} on {}; with packstone {version} on {adapter} the last digits may be others",
+            path.display(),
+            about.version,
+            about.adapter
+        ));
+    }
+    Ok((simulation, so_far))
 }
 
 /// Another scene with the last state of a run: that scene with the grains in it, the simulation, and the folder with the
 /// file that has the grains.
 fn go_on(scene: &Scene, folder: &Path, options: Options) -> anyhow::Result<(Scene, Simulation, TempDir)> {
-    let Last { from, scene: old_scene, given, assembly: old, mut simulation, .. } = last(folder, &[], options)?;
+    let mut folders = folder::resumable(folder)?;
+    // The result, if there is one, and not one that is on its way.
+    folders.reverse();
+    let Last { from, scene: old_scene, given, assembly: old, mut simulation, .. } = last(&folders, &[], options)?;
     let given = given.map_or_else(|| Ok(old_scene.clone()), |name| Scene::load(&from.join(name), &[]))?;
     let (step, time) = (simulation.step(), simulation.time());
     let (grains, clumps) = (simulation.grains()?, simulation.clumps()?);
@@ -213,7 +242,13 @@ fn go_on(scene: &Scene, folder: &Path, options: Options) -> anyhow::Result<(Scen
     ));
     let Continued { scene, singles, notices } = scene.continued(&given, &old_scene, &start, &shifts)?;
     notices.iter().for_each(note);
-    let assembly = scene.assemble()?;
+    // What is wrong with the grains is wrong with them where they come from.
+    let assembly = scene.assemble().map_err(|error| match error {
+        Error::Scene(message) => {
+            Error::Scene(message.replace(&start.display().to_string(), &format!("the grains of {}", from.display())))
+        }
+        other => other,
+    })?;
     assembly.notices.iter().for_each(note);
     let first = assembly.clumps.get(singles).map_or(singles, |clump| clump.first as usize);
     let same = |(new, old): (&packstone::scene::Grain, &packstone::scene::Grain)| {

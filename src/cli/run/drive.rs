@@ -95,6 +95,8 @@ pub struct Run {
     pub simulation: Simulation,
     pub results: Results,
     pub schedule: Schedule,
+    /// The step that it began with, and when.
+    first: u64,
     start: Instant,
     /// Wall time before that, of a run that goes on, s.
     pub earlier: f64,
@@ -118,6 +120,7 @@ impl Run {
         Run {
             results,
             schedule,
+            first: simulation.step(),
             start,
             earlier: 0.0,
             checkpointed: start,
@@ -165,12 +168,15 @@ impl Run {
     fn pause(&mut self) -> packstone::Result<Option<End>> {
         let step = self.simulation.step();
         let last = Some(step) == self.schedule.end;
-        if self.schedule.snapshots.as_mut().is_some_and(|clock| clock.strikes(step)) {
+        // Clocks tick only when what is due is written.
+        if self.schedule.snapshots.is_some_and(|clock| clock.next() <= step) {
             self.snapshot()?;
+            self.schedule.snapshots.as_mut().map(|clock| clock.strikes(step));
         }
         let (mut at_rest, mut fault) = (false, None);
-        if self.schedule.history.strikes(step) {
+        if self.schedule.history.next() <= step {
             let sample = self.record()?;
+            self.schedule.history.strikes(step);
             at_rest = self.is_at_rest(&sample);
             fault = self.fault(&sample);
         }
@@ -203,7 +209,7 @@ impl Run {
     }
 
     /// Write one. What is due at this step has been done.
-    fn checkpoint(&mut self) -> packstone::Result<()> {
+    pub fn checkpoint(&mut self) -> packstone::Result<()> {
         let Run { simulation, results, schedule, deepest, .. } = self;
         let wall_seconds = self.earlier + self.start.elapsed().as_secs_f64();
         let so_far = SoFar { schedule: *schedule, wall_seconds, deepest: deepest.clone() };
@@ -240,7 +246,7 @@ impl Run {
     /// Particle-steps/s since the row before.
     fn rate(&self, sample: &Sample) -> f64 {
         let (then, last) = &self.row;
-        let steps = sample.step - last.as_ref().map_or(0, |last| last.step);
+        let steps = sample.step - last.as_ref().map_or(self.first, |last| last.step);
         let work = steps as f64 * self.simulation.assembly().grains.len() as f64;
         if work > 0.0 { work / then.elapsed().as_secs_f64() } else { 0.0 }
     }
@@ -292,7 +298,10 @@ impl Run {
         let wall_seconds = self.earlier + self.start.elapsed().as_secs_f64();
         let mut spoilt = None;
         // Before anything is asked of the simulation that could make new lists.
-        while self.simulation.assembly().output.checkpoint > 0.0
+        // Where memory has run out, lists may be half made: the checkpoint before is better.
+        let whole = !matches!(end, End::Stopped(Error::Lacking(_)));
+        while whole
+            && self.simulation.assembly().output.checkpoint > 0.0
             && let Err(error) = self.checkpoint()
         {
             if !matches!(error, Error::Io { .. }) {

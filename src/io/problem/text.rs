@@ -166,9 +166,8 @@ impl<'a> Input<'a> {
                 None => return self.bad(format!("the file ends early, before {what}")),
             }
         };
-        // A long word is no number of a problem, and may be the secret of another file.
-        let shown = || if word.len() <= 20 { format!("{word:?}") } else { "a long word".to_owned() };
-        word.parse().or_else(|_| self.bad(format!("{} is no number for {what}", shown())))
+        // What stands there is not said: the file may be another, and secret.
+        word.parse().or_else(|_| self.bad(format!("there is no number for {what}, which is expected here")))
     }
 
     fn vector<T: FromStr>(&mut self, what: &str, length: usize) -> Result<Vec<T>> {

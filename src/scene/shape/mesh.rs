@@ -14,7 +14,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use super::member::{Mass, Member};
-use crate::{Error, Result};
+use crate::{Error, Result, input};
 
 /// Distances from points spread over the surface of a mesh to the nearest member, over the shape's `radius`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,7 +63,7 @@ pub fn fill(path: &Path, count: usize) -> Result<Filled> {
 
 fn read(path: &Path) -> Result<Mesh> {
     let wrong = |message: String| Error::Scene(format!("{}: {message}", path.display()));
-    let mut bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+    let mut bytes = input::read(path)?;
     // A binary file has 84 bytes and 50 per triangle, whatever it begins with; a text may begin with nothing but the
     // word.
     let count = bytes.get(80..84).map_or(0, |n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
