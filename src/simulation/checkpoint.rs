@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use std::{
     fmt::Display,
     fs::File,
-    io::{self, BufWriter, Write},
+    io::{BufWriter, Write},
     path::Path,
 };
 
@@ -145,42 +145,38 @@ impl Simulation {
         let s = &self.runner.state;
         let (model, params, dims) = (s.model, s.params, s.model.dims());
         let (arrays, sizes) = (kept(s), self.sizes());
-        let mut columns =
-            vec![description_of(PARAMS, &params, dims), description_of(LISTS, &self.lists.schedule, dims)];
-        columns.extend(self.works.iter().map(|works| description_of(WORKS, works, dims)));
-        columns.extend(self.solver_statistics().map(|solved| description_of(SOLVER, solved, dims)));
+        let rows = [
+            Some(row(PARAMS, &params, dims)),
+            Some(row(LISTS, &self.lists.state, dims)),
+            self.works.as_ref().map(|works| row(WORKS, works, dims)),
+            self.solver_statistics().map(|solved| row(SOLVER, solved, dims)),
+        ];
+        let (mut columns, rows): (Vec<_>, Vec<_>) = rows.into_iter().flatten().unzip();
         columns.extend(arrays.iter().map(|array| description(s, array, sizes.of(array.length))));
-        {
-            let mut out = BufWriter::with_capacity(1 << 20, File::create(path).map_err(failed)?);
-            let mut file = Writer::begin(&mut out, &about, columns).map_err(failed)?;
-            put(&mut file, &params, dims).map_err(failed)?;
-            put(&mut file, &self.lists.schedule, dims).map_err(failed)?;
-            if let Some(works) = &self.works {
-                put(&mut file, works, dims).map_err(failed)?;
-            }
-            if let Some(solved) = self.solver_statistics() {
-                put(&mut file, solved, dims).map_err(failed)?;
-            }
-            // Not the host's mirror, which stays as it is.
-            let mut piece = State::bare(model, sizes, params);
-            let mut bytes = Vec::new();
-            for array in arrays {
-                let len = sizes.of(array.length);
-                for first in (0..len).step_by(PIECE) {
-                    self.runner.engine.read(&[array], first..(first + PIECE).min(len), &mut piece)?;
-                    bytes.clear();
-                    let column = piece.column(array);
-                    match column.integer() {
-                        true => column.lanes(dims, &mut |x| (x as u32).encode(&mut bytes)),
-                        false => column.lanes(dims, &mut |x| x.encode(&mut bytes)),
-                    }
-                    file.bytes(&bytes).map_err(failed)?;
-                }
-                file.end_column().map_err(failed)?;
-                piece.release(&[array]);
-            }
-            out.flush().and_then(|()| out.get_ref().sync_all()).map_err(failed)
+        let mut out = BufWriter::with_capacity(1 << 20, File::create(path).map_err(failed)?);
+        let mut file = Writer::begin(&mut out, &about, columns).map_err(failed)?;
+        for row in rows {
+            file.bytes(&row).and_then(|()| file.end_column()).map_err(failed)?;
         }
+        // Not the host's mirror, which stays as it is.
+        let mut piece = State::bare(model, sizes, params);
+        let mut bytes = Vec::new();
+        for array in arrays {
+            let len = sizes.of(array.length);
+            for first in (0..len).step_by(PIECE) {
+                self.runner.engine.read(&[array], first..(first + PIECE).min(len), &mut piece)?;
+                bytes.clear();
+                let column = piece.column(array);
+                match column.integer() {
+                    true => column.lanes(dims, &mut |x| (x as u32).encode(&mut bytes)),
+                    false => column.lanes(dims, &mut |x| x.encode(&mut bytes)),
+                }
+                file.bytes(&bytes).map_err(failed)?;
+            }
+            file.end_column().map_err(failed)?;
+            piece.release(&[array]);
+        }
+        out.flush().and_then(|()| out.get_ref().sync_all()).map_err(failed)
     }
 
     /// Go on from a checkpoint of the same scene, on the engine and in the precision that it is of: see
@@ -213,8 +209,8 @@ impl Simulation {
         let dims = self.model().dims();
         (self.runner.step, self.runner.remembering) = (about.step, about.remembering);
         self.runner.state.params = checkpoint.one(PARAMS, dims)?;
-        let (old, schedule) = (self.sizes(), checkpoint.one(LISTS, dims)?);
-        self.lists.schedule = schedule;
+        let old = self.sizes();
+        self.lists.state = checkpoint.one(LISTS, dims)?;
         (self.runner.state.sizes.contacts, self.runner.state.sizes.colors) = (about.contacts, about.colors);
         if self.model().works {
             self.works = Some(checkpoint.one::<Totals>(WORKS, dims)?);
@@ -231,8 +227,9 @@ impl Simulation {
                 return Err(checkpoint.wrong(format!("lacks the array {}, or has it in another form", array.name)));
             }
         }
-        // These follow from arrays that are in the file, so that none is longer than its length allows.
-        if sizes.history > sizes.entries.max(old.history) || sizes.contacts > sizes.entries.max(old.contacts) {
+        // The file has no arrays of these lengths; they are a few times those that it has, whose bytes are there.
+        let most = 16 * (sizes.bodies + sizes.entries);
+        if sizes.history > most || sizes.contacts > most {
             return Err(checkpoint.wrong("has lengths that do not go together"));
         }
         for kind in [Length::Entries, Length::History, Length::Contacts, Length::Colors] {
@@ -297,20 +294,16 @@ fn description(s: &State, array: &Array, rows: usize) -> Description {
     }
 }
 
-/// Of the only row of a column.
-fn description_of<T: Element>(name: &str, _: &T, dims: usize) -> Description {
-    Description {
+/// A column of one row: what there is to say of it, and its bytes.
+fn row<T: Element>(name: &str, value: &T, dims: usize) -> (Description, Vec<u8>) {
+    let description = Description {
         name: name.to_owned(),
         number: f64::TYPE.to_owned(),
         components: T::width(dims) as u64,
         rows: 1,
         unit: T::names(dims).join(", "),
-    }
-}
-
-fn put<T: Element>(file: &mut Writer<impl io::Write>, row: &T, dims: usize) -> io::Result<()> {
+    };
     let mut bytes = Vec::new();
-    row.put(dims, &mut |x| x.encode(&mut bytes));
-    file.bytes(&bytes)?;
-    file.end_column()
+    value.put(dims, &mut |x| x.encode(&mut bytes));
+    (description, bytes)
 }

@@ -94,7 +94,7 @@ impl Simulation {
         let mut simulation = Simulation::build(assembly, options)?;
         let given = simulation.remember(contacts)?;
         simulation.start()?;
-        let forgotten = std::mem::take(&mut simulation.lists.schedule.lost_contacts);
+        let forgotten = std::mem::take(&mut simulation.lists.state.lost_contacts);
         Ok((simulation, given - forgotten as usize))
     }
 
@@ -142,9 +142,9 @@ impl Simulation {
         if entries > sizes.entries {
             let entries = with_room(entries as u32)?;
             resize(&mut self.runner, Length::Entries, entries)?;
-            (self.lists.schedule.entries, self.lists.schedule.next_entries) = (entries, entries);
+            (self.lists.state.entries, self.lists.state.next_entries) = (entries, entries);
         }
-        self.lists.schedule.active_contacts = contacts.len() as u32;
+        self.lists.state.active_contacts = contacts.len() as u32;
         self.runner.remembering = true;
         self.runner.engine.write(&arrays, 0, &lists)?;
         Ok(contacts.len())

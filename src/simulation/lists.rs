@@ -28,7 +28,7 @@ pub const LEAST_LENGTH: usize = 16;
 
 record!(
     /// How long the lists live, and how long their arrays are.
-    Schedule {
+    ListState {
         /// How far grains and walls are from the origin, m.
         extent: f64,
         wall_extent: f64,
@@ -66,7 +66,7 @@ pub struct NeighbourLists {
     least_entries: usize,
     /// Steps that lists may serve at most.
     most_steps: u32,
-    pub schedule: Schedule,
+    pub state: ListState,
 }
 
 /// Of the fastest wall in a step, m.
@@ -115,13 +115,13 @@ impl NeighbourLists {
             wall_displacement_per_step: wall_displacement(assembly, params)?,
             least_entries: options.entries.unwrap_or(0),
             most_steps: options.longest_chunk.max(1),
-            schedule: Schedule {
+            state: ListState {
                 wall_extent: 0.25 * extent_of(params.quantum),
                 entries,
                 next_entries: entries,
                 history: LEAST_LENGTH,
                 steps_planned: 1,
-                ..Schedule::default()
+                ..ListState::default()
             },
         })
     }
@@ -129,52 +129,52 @@ impl NeighbourLists {
     /// Back to time 0; arrays stay as long as they are.
     pub fn rewind(&mut self, p: &mut Params) {
         *p = self.start;
-        let Schedule { entries, next_entries, history, .. } = self.schedule;
+        let ListState { entries, next_entries, history, .. } = self.state;
         let wall_extent = 0.25 * extent_of(p.quantum);
-        self.schedule =
-            Schedule { wall_extent, entries, next_entries, history, steps_planned: 1, ..Schedule::default() };
+        self.state =
+            ListState { wall_extent, entries, next_entries, history, steps_planned: 1, ..ListState::default() };
     }
 
     /// The first lists, of grains of which the fastest moves this far in a step, m.
     pub fn start(&mut self, plans: &Plans, runner: &mut Runner, displacement_per_step: f64) -> Result<()> {
         // Nothing is known yet of what forces will do to the speeds.
-        self.schedule.displacement_per_step = displacement_per_step.max(self.largest_margin / LIFE);
+        self.state.displacement_per_step = displacement_per_step.max(self.largest_margin / LIFE);
         let counters = self.make(plans, runner)?;
         runner.check_lost(&counters)
     }
 
     /// Whether they have to be made anew before the next step.
     pub fn are_used_up(&self) -> bool {
-        self.schedule.steps_left == 0
+        self.state.steps_left == 0
     }
 
     /// Whether they have served no step yet.
     pub fn are_new(&self) -> bool {
-        self.schedule.steps_served == 0
+        self.state.steps_served == 0
     }
 
     /// Whether grains may have moved out of their reach.
     pub fn margin_is_used_up(&self) -> bool {
-        self.schedule.margin_used_up
+        self.state.margin_used_up
     }
 
     /// Let lists reach as far as they must to live a while, and plan for how many steps that is. Positions in single
     /// precision become multiples of more where grains have gone far.
     pub fn set_margin(&mut self, p: &mut Params) {
         if let Some(coarsest) = self.coarsest {
-            follow_extent(p, self.schedule.extent.max(self.schedule.wall_extent), coarsest);
+            follow_extent(p, self.state.extent.max(self.state.wall_extent), coarsest);
         }
-        let fastest = self.schedule.displacement_per_step.max(self.wall_displacement_per_step).max(f64::MIN_POSITIVE);
+        let fastest = self.state.displacement_per_step.max(self.wall_displacement_per_step).max(f64::MIN_POSITIVE);
         let margin = (2.0 * fastest * LIFE / BOLDNESS).clamp(self.smallest_margin, self.largest_margin);
         (p.margin, p.displacement_limit) = (p.reach + margin, 0.5 * margin);
         let walls = p.displacement_limit / self.wall_displacement_per_step;
         let steps = (BOLDNESS * p.displacement_limit / fastest).min(walls).min(f64::from(self.most_steps));
-        self.schedule.steps_planned = (steps as u32).max(1);
+        self.state.steps_planned = (steps as u32).max(1);
     }
 
     /// Steps until they have to be made anew; if they have to be now, those after that.
     pub fn steps(&self) -> u32 {
-        if self.are_used_up() { self.schedule.steps_planned } else { self.schedule.steps_left }
+        if self.are_used_up() { self.state.steps_planned } else { self.state.steps_left }
     }
 
     /// New lists.
@@ -201,35 +201,34 @@ impl NeighbourLists {
         if counters.steps_done > 0 {
             self.note_displacements(&counters, &runner.state.params);
         }
-        self.schedule.steps_left =
-            if self.schedule.margin_used_up { 0 } else { self.schedule.steps_left - counters.steps_done };
-        self.schedule.repeated_chunks += u64::from(counters.steps_done < steps);
+        self.state.steps_left = if self.state.margin_used_up { 0 } else { self.state.steps_left - counters.steps_done };
+        self.state.repeated_chunks += u64::from(counters.steps_done < steps);
         Ok(counters)
     }
 
     /// The contacts that there are fit into the history. To be called before lists are made.
     pub fn make_room_for_history(&mut self, runner: &mut Runner) -> Result<()> {
-        if self.schedule.active_contacts as usize > self.schedule.history {
-            self.schedule.history = with_room(self.schedule.active_contacts)?;
-            resize(runner, Length::History, self.schedule.history)?;
+        if self.state.active_contacts as usize > self.state.history {
+            self.state.history = with_room(self.state.active_contacts)?;
+            resize(runner, Length::History, self.state.history)?;
         }
         Ok(())
     }
 
     /// What the next lists need, so far as is known.
     pub fn make_room(&mut self, runner: &mut Runner) -> Result<()> {
-        if self.schedule.next_entries != self.schedule.entries {
+        if self.state.next_entries != self.state.entries {
             runner.submit()?;
-            self.resize_entries(runner, self.schedule.next_entries)?;
+            self.resize_entries(runner, self.state.next_entries)?;
         }
         Ok(())
     }
 
     /// More if they have turned out too short: whether they have.
     fn make_more_room(&mut self, runner: &mut Runner, counters: &Counters) -> Result<bool> {
-        let short = counters.entries_needed as usize > self.schedule.entries;
+        let short = counters.entries_needed as usize > self.state.entries;
         if short {
-            self.schedule.repeated_chunks += 1;
+            self.state.repeated_chunks += 1;
             runner.submit()?;
             self.resize_entries(runner, with_room(counters.entries_needed)?)?;
         }
@@ -252,42 +251,41 @@ impl NeighbourLists {
     fn begin(&mut self, counters: &Counters) -> Result<()> {
         let needed = counters.entries_needed as usize;
         let ample = with_room(counters.entries_needed)?.max(self.least_entries);
-        self.schedule.next_entries = if 8 * needed < 7 * self.schedule.entries { ample } else { self.schedule.entries };
-        let forgotten = self.schedule.active_contacts.saturating_sub(counters.restored_contacts);
-        self.schedule.lost_contacts += u64::from(forgotten) + u64::from(counters.unlisted);
-        (self.schedule.steps_left, self.schedule.steps_served, self.schedule.margin_used_up) =
-            (self.schedule.steps_planned, 0, false);
+        self.state.next_entries = if 8 * needed < 7 * self.state.entries { ample } else { self.state.entries };
+        let forgotten = self.state.active_contacts.saturating_sub(counters.restored_contacts);
+        self.state.lost_contacts += u64::from(forgotten) + u64::from(counters.unlisted);
+        (self.state.steps_left, self.state.steps_served, self.state.margin_used_up) =
+            (self.state.steps_planned, 0, false);
         Ok(())
     }
 
     /// How far grains have gone, and how many contacts there are.
     pub fn note_displacements(&mut self, counters: &Counters, p: &Params) {
-        self.schedule.active_contacts = counters.active_contacts;
-        self.schedule.steps_served += counters.steps_done;
-        self.schedule.extent = f64::from(f32::from_bits(counters.max_coordinate)) * p.quantum;
-        self.schedule.wall_extent += f64::from(counters.steps_done) * self.wall_displacement_per_step;
+        self.state.active_contacts = counters.active_contacts;
+        self.state.steps_served += counters.steps_done;
+        self.state.extent = f64::from(f32::from_bits(counters.max_coordinate)) * p.quantum;
+        self.state.wall_extent += f64::from(counters.steps_done) * self.wall_displacement_per_step;
         let displacement = f64::from(f32::from_bits(counters.max_displacement));
-        self.schedule.margin_used_up = !(displacement <= 1.0);
-        if self.schedule.steps_served > 0 {
-            self.schedule.displacement_per_step =
-                displacement * p.displacement_limit / f64::from(self.schedule.steps_served);
+        self.state.margin_used_up = !(displacement <= 1.0);
+        if self.state.steps_served > 0 {
+            self.state.displacement_per_step = displacement * p.displacement_limit / f64::from(self.state.steps_served);
         }
     }
 
     /// A step of contact dynamics, which runs none of theirs, is done.
     pub fn serve_step(&mut self) {
-        self.schedule.steps_left = self.schedule.steps_left.saturating_sub(1);
+        self.state.steps_left = self.state.steps_left.saturating_sub(1);
     }
 
     /// A step of contact dynamics was taken back, to be done again with longer ones.
     pub fn repeat_step(&mut self) {
-        self.schedule.steps_left = 0;
-        self.schedule.repeated_chunks += 1;
+        self.state.steps_left = 0;
+        self.state.repeated_chunks += 1;
     }
 
     /// They are those of another state.
     pub fn discard(&mut self) {
-        (self.schedule.margin_used_up, self.schedule.steps_left) = (true, 0);
+        (self.state.margin_used_up, self.state.steps_left) = (true, 0);
     }
 
     pub fn most_steps(&self) -> u32 {
@@ -295,24 +293,24 @@ impl NeighbourLists {
     }
 
     pub fn entries(&self) -> usize {
-        self.schedule.entries
+        self.state.entries
     }
 
     /// Entries of the history: as long as it is, and as many as are in use.
     pub fn history(&self) -> (usize, usize) {
-        (self.schedule.history, self.schedule.active_contacts as usize)
+        (self.state.history, self.state.active_contacts as usize)
     }
 
     pub fn repeated_chunks(&self) -> u64 {
-        self.schedule.repeated_chunks
+        self.state.repeated_chunks
     }
 
     pub fn lost_contacts(&self) -> u64 {
-        self.schedule.lost_contacts
+        self.state.lost_contacts
     }
 
     fn resize_entries(&mut self, runner: &mut Runner, entries: usize) -> Result<()> {
-        self.schedule.entries = entries;
+        self.state.entries = entries;
         resize(runner, Length::Entries, entries)
     }
 }
