@@ -84,6 +84,7 @@ struct Params {
     max_momentum: Real,            // most momentum of a pass, 0 to 1
     max_correction_velocity: Real, // m/s, at most this fast overlaps open
     wall_depth: Real,              // m, at most this far beyond a wall the hardest impact drives a centre
+    deep_overlap: Real,            // over the smaller radius: contacts that overlap more are looked at by the host
     turn_limit: Real,              // rad, no clump may turn further in a step
     gap_band: Real,                // m, gaps and overlaps up to this are taken for contacts
     @align(16) pair: Pair,         // the pair parameters of a scene with one material
@@ -117,6 +118,7 @@ struct Counters {
     active_contacts: atomic<u32>,   // contacts with a history at the end of the chunk, each counted once
     restored_contacts: atomic<u32>, // contacts whose history the new lists took over
     unlisted: atomic<u32>,          // neighbours that found no entry: 0, or a defect
+    deep_overlaps: atomic<u32>,     // 1 if a contact overlaps by more than `deep_overlap`, after which no step is done
 }
 
 var<storage, read_write> counters: Counters;

@@ -10,6 +10,7 @@ mod host_solver;
 mod lists;
 mod nscd;
 mod options;
+mod overlaps;
 pub mod profile;
 mod runner;
 mod samples;
@@ -20,9 +21,10 @@ mod works;
 
 pub use checkpoint::Checkpoint;
 pub use columns::Columns;
-pub use contacts::{ContactHistory, Other};
+pub use contacts::ContactHistory;
 pub use nscd::{ResidualRecord, SolverStatistics};
 pub use options::{EngineChoice, Options};
+pub use overlaps::{DEEP_OVERLAP, DeepOverlap, Other};
 pub use runner::params_of_step;
 pub use setup::Setup;
 
@@ -53,6 +55,8 @@ pub struct Simulation {
     free: usize,
     /// Where works are added up.
     works: Option<Totals>,
+    /// The deepest overlap of the steps so far, if it is more than [`DEEP_OVERLAP`].
+    deep_overlap: Option<DeepOverlap>,
     /// One line on which engine was taken, and why.
     notice: String,
     dt_bound: f64,
@@ -150,13 +154,14 @@ impl Simulation {
             lists: NeighbourLists::new(&assembly, &runner.state, &options)?,
             stepper: match assembly.solver.method {
                 Method::DiscreteElements => Stepper::Dem,
-                Method::ContactDynamics(relaxation) => Stepper::Nscd(Nscd::new(relaxation)),
+                Method::ContactDynamics(relaxation) => Stepper::Nscd(Nscd::new(relaxation, options.interrupted)),
             },
             free: count_free(&assembly),
             assembly,
             plans,
             runner,
             works: None,
+            deep_overlap: None,
             notice,
             dt_bound,
         })
@@ -177,8 +182,9 @@ impl Simulation {
         let counted = present(&runner.state.model, &[&LIST_START, &ROTATION_ITERATIONS]);
         runner.execute(&counted.into_iter().map(Op::Clear).collect::<Vec<_>>(), 1)?;
         (runner.step, runner.remembering) = (0, false);
+        self.deep_overlap = None;
         if let Stepper::Nscd(nscd) = stepper {
-            *nscd = Nscd::new(nscd.relaxation);
+            *nscd = Nscd::new(nscd.relaxation, nscd.interrupted);
         }
         self.start()
     }
@@ -197,20 +203,18 @@ impl Simulation {
         Ok(())
     }
 
-    /// Advance by this many steps, in chunks.
+    /// Advance by this many steps, in chunks; by fewer if a step is given up.
     ///
     /// # Errors
     /// [`Error::Run`] if a grain is lost or moves too fast; the state is then the last good one.
     pub fn advance(&mut self, steps: u64) -> Result<()> {
         let end = self.step() + steps;
-        while self.step() < end {
-            self.advance_chunk(end - self.step())?;
-        }
+        while self.step() < end && self.advance_chunk(end - self.step())? > 0 {}
         Ok(())
     }
 
     /// One chunk of at most `steps` (at least 1), so that progress can be shown and a run interrupted; returns the
-    /// steps done.
+    /// steps done: none if one was given up because it was interrupted, and the state is what it was before.
     ///
     /// # Errors
     /// As [`Simulation::advance`].
@@ -219,12 +223,28 @@ impl Simulation {
         let steps = works.as_ref().map_or(steps, |works| steps.min(works.steps_left(runner.step)));
         let done = match &mut self.stepper {
             Stepper::Dem => dem::advance(plans, runner, lists, steps)?,
-            Stepper::Nscd(nscd) => nscd.advance(plans, runner, lists).map(|()| 1)?,
+            Stepper::Nscd(nscd) => nscd.advance(plans, runner, lists).map(u64::from)?,
         };
         if let Some(works) = works {
             works.keep_up(runner, &plans.forget_works)?;
         }
+        if std::mem::take(&mut self.runner.overlaps_deeply) {
+            self.look_at_deep_overlap()?;
+        }
         Ok(done)
+    }
+
+    /// A step was the last of its chunk because of an overlap: which it is. The next one has to be deeper by a part, so
+    /// that grains that go on into each other do not end a chunk with every step.
+    fn look_at_deep_overlap(&mut self) -> Result<()> {
+        const DEEPER: f64 = 1.25;
+        let step = self.step();
+        let seen = self.params().deep_overlap;
+        let found = self.deepest_overlap()?.filter(|found| found.over_radius >= seen);
+        let deepest = found.unwrap_or(DeepOverlap { over_radius: seen, step, pair: None });
+        self.runner.state.params.deep_overlap = DEEPER * deepest.over_radius;
+        self.deep_overlap = Some(deepest);
+        Ok(())
     }
 
     /// From now on a step of contact dynamics may take this many passes.
@@ -299,6 +319,11 @@ impl Simulation {
     /// spheres follows from the overlaps they have come to.
     pub fn stable_overlap(&self) -> f64 {
         crate::time_step::stable_overlap(&self.assembly, self.dt())
+    }
+    /// The deepest overlap of the steps so far, if it is more than [`DEEP_OVERLAP`]; no step had one that was deeper by
+    /// more than a quarter. What was before a checkpoint is not known here.
+    pub fn deep_overlap(&self) -> Option<&DeepOverlap> {
+        self.deep_overlap.as_ref()
     }
     pub fn step(&self) -> u64 {
         self.runner.step

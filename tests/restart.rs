@@ -10,6 +10,7 @@ use packstone::{
     state::{ACTIVE, ARRAYS, Array, Lifetime, NONE, array::IMPULSE, present},
 };
 use std::{
+    cell::Cell,
     fs,
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
@@ -86,6 +87,15 @@ fn content(simulation: &mut Simulation) -> Vec<(&'static str, Vec<u64>)> {
     kept.iter().map(content).collect()
 }
 
+thread_local!(
+    /// Looks at which a step goes on, and one at which it is given up.
+    static LOOKS: Cell<u32> = const { Cell::new(0) }
+);
+
+fn interrupted() -> bool {
+    LOOKS.replace(LOOKS.get().saturating_sub(1)) == 1
+}
+
 #[test]
 fn runs_go_on_from_checkpoints_to_the_bit() {
     let folder = tempfile::tempdir().unwrap();
@@ -114,8 +124,14 @@ fn runs_go_on_from_checkpoints_to_the_bit() {
 
             let mut checkpoint = Checkpoint::open(&path).unwrap();
             assert_eq!((checkpoint.about().step, checkpoint.about().run.as_str()), (at, Some("whatever")));
-            let mut second = Simulation::resume(scene.clone(), Options::default(), &mut checkpoint).unwrap();
+            let options = Options { interrupted, ..Options::default() };
+            let mut second = Simulation::resume(scene.clone(), options, &mut checkpoint).unwrap();
             assert_eq!(second.step(), at);
+            if second.solver_statistics().is_some() {
+                // A step of contact dynamics that is given up in the middle has never been begun.
+                LOOKS.set(2);
+                assert_eq!((second.advance_chunk(1).unwrap(), second.step()), (0, at), "{name} on {}", bench.name);
+            }
             let rest = 2 * steps - at;
             let mut after = if rest > 0 { samples(&mut second, rest, 1) } else { vec![second.sample().unwrap()] };
             after.extend(samples(&mut second, steps, 2));
@@ -438,6 +454,36 @@ fn deep_overlaps_are_told_with_grain_and_time() {
     assert!(deepest["other_grain"].is_u64() != deepest["wall"].is_string(), "{deepest}");
     assert!(said.contains("warning: an overlap was"), "{said}");
     assert_eq!(summary["ended"], "last step");
+}
+
+/// An impact between two rows of the history, of spheres on soft springs: the deepest overlap is v √(m / 2 k).
+#[test]
+fn overlaps_between_rows_are_told() {
+    let place = Place::new();
+    let (radius, density, stiffness, speed) = (0.01_f64, 2500.0, 1e4, 6.0);
+    let scene = format!(
+        "dimension = 3\ngravity = [0, 0, 0]\n[material.soft]\ndensity = {density}\nnormal_stiffness = {stiffness}\nrestitution = 1.0\n\
+         [[grain]]\nradius = {radius}\nmaterial = \"soft\"\nposition = [-0.02, 0, 0]\nvelocity = [{half}, 0, 0]\n\
+         [[grain]]\nradius = {radius}\nmaterial = \"soft\"\nposition = [0.02, 0, 0]\nvelocity = [-{half}, 0, 0]\n\
+         [stop]\ntime = 0.02\n[output]\nhistory = 0.02\n",
+        half = 0.5 * speed
+    );
+    fs::write(place.path("impact.toml"), scene).unwrap();
+    let mass = density * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+    let deepest = speed * (mass / (2.0 * stiffness)).sqrt() / radius;
+    assert!((0.3..1.0).contains(&deepest), "{deepest}");
+    for engine in ["--engine=cpu", "--engine=gpu"] {
+        let said = place.packstone(&["run", "impact.toml", engine, "--out=impact"], 0);
+        let (summary, rows) = (place.summary("impact"), fs::read_to_string(place.path("impact/history.csv")).unwrap());
+        assert_eq!((rows.lines().count(), summary["max_overlap_over_radius"].as_f64()), (3, Some(0.0)), "{rows}");
+        let told = &summary["deepest_overlap"];
+        let over_radius = told["over_radius"].as_f64().unwrap();
+        assert!(over_radius <= deepest * 1.001 && deepest <= 1.25 * over_radius, "{over_radius} of {deepest}");
+        let time = told["time"].as_f64().unwrap();
+        assert!(0.02 / speed < time && time < 0.02 / speed + 0.01, "{told}");
+        assert!([&told["grain"], &told["other_grain"]].iter().all(|id| id.as_u64().is_some_and(|id| id < 2)), "{told}");
+        assert!(said.contains("warning: an overlap was"), "{said}");
+    }
 }
 
 /// What goes wrong around a checkpoint costs neither it nor the result beside it.

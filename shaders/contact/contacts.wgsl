@@ -5,6 +5,7 @@
 struct Contact {
     gap: Real,         // m
     is_active: bool,   // if not, nothing below means anything
+    is_deep: bool,     // the surfaces overlap by more than `deep_overlap`
     force: Vec,        // N, on the grain of interest
     arm: Vec,          // m, from its centre to the contact point
     couple: Spin,      // N m, of rolling resistance

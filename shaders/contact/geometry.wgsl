@@ -61,3 +61,8 @@ fn lengthened(branch: Vec, step: Vec) -> Real {
     let end = branch + step;
     return (2 * dot(branch, step) + dot(step, step)) / (sqrt(dot(branch, branch)) + sqrt(dot(end, end)));
 }
+
+/// Whether surfaces overlap by more than is expected of grains, of which the smaller has this radius.
+fn is_deep(gap: Real, radius: Real) -> bool {
+    return -gap > params.deep_overlap * radius;
+}

@@ -98,6 +98,7 @@ fn grain_contact(i: u32, here: Body, j: u32, tagged: u32, old: History) -> Conta
         let arm = (p.radius + 0.5 * p.separation.gap) * p.separation.n;
         let arm_to = -(p.radius_to + 0.5 * p.separation.gap) * p.separation.n;
         let f = contact_force(pair_of(i, j), grain_state(i, here, j, p), opposite(old, p.back));
+        contact.is_deep = is_deep(contact.gap, min(p.radius, p.radius_to));
         contact.force = select(f.force, -f.force, p.back);
         contact.arm = select(arm, arm_to, p.back);
         contact.couple = select(f.couple, -f.couple, p.back);
@@ -137,6 +138,7 @@ fn wall_contact(i: u32, here: Body, w: u32, tagged: u32, old: History) -> Contac
     contact.gap = separation.gap;
     contact.is_active = is_active(pair_index(i, params.bodies + w), contact.gap, (tagged & ACTIVE) != 0u);
     if (contact.is_active) {
+        contact.is_deep = is_deep(contact.gap, here.position.radius);
         contact.arm = (here.position.radius + 0.5 * separation.gap) * separation.n;
         let f = contact_force(pair_of(i, params.bodies + w), wall_state(i, here, w, separation), old);
         contact.force = f.force;
@@ -206,6 +208,7 @@ fn spins_in_scene(inverse_moments: Spin) -> bool {
 struct BodyForces {
     sum: ForceTorque,
     crossed: bool, // its centre is beyond a wall
+    deep: bool,    // one of them is deep
 }
 
 /// All contacts of body i, gathered in ascending order of the other's id. Their history is kept.
@@ -225,6 +228,7 @@ fn body_forces(i: u32, here: Body) -> BodyForces {
             set_history(entry, contact.history);
             forces.sum.force += contact.force;
             forces.sum.torque += contact_torque(contact);
+            forces.deep |= contact.is_deep;
         }
         set_active(entry, tagged, contact.is_active);
     }
@@ -239,6 +243,7 @@ fn body_forces(i: u32, here: Body) -> BodyForces {
                 forces.sum.force += contact.force;
                 forces.sum.torque += contact_torque(contact);
                 forces.crossed |= is_crossed(contact.gap, here.position.radius);
+                forces.deep |= contact.is_deep;
             }
             set_active(entry, tagged, contact.is_active);
             entry += list.step;
@@ -250,4 +255,12 @@ fn body_forces(i: u32, here: Body) -> BodyForces {
         }
     }
     return forces;
+}
+
+/// Tell the host of a deep contact: whether there is one.
+fn report_deep(deep: bool) -> bool {
+    if (deep) {
+        atomicMax(&counters.deep_overlaps, 1u);
+    }
+    return deep;
 }

@@ -1,8 +1,8 @@
 // twin: src/dem/advance.rs
 // One step: contact forces at step n, gathered in ascending order of the other's id, then leapfrog with global damping,
 // implicit at the half step: n - 1/2 to n + 1/2 (2.19), n to n + 1 (2.20). A step after which the lists may miss a
-// neighbour, or after which a grain is lost, is the last: it halts the steps that follow in the chunk. Large grains,
-// which come last, have `advance_large`.
+// neighbour, after which a grain is lost, or in which one overlaps deeply, is the last: it halts the steps that follow in
+// the chunk. Large grains, which come last, have `advance_large`.
 var<storage, read> halt: u32;
 var<storage, read_write> halt_next: atomic<u32>;
 
@@ -31,7 +31,9 @@ fn advance(
     }
     set_seed(params.step + halt);
     let here = body(i);
-    if (leap(i, here, body_forces(i, here))) {
+    let forces = body_forces(i, here);
+    let deep = report_deep(forces.deep);
+    if (leap(i, here, forces) || deep) {
         atomicMax(&halt_next, HALTED);
     }
 }

@@ -10,6 +10,7 @@ const LANES = 64u;
 struct Share {
     is_active: bool,
     crossed: bool, // the grain's centre is beyond a wall
+    deep: bool,
     sum: ForceTorque,
 }
 
@@ -29,7 +30,7 @@ fn share_of(i: u32, here: Body, entry: u32) -> Share {
     }
     set_history(entry, contact.history);
     let crossed = (tagged & INDEX) >= params.bodies && is_crossed(contact.gap, here.position.radius);
-    return Share(true, crossed, ForceTorque(contact.force, contact_torque(contact)));
+    return Share(true, crossed, contact.is_deep, ForceTorque(contact.force, contact_torque(contact)));
 }
 
 @compute @workgroup_size(LANES)
@@ -61,11 +62,15 @@ fn advance_large(
                 forces.sum.force += share.sum.force;
                 forces.sum.torque += share.sum.torque;
                 forces.crossed |= share.crossed;
+                forces.deep |= share.deep;
             }
         }
         workgroupBarrier();
     }
-    if (lane == 0u && moves && leap(i, here, forces)) {
-        atomicMax(&halt_next, HALTED);
+    if (lane == 0u && moves) {
+        let deep = report_deep(forces.deep);
+        if (leap(i, here, forces) || deep) {
+            atomicMax(&halt_next, HALTED);
+        }
     }
 }

@@ -19,6 +19,8 @@ fn member_forces(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_wor
     member_torque[i] = pushed.sum.torque;
     if (pushed.crossed) {
         atomicMax(&counters.lost_body, params.bodies - id[i]);
+    }
+    if (report_deep(pushed.deep) || pushed.crossed) {
         atomicMax(&halt_next, HALTED);
     }
 }

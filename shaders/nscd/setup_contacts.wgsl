@@ -13,17 +13,22 @@ fn setup_contacts_of(i: u32, entries: vec2<u32>) -> ListSums {
             break;
         }
         let j = tagged & INDEX;
+        var smaller = here.position.radius;
         var touch = Separation();
         var there = FreeMotion();
         if (j < params.bodies) {
             touch = sphere_separation_of(i, here, j);
             there = free_motion(j);
+            smaller = min(smaller, position[j].radius);
         } else {
             touch = wall_separation(j - params.bodies, here.position, here.low);
             there.v = wall_velocity(j - params.bodies, here.position.x + (here.position.radius + 0.5 * touch.gap) * touch.n);
             if (is_crossed(touch.gap, here.position.radius)) {
                 atomicMax(&counters.lost_body, params.bodies - id[i]);
             }
+        }
+        if (is_deep(touch.gap, smaller)) {
+            atomicMax(&counters.deep_overlaps, 1u);
         }
         let inverse_mass = inverse_effective_mass_of(entry, i, j, touch);
         inverse_effective_mass[entry] = inverse_mass;

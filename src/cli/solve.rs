@@ -101,6 +101,7 @@ pub fn solve(args: &SolveArgs) -> anyhow::Result<ExitCode> {
         order: args.order.unwrap_or_default(),
         seed: args.seed,
         associated: args.associated,
+        ..Options::default()
     };
     let started = Instant::now();
     let solution = match &args.judge {

@@ -121,9 +121,10 @@ pub trait Kept: Default {
     fn store(&mut self, lane: usize, pair: &GrainPair, contact: &Contact);
 }
 
-/// What contacts do: the force on the first grains, and the moments on both.
+/// What contacts do: the force on the first grains, and the moments on both; and which of them are deep.
 #[derive(Default)]
 pub struct Forces {
+    is_deep: [bool; LANES],
     force: Rows,
     torque: Rows,
     torque_to: Rows,
@@ -138,6 +139,7 @@ fn kept(contact: &Contact, v: DVec3) -> DVec3 {
 impl Kept for Forces {
     #[inline(always)]
     fn store(&mut self, lane: usize, _: &GrainPair, contact: &Contact) {
+        self.is_deep[lane] = contact.is_deep;
         set(&mut self.force, lane, contact.force);
         set(&mut self.torque, lane, contact.torque);
         set(&mut self.torque_to, lane, contact.torque_to);
@@ -145,9 +147,16 @@ impl Kept for Forces {
 }
 
 impl Forces {
-    /// What the first grains of the lanes get, and what the second get.
+    /// What the first grains of the lanes get, and what the second get: whether a contact is deep.
     #[inline(always)]
-    pub fn add(&self, pairs: &Pairs, lanes: usize, is_active: &[bool; LANES], sums: &mut OfGrains<ForceTorque>) {
+    pub fn add(
+        &self,
+        pairs: &Pairs,
+        lanes: usize,
+        is_active: &[bool; LANES],
+        sums: &mut OfGrains<ForceTorque>,
+    ) -> bool {
+        let mut deep = false;
         for lane in lanes_of::<LANES>(lanes, |lane| is_active[lane]) {
             let force = at(&self.force, lane);
             let first = &mut sums[index(pairs[0][lane])];
@@ -156,7 +165,9 @@ impl Forces {
             let second = &mut sums[index(pairs[1][lane])];
             second.force -= force;
             second.torque += at(&self.torque_to, lane);
+            deep |= self.is_deep[lane];
         }
+        deep
     }
 }
 

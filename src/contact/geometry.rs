@@ -58,6 +58,12 @@ pub fn branch_vector(s: &State, i: usize, j: usize) -> DVec3 {
     separated(s.id[i] < s.id[j], branch.x + branch.low)
 }
 
+/// Whether surfaces overlap by more than is expected of grains, of which the smaller has this radius.
+#[inline(always)]
+pub fn is_deep(s: &State, gap: f64, radius: f64) -> bool {
+    -gap > s.params.deep_overlap * radius
+}
+
 /// |branch + step| - |branch|, m, with the digits that this subtraction would lose.
 #[inline(always)]
 pub fn lengthened(branch: DVec3, step: DVec3) -> f64 {

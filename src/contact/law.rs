@@ -4,7 +4,7 @@
 use super::{
     cohesion::{self, cohesive_energy, cohesive_force, is_active, overlaps},
     damping::damping_force,
-    geometry::{Separation, branch_vector, lengthened, near, sphere_separation, unit_or},
+    geometry::{Separation, branch_vector, is_deep, lengthened, near, sphere_separation, unit_or},
     history::{History, history_of},
     materials::{pair_index, pair_of},
     normal::{self, Loading, normal_energy, normal_force, normal_stiffness},
@@ -57,6 +57,8 @@ pub struct Contact {
     pub gap: f64,
     /// If not, nothing below means anything.
     pub is_active: bool,
+    /// The surfaces overlap by more than `deep_overlap`.
+    pub is_deep: bool,
     /// N, on the grain of interest.
     pub force: DVec3,
     /// m, from its centre to the contact point.
@@ -244,7 +246,8 @@ pub fn grain_contact(law: Law, m: &GrainPair, was_active: bool) -> Contact {
     let Arms { arm, arm_to } = arms(m, separation);
     let f = contact_force(law, &m.pair, &c, m.old);
     let torque_to = with_couple(law, moment(arm_to, -f.force), -f.couple);
-    Contact { torque_to, ..seen(law, arm, active, separation.gap, f) }
+    let is_deep = is_deep(law.state, separation.gap, m.radius.min(m.radius_to));
+    Contact { torque_to, is_deep, ..seen(law, arm, active, separation.gap, f) }
 }
 
 /// What the laws are told of grain i and wall w.
@@ -280,7 +283,8 @@ pub fn wall_contact(s: &State, i: usize, here: &Body, w: usize, was_active: bool
     }
     let arm = (here.position.radius + 0.5 * separation.gap) * separation.n;
     let c = wall_state(law, i, here, w, separation);
-    seen(law, arm, true, separation.gap, contact_force(law, &pair_of(s, i, other), &c, old))
+    let is_deep = is_deep(s, separation.gap, here.position.radius);
+    Contact { is_deep, ..seen(law, arm, true, separation.gap, contact_force(law, &pair_of(s, i, other), &c, old)) }
 }
 
 #[inline(always)]
@@ -288,6 +292,7 @@ fn seen(law: Law, arm: DVec3, active: bool, gap: f64, f: ContactForce) -> Contac
     Contact {
         gap,
         is_active: active,
+        is_deep: false,
         force: f.force,
         arm,
         torque: with_couple(law, moment(arm, f.force), f.couple),

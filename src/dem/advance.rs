@@ -41,6 +41,7 @@ pub fn begin_step(s: &mut State) -> bool {
 /// What the places of bodies say of the step.
 pub fn end_step(s: &mut State, limits: Limits) {
     s.counters[0].lost_body = s.counters[0].lost_body.max(limits.lost_body);
+    s.counters[0].deep_overlaps = s.counters[0].deep_overlaps.max(u32::from(limits.deep));
     if limits.halt {
         s.halt_next[0] = HALTED;
     }
@@ -54,8 +55,8 @@ pub fn advance_bodies(s: &mut State, bodies: Range<usize>) {
         let run = bodies.start.max(first)..bodies.end.min(first + next.len());
         let of_body = |i: usize| {
             let here = body(s, i);
-            let (sum, crossed) = contact_forces(s, first, i, &here, &mut lists);
-            next.advance(s, (i, i - first), &here, &sum, crossed)
+            let forces = contact_forces(s, first, i, &here, &mut lists);
+            next.advance(s, (i, i - first), &here, &forces)
         };
         run.map(of_body).fold(Limits::default(), Limits::and)
     };
@@ -65,10 +66,29 @@ pub fn advance_bodies(s: &mut State, bodies: Range<usize>) {
     end_step(s, limits);
 }
 
-/// What the contacts of grain i of a block do to it, and whether its centre is beyond a wall; the first grain of the block
-/// is `first`.
-pub fn contact_forces(s: &State, first: usize, i: usize, here: &Body, lists: &mut Lists) -> (ForceTorque, bool) {
-    let (mut sum, mut crossed) = (ForceTorque::default(), false);
+/// What all contacts do to a body in a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BodyForces {
+    pub sum: ForceTorque,
+    /// Its centre is beyond a wall.
+    pub crossed: bool,
+    /// One of them is deep.
+    pub deep: bool,
+}
+
+impl BodyForces {
+    /// One more, with neighbour j.
+    #[inline(always)]
+    pub fn add(&mut self, s: &State, here: &Body, j: usize, contact: &Contact) {
+        self.sum.add(contact);
+        self.crossed |= j >= s.sizes.bodies && is_crossed(s, contact.gap, here.position.radius);
+        self.deep |= contact.is_deep;
+    }
+}
+
+/// What the contacts of grain i of a block do to it; the first grain of the block is `first`.
+pub fn contact_forces(s: &State, first: usize, i: usize, here: &Body, lists: &mut Lists) -> BodyForces {
+    let mut forces = BodyForces::default();
     for entry in s.row(i).from(first_entry(s, first)) {
         let tagged = lists.neighbour[entry];
         if tagged == NONE {
@@ -78,17 +98,11 @@ pub fn contact_forces(s: &State, first: usize, i: usize, here: &Body, lists: &mu
         let contact = contact_with(s, i, here, j, lists.is_active(entry), lists.history(entry));
         if contact.is_active {
             lists.set_history(entry, &contact.history);
-            sum.add(&contact);
-            crossed |= j >= s.sizes.bodies && is_beyond(s, &contact, here);
+            forces.add(s, here, j, &contact);
         }
         lists.set_active(entry, contact.is_active);
     }
-    (sum, crossed)
-}
-
-/// Whether a grain's centre is beyond the wall of this contact.
-pub fn is_beyond(s: &State, contact: &Contact, here: &Body) -> bool {
-    is_crossed(s, contact.gap, here.position.radius)
+    forces
 }
 
 /// What comes next, taken out of the state.
@@ -145,40 +159,28 @@ impl NextOfBlock<'_> {
 
     /// Body i, the k-th of the run, moves under what acts on it.
     #[inline(always)]
-    pub fn advance(&mut self, s: &State, at: (usize, usize), here: &Body, sum: &ForceTorque, crossed: bool) -> Limits {
+    pub fn advance(&mut self, s: &State, at: (usize, usize), here: &Body, forces: &BodyForces) -> Limits {
         match s.model.precision {
-            Precision::Double => self.move_body(s, at, here, sum, crossed),
-            Precision::Single => self.move_in_single(s, at, here, sum, crossed),
+            Precision::Double => self.move_body(s, at, here, forces),
+            Precision::Single => self.move_in_single(s, at, here, forces),
         }
     }
 
     /// Apart, so that in double precision nothing goes through memory for the sake of low parts.
     #[inline(never)]
-    fn move_in_single(
-        &mut self,
-        s: &State,
-        at: (usize, usize),
-        here: &Body,
-        sum: &ForceTorque,
-        crossed: bool,
-    ) -> Limits {
-        self.move_body(s, at, here, sum, crossed)
+    fn move_in_single(&mut self, s: &State, at: (usize, usize), here: &Body, forces: &BodyForces) -> Limits {
+        self.move_body(s, at, here, forces)
     }
 
     #[inline(always)]
-    fn move_body(
-        &mut self,
-        s: &State,
-        (i, k): (usize, usize),
-        here: &Body,
-        sum: &ForceTorque,
-        crossed: bool,
-    ) -> Limits {
+    fn move_body(&mut self, s: &State, (i, k): (usize, usize), here: &Body, forces: &BodyForces) -> Limits {
+        let BodyForces { sum, crossed, deep } = forces;
         let change = velocity_change(s, &here.velocity, sum.force);
         let changed = changed_velocities(s, i, here, change, sphere_spin_change(s, here, sum.torque, spin_change));
         let v = changed.velocity.v;
         self.velocities.store(k, changed);
         let point = wrap(s, displaced(s, here.position.x, here.low.x, s.params.dt * v));
-        self.positions.commit_position(s, (i, k), point, s.params.dt * v.length(), crossed)
+        let limits = self.positions.commit_position(s, (i, k), point, s.params.dt * v.length(), *crossed);
+        limits.and(Limits::of_contacts(*deep))
     }
 }

@@ -1,7 +1,7 @@
 //! A step of the CPU engine: `advance` and `member_forces`, with contacts computed in blocks.
 
 use super::{
-    advance::{Next, NextOfBlock, begin_step, end_step, is_beyond},
+    advance::{BodyForces, Next, NextOfBlock, begin_step, end_step},
     member_forces::{Loads, LoadsOfBlock},
 };
 use crate::{
@@ -52,20 +52,20 @@ fn step<T: Pushed>(blocks: &mut Blocks, s: &State, grains: impl IndexedParallelI
 /// A run of grains that contact forces act on.
 trait Pushed: Send {
     /// Body i, the k-th of the run, gets the forces of its contacts, and is lost if its centre is beyond a wall.
-    fn push(&mut self, s: &State, at: (usize, usize), here: &Body, sum: &ForceTorque, crossed: bool) -> Limits;
+    fn push(&mut self, s: &State, at: (usize, usize), here: &Body, forces: &BodyForces) -> Limits;
 }
 
 impl Pushed for NextOfBlock<'_> {
     #[inline(always)]
-    fn push(&mut self, s: &State, at: (usize, usize), here: &Body, sum: &ForceTorque, crossed: bool) -> Limits {
-        self.advance(s, at, here, sum, crossed)
+    fn push(&mut self, s: &State, at: (usize, usize), here: &Body, forces: &BodyForces) -> Limits {
+        self.advance(s, at, here, forces)
     }
 }
 
 impl Pushed for LoadsOfBlock<'_> {
     #[inline(always)]
-    fn push(&mut self, s: &State, at: (usize, usize), _: &Body, sum: &ForceTorque, crossed: bool) -> Limits {
-        self.store(s, at, sum, crossed)
+    fn push(&mut self, s: &State, at: (usize, usize), _: &Body, forces: &BodyForces) -> Limits {
+        self.store(s, at, forces)
     }
 }
 
@@ -78,35 +78,36 @@ impl<T: Pushed> Task for Push<T> {
 
     #[inline(always)]
     fn run(self, s: &State, block: &mut Block, workspace: &mut Workspace<ForceTorque>) -> Limits {
-        add_contacts_of_grains(s, block, workspace);
-        let (mut grains, mut limits) = (self.0, Limits::default());
+        let deep = add_contacts_of_grains(s, block, workspace);
+        let (mut grains, mut limits) = (self.0, Limits::of_contacts(deep));
         let mut single = block.single.iter_mut().peekable();
-        for (k, sum) in workspace.sums[..block.grains.len()].iter_mut().enumerate() {
-            let (i, mut crossed) = (block.grains.start + k, false);
-            let here = body(s, i);
+        for (k, sum) in workspace.sums[..block.grains.len()].iter().enumerate() {
+            let i = block.grains.start + k;
+            let (here, mut forces) = (body(s, i), BodyForces { sum: *sum, ..BodyForces::default() });
             while let Some(one) = single.next_if(|one| one.grain == k as u32) {
                 let contact = one.contact(s, i, &here);
                 one.remember(&contact);
                 if contact.is_active {
-                    sum.add(&contact);
-                    crossed |= one.other as usize >= s.sizes.bodies && is_beyond(s, &contact, &here);
+                    forces.add(s, &here, one.other as usize, &contact);
                 }
             }
-            limits = limits.and(grains.push(s, (i, k), &here, sum, crossed));
+            limits = limits.and(grains.push(s, (i, k), &here, &forces));
         }
         limits
     }
 }
 
+/// Whether one of them is deep.
 #[inline(always)]
-fn add_contacts_of_grains(s: &State, block: &mut Block, workspace: &mut Workspace<ForceTorque>) {
+fn add_contacts_of_grains(s: &State, block: &mut Block, workspace: &mut Workspace<ForceTorque>) -> bool {
     block.begin(s, workspace);
-    let mut batch: Batch<Forces> = Batch::new(s);
+    let (mut batch, mut deep): (Batch<Forces>, bool) = (Batch::new(s), false);
     for (group, pairs) in block.pairs.iter().enumerate() {
         let (lanes, is_active) = (block.lanes(group), &mut block.is_active[group]);
         let (force, torque) = (&mut block.force[group], block.torque.get_mut(group));
         let mut springs = Springs { is_active, force, torque };
         batch.compute(s, &workspace.grains, pairs, block.materials.get(group), &mut springs);
-        batch.contacts.add(pairs, lanes, springs.is_active, &mut workspace.sums);
+        deep |= batch.contacts.add(pairs, lanes, springs.is_active, &mut workspace.sums);
     }
+    deep
 }

@@ -2,12 +2,11 @@
 
 use crate::{
     body::{
-        ForceTorque,
         blocks::{BLOCK, by_body},
         bodies::{Limits, body},
     },
     contact::history::{Lists, with_lists},
-    dem::advance::{begin_step, contact_forces, end_step},
+    dem::advance::{BodyForces, begin_step, contact_forces, end_step},
     state::{Spin, State},
 };
 use glam::DVec3;
@@ -21,10 +20,8 @@ pub fn member_forces(s: &mut State) {
     let mut loads = Loads::take(s);
     let work = |s: &State, k: usize, mut loads: LoadsOfBlock, mut lists: Lists| {
         let (first, len) = (k * BLOCK, loads.force.len());
-        let of_member = |i: usize| {
-            let (sum, crossed) = contact_forces(s, first, i, &body(s, i), &mut lists);
-            loads.store(s, (i, i - first), &sum, crossed)
-        };
+        let of_member =
+            |i: usize| loads.store(s, (i, i - first), &contact_forces(s, first, i, &body(s, i), &mut lists));
         (first..first + len).map(of_member).fold(Limits::default(), Limits::and)
     };
     let blocks = loads.blocks(s);
@@ -64,8 +61,9 @@ impl Loads {
 impl LoadsOfBlock<'_> {
     /// Of body i, the k-th of the run.
     #[inline(always)]
-    pub fn store(&mut self, s: &State, (i, k): (usize, usize), sum: &ForceTorque, crossed: bool) -> Limits {
+    pub fn store(&mut self, s: &State, (i, k): (usize, usize), forces: &BodyForces) -> Limits {
+        let BodyForces { sum, crossed, deep } = *forces;
         (self.force[k], self.torque[k].0) = (sum.force, sum.torque);
-        Limits { lost_body: if crossed { s.params.bodies - s.id[i] } else { 0 }, halt: crossed }
+        Limits { lost_body: if crossed { s.params.bodies - s.id[i] } else { 0 }, deep, halt: crossed | deep }
     }
 }

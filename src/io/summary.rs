@@ -5,7 +5,7 @@ use crate::{
     error::{Error, Result},
     measure::{self, Sample, Sizes},
     scene::{self, Assembly, Clump, Grain, Surface},
-    simulation::{Other, Simulation, SolverStatistics},
+    simulation::{DEEP_OVERLAP, DeepOverlap, Other, Simulation, SolverStatistics},
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -94,19 +94,36 @@ impl Deepest {
     /// As [`Simulation::deepest_overlap`].
     pub fn update(so_far: &mut Option<Deepest>, simulation: &mut Simulation, sample: &Sample) -> Result<()> {
         let over_radius = sample.max_overlap_over_radius;
-        if !(over_radius > so_far.as_ref().map_or(0.0, |deepest| deepest.over_radius)) {
-            return Ok(());
+        if Deepest::is_deeper(so_far.as_ref(), over_radius) {
+            let found = if over_radius > Deepest::SHALLOW { simulation.deepest_overlap()? } else { None };
+            let pair = found.and_then(|found| found.pair);
+            *so_far = Some(Deepest::of(simulation, &DeepOverlap { over_radius, step: sample.step, pair }));
         }
-        let found = if over_radius > Deepest::SHALLOW { simulation.deepest_overlap()? } else { None };
-        let (grain, other) = found.map_or((None, None), |(_, grain, other)| (Some(grain), Some(other)));
+        Ok(())
+    }
+
+    /// The deeper one of what was seen so far and of what the simulation has seen in its steps.
+    pub fn update_from_steps(so_far: &mut Option<Deepest>, simulation: &Simulation) {
+        let deeper = |found: &&DeepOverlap| Deepest::is_deeper(so_far.as_ref(), found.over_radius);
+        if let Some(found) = simulation.deep_overlap().filter(deeper) {
+            *so_far = Some(Deepest::of(simulation, found));
+        }
+    }
+
+    fn is_deeper(so_far: Option<&Deepest>, over_radius: f64) -> bool {
+        over_radius > so_far.map_or(0.0, |deepest| deepest.over_radius)
+    }
+
+    fn of(simulation: &Simulation, found: &DeepOverlap) -> Deepest {
+        let &DeepOverlap { over_radius, step, pair } = found;
+        let (grain, other) = pair.unzip();
         let (other_grain, wall) = match other {
             Some(Other::Grain(id)) => (Some(id), None),
             Some(Other::Wall(wall)) => (None, Some(simulation.assembly().walls[wall as usize].name.clone())),
             None => (None, None),
         };
-        let (step, time) = (sample.step, sample.time);
-        *so_far = Some(Deepest { over_radius, step, time, grain, other_grain, wall });
-        Ok(())
+        let time = step as f64 * simulation.dt();
+        Deepest { over_radius, step, time, grain, other_grain, wall }
     }
 }
 
@@ -245,9 +262,6 @@ impl Summary {
     }
 }
 
-/// An overlap, in radii, beyond which grains are not what their contact law was made for.
-const LARGE_OVERLAP: f64 = 0.1;
-
 /// Positions that are multiples of more than this, in radii of the smallest grain, leave overlaps too few digits: an
 /// overlap of 1e-4 radii would be off by 1e-5 of it.
 const COARSE: f64 = 1e-9;
@@ -263,7 +277,7 @@ fn doubts(s: &Simulation, sample: &Sample, ending: &Ending) -> Vec<String> {
         )
     });
     let deepest = ending.deepest.as_ref();
-    let deep = deepest.filter(|deepest| deepest.over_radius > LARGE_OVERLAP).map(Deepest::to_string);
+    let deep = deepest.filter(|deepest| deepest.over_radius > DEEP_OVERLAP).map(Deepest::to_string);
     let unsolved = s.solver_statistics().filter(|solved| solved.unconverged > 0).map(|solved| {
         format!(
             "{} of {} steps were not solved within solver.max_iterations: a contact had a residual of up to {:.1e}",

@@ -3,7 +3,7 @@
 
 use crate::{
     body::{ForceTorque, bodies::body},
-    contact::history::set_active,
+    contact::{geometry::is_deep, history::set_active},
     model::Grains,
     nscd::{
         contact::{
@@ -18,7 +18,7 @@ use crate::{
 use rayon::prelude::*;
 
 pub fn setup_contacts(s: &mut State) {
-    let mut bad = 0;
+    let (mut bad, mut deep) = (0, false);
     let slack = s.params.dt * s.params.gravity.length();
     for i in 0..s.sizes.bodies {
         let (here, free) = (body(s, i), free_motion(s, i));
@@ -26,6 +26,8 @@ pub fn setup_contacts(s: &mut State) {
             let (tagged, old) = (s.neighbour[entry], warm_start_impulse(s, entry));
             let j = (tagged & INDEX) as usize;
             let touch = separation_with(s, i, &here, j);
+            let (radius, other) = (here.position.radius, s.position.get(j).map_or(f64::INFINITY, |there| there.radius));
+            deep |= is_deep(s, touch.gap, radius.min(other));
             let bias_velocity = bias_velocity_of(s, touch.gap);
             let (inverse_effective_mass, delassus_eigenvalue) = inverse_effective_mass_of(s, i, j, touch.gap, touch.n);
             let [arm, arm_to] = [inverse_effective_mass.arm * touch.n, -inverse_effective_mass.arm_to * touch.n];
@@ -53,6 +55,7 @@ pub fn setup_contacts(s: &mut State) {
     }
     store_residual_sums(s, residual_scale);
     s.counters[0].lost_body = s.counters[0].lost_body.max(bad);
+    s.counters[0].deep_overlaps = s.counters[0].deep_overlaps.max(u32::from(deep));
     let sums: Vec<ForceTorque> =
         (0..s.sizes.bodies).into_par_iter().map(|i| impulse_sum(s, list_entries(s, i))).collect();
     if s.model.grains == Grains::Clumps {

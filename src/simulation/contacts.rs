@@ -3,6 +3,7 @@
 use super::{
     Options, Simulation,
     lists::{resize, with_room},
+    overlaps::Other,
 };
 use crate::{
     error::Result,
@@ -18,15 +19,6 @@ use glam::DVec3;
 
 /// The arrays that lists of contacts consist of, with what contacts remember.
 const OF_CONTACTS: [&Array; 5] = [&LIST_START, &NEIGHBOUR, &TANGENTIAL_FORCE, &ROLLING_TORQUE, &IMPULSE];
-
-/// The other one of a contact.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Other {
-    /// A grain of a larger number.
-    Grain(u32),
-    /// A wall, by its place in [`Assembly::walls`].
-    Wall(u32),
-}
 
 /// What a contact remembers: what the law of contact or contact dynamics has no use for is zero. Forces and torques are
 /// those on `grain`.

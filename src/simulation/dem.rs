@@ -16,6 +16,7 @@ pub fn advance(plans: &Plans, runner: &mut Runner, lists: &mut NeighbourLists, s
     }
     let steps = if runner.step == 0 { 1 } else { steps.clamp(1, u64::from(lists.steps())) as u32 };
     let counters = lists.run(plans, runner, steps)?;
+    runner.overlaps_deeply = counters.deep_overlaps > 0;
     if counters.lost_body > 0 {
         let reason = runner.lost_grain(counters.lost_body, runner.step + u64::from(counters.steps_done))?;
         if counters.steps_done > 0 {

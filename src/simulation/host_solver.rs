@@ -211,7 +211,7 @@ impl<I: Inertia> Operator for Grains<I> {
 }
 
 /// Solve the contacts of a state, and leave impulses and velocities in it. Times in the answer are since `began`.
-fn solve_state(s: &mut State, relaxation: &Relaxation, step: u64, began: Instant) -> Result<Solution> {
+fn solve_state(s: &mut State, solver: Solver, options: &Options, began: Instant) -> Result<Solution> {
     match s.model.grains {
         Kind::Spheres => {
             let of_body = |i| {
@@ -224,8 +224,8 @@ fn solve_state(s: &mut State, relaxation: &Relaxation, step: u64, began: Instant
                 &Grains::new(s, grains, |i| (i, DVec3::ZERO)),
                 s,
                 |_, i| (i, DVec3::ZERO),
-                relaxation,
-                step,
+                solver,
+                options,
                 began,
             )
         }
@@ -240,7 +240,7 @@ fn solve_state(s: &mut State, relaxation: &Relaxation, step: u64, began: Instant
                 let c = grain_of(s, i) as usize;
                 (c, arm_of(s, clump(s, c).orientation, s.id[i] as usize))
             };
-            solve_grains(&Grains::new(s, grains, |i| of_body(s, i)), s, of_body, relaxation, step, began)
+            solve_grains(&Grains::new(s, grains, |i| of_body(s, i)), s, of_body, solver, options, began)
         }
     }
 }
@@ -249,27 +249,20 @@ fn solve_grains<I: Inertia>(
     grains: &Grains<I>,
     s: &mut State,
     of_body: impl Fn(&State, usize) -> (usize, DVec3),
-    relaxation: &Relaxation,
-    step: u64,
+    solver: Solver,
+    options: &Options,
     began: Instant,
 ) -> Result<Solution> {
     if grains.is_empty() {
         return Ok(Solution::default());
     }
     let start: Vec<DVec3> = grains.contact_ids.iter().map(|m| m.in_frame(s.impulse[m.entry].0)).collect();
-    let options = Options {
-        tolerance: relaxation.tolerance,
-        max_iterations: relaxation.max_iterations as usize,
-        order: relaxation.order,
-        seed: step,
-        ..Options::default()
-    };
-    let swept = relaxation.solver == Solver::GaussSeidel;
+    let swept = solver == Solver::GaussSeidel;
     let problem = if swept { None } else { Some(Problem::of(grains)?) };
     let before = began.elapsed().as_secs_f64();
     let mut solution = match &problem {
-        None => gauss_seidel::solve(grains, start, &options),
-        Some(problem) => solve(problem, relaxation.solver, &options)?,
+        None => gauss_seidel::solve(grains, start, options),
+        Some(problem) => solve(problem, solver, options)?,
     };
     solution.history.iter_mut().for_each(|record| record.seconds += before);
     let mut state = grains.free();
@@ -297,7 +290,12 @@ fn solve_grains<I: Inertia>(
 ///
 /// # Errors
 /// [`crate::Error::Device`] if arrays cannot be moved, and what the solver says.
-pub fn solve_step(runner: &mut Runner, relaxation: &Relaxation, began: Instant) -> Result<Solution> {
+pub fn solve_step(
+    runner: &mut Runner,
+    relaxation: &Relaxation,
+    began: Instant,
+    interrupted: fn() -> bool,
+) -> Result<Solution> {
     let needed = [
         &POSITION,
         &VELOCITY,
@@ -328,7 +326,15 @@ pub fn solve_step(runner: &mut Runner, relaxation: &Relaxation, began: Instant) 
     ];
     let model = runner.state.model;
     runner.read(&present(&model, &needed))?;
-    let solution = solve_state(&mut runner.state, relaxation, runner.step, began)?;
+    let options = Options {
+        tolerance: relaxation.tolerance,
+        max_iterations: relaxation.max_iterations as usize,
+        order: relaxation.order,
+        seed: runner.step,
+        interrupted,
+        ..Options::default()
+    };
+    let solution = solve_state(&mut runner.state, relaxation.solver, &options, began)?;
     runner.engine.write(&present(&model, &[&IMPULSE, &PASS_VELOCITY, &PASS_SPIN]), 0, &runner.state)?;
     Ok(solution)
 }

@@ -202,7 +202,7 @@ impl NeighbourLists {
             self.note_displacements(&counters, &runner.state.params);
         }
         self.state.steps_left = if self.state.margin_used_up { 0 } else { self.state.steps_left - counters.steps_done };
-        self.state.repeated_chunks += u64::from(counters.steps_done < steps);
+        self.state.repeated_chunks += u64::from(counters.steps_done < steps && counters.deep_overlaps == 0);
         Ok(counters)
     }
 

@@ -6,15 +6,16 @@ use super::{
     runner::Runner,
 };
 use crate::{
+    engine::ALL,
     error::{Error, Result},
     nscd::coloring::Coloring,
     plan::{Driver, Loop, Op},
     plans::Plans,
     record::record,
     scene::Relaxation,
-    state::{Length, SolverState, array},
+    state::{ARRAYS, Array, Length, Lifetime, Sizes, SolverState, State, array, present},
 };
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Fewest and most passes that are begun without a look at the residual.
 const LEAST_AT_ONCE: u32 = 4;
@@ -31,6 +32,11 @@ const MOST_SWEEPS: u32 = 8192;
 const FALLEN: f64 = 0.7;
 /// Passes without a fall after which there may be none any more.
 const PATIENCE: u32 = 16;
+
+/// In a step that takes long, it is asked about as often whether to give it up; a step is given up only after one that
+/// took half of [`SLOW`], or as the first.
+const PAUSE: Duration = Duration::from_millis(250);
+const SLOW: Duration = Duration::from_millis(500);
 
 /// Most solutions of a step on the host, each with the pairs that the one before has brought together.
 const HOST_ROUNDS: u32 = 16;
@@ -90,26 +96,70 @@ pub struct Nscd {
     pub statistics: SolverStatistics,
     /// Of the last step; the last entry is what it ended with.
     pub residual_history: Vec<ResidualRecord>,
+    pub interrupted: fn() -> bool,
+    /// Whether the next step may take long.
+    slow: bool,
 }
 
 impl Nscd {
-    pub fn new(relaxation: Relaxation) -> Nscd {
-        Nscd { relaxation, statistics: SolverStatistics::default(), residual_history: Vec::new() }
+    pub fn new(relaxation: Relaxation, interrupted: fn() -> bool) -> Nscd {
+        let statistics = SolverStatistics::default();
+        Nscd { relaxation, statistics, residual_history: Vec::new(), interrupted, slow: true }
     }
 
-    /// One step.
+    /// One step: whether it is done. If not it was interrupted, and nothing has changed.
     ///
     /// # Errors
     /// [`Error::Run`] if a grain is lost or moves too fast; the state is then the last good one.
-    pub fn advance(&mut self, plans: &Plans, runner: &mut Runner, lists: &mut NeighbourLists) -> Result<()> {
+    pub fn advance(&mut self, plans: &Plans, runner: &mut Runner, lists: &mut NeighbourLists) -> Result<bool> {
+        let begin = Instant::now();
         let mut step = Step::new(self, runner, lists);
-        plans.chunk.walk(&mut step)?;
+        let walked = plans.chunk.walk(&mut step);
+        if let Some(before) = step.before.take_if(|_| step.given_up) {
+            before.put_back(runner)?;
+            return Ok(false);
+        }
+        walked?;
         let (passes, end, solved, best) = (step.passes, step.end, step.solved, step.best);
         self.statistics.last_useful_iterations = best.1;
         self.statistics.add(passes, &end, solved);
         lists.serve_step();
         runner.step += 1;
-        Ok(())
+        self.slow = begin.elapsed() >= SLOW;
+        Ok(true)
+    }
+}
+
+/// What the passes of a step change of the state, as it was before.
+struct Before {
+    sizes: Sizes,
+    arrays: Vec<&'static Array>,
+    content: State,
+}
+
+impl Before {
+    /// With new lists, if there are to be any, and before anything of the step.
+    fn of(runner: &mut Runner) -> Result<Before> {
+        let s = &runner.state;
+        let changes = |array: &&'static Array| {
+            let of_contacts = matches!(array.length, Length::Entries | Length::Colors | Length::One);
+            array.lifetime == Lifetime::State && of_contacts
+        };
+        let arrays: Vec<_> = present(&s.model, ARRAYS).into_iter().filter(changes).collect();
+        let mut before = Before { sizes: s.sizes, content: State::bare(s.model, s.sizes, s.params), arrays };
+        runner.engine.read(&before.arrays, ALL, &mut before.content)?;
+        Ok(before)
+    }
+
+    fn put_back(self, runner: &mut Runner) -> Result<()> {
+        runner.forget_queue();
+        for kind in [Length::Contacts, Length::Colors] {
+            if runner.state.sizes.of(kind) != self.sizes.of(kind) {
+                resize(runner, kind, self.sizes.of(kind))?;
+            }
+        }
+        runner.state.sizes = self.sizes;
+        runner.engine.write(&self.arrays, 0, &self.content)
     }
 }
 
@@ -132,6 +182,9 @@ struct Step<'a> {
     coloring: Coloring,
     /// Why the step is taken back, if it lost a grain.
     lost: Option<Error>,
+    /// To go back to, of a step that may take long.
+    before: Option<Before>,
+    given_up: bool,
 }
 
 impl<'a> Step<'a> {
@@ -146,6 +199,8 @@ impl<'a> Step<'a> {
             best: (f64::INFINITY, 0),
             coloring: Coloring::default(),
             lost: None,
+            before: None,
+            given_up: false,
             nscd,
             runner,
             lists,
@@ -175,7 +230,8 @@ impl Driver for Step<'_> {
         self.runner.submit()?;
         let passes = self.passes;
         let left = Relaxation { max_iterations: self.nscd.relaxation.max_iterations - passes, ..self.nscd.relaxation };
-        let solution = host_solver::solve_step(self.runner, &left, self.began)?;
+        let interrupted = if self.before.is_some() { self.nscd.interrupted } else { || false };
+        let solution = host_solver::solve_step(self.runner, &left, self.began, interrupted)?;
         self.nscd.statistics.local_failures += solution.local_failures as u64;
         self.nscd.residual_history.extend(solution.history.iter().map(|record| ResidualRecord {
             passes: passes + record.pass as u32,
@@ -201,14 +257,15 @@ impl Driver for Step<'_> {
             },
             (Loop::IfListsAreNew, 0) => Ok(u32::from(self.lists.are_new())),
             (Loop::Times(n), 0) => Ok(n),
-            (Loop::UntilSolved | Loop::UntilColored, 0) => Ok(1),
+            (Loop::UntilSolved, 0) => self.keep().map(|()| 1),
+            (Loop::UntilColored, 0) => Ok(1),
             (Loop::UntilSolved, done) => self.is_solved(done).map(|solved| u32::from(!solved)),
             // Those that the step begins with, and those that the last look has found.
             (Loop::IfContactsAreNew, 0) => Ok(u32::from(self.passes == 0 || self.end.late_contacts > 0)),
             (Loop::UntilColored, _) => self.is_colored().map(|colored| u32::from(!colored)),
             (Loop::IfColorsDoNotFit, 0) => Ok(u32::from(self.coloring.too_short)),
             (Loop::ForEachColor, 0) => Ok(self.coloring.colors),
-            (Loop::Passes, 0) => Ok(self.passes_at_once()),
+            (Loop::Passes, done) => self.passes_to_do(done),
             _ => Ok(0),
         }
     }
@@ -240,6 +297,7 @@ impl Step<'_> {
         self.runner.submit()?;
         let counters = self.runner.engine.counters()?;
         self.lists.note_displacements(&counters, &self.runner.state.params);
+        self.runner.overlaps_deeply = counters.deep_overlaps > 0;
         if counters.lost_body > 0 {
             self.lost = Some(self.runner.lost_grain(counters.lost_body, self.runner.step)?);
         }
@@ -256,6 +314,37 @@ impl Step<'_> {
         Ok(used_up)
     }
 
+    /// Before the first pass, of which nothing has been submitted yet.
+    fn keep(&mut self) -> Result<()> {
+        if self.nscd.slow {
+            self.before = Some(Before::of(self.runner)?);
+        }
+        Ok(())
+    }
+
+    /// Whether the step is to be given up is an error, which ends its plan.
+    fn check_interrupt(&mut self) -> Result<()> {
+        self.given_up = self.before.is_some() && (self.nscd.interrupted)();
+        if self.given_up { Err(Error::Device("the step was interrupted".to_owned())) } else { Ok(()) }
+    }
+
+    /// Passes to do before the next look, or before the next moment at which the step may be given up.
+    fn passes_to_do(&mut self, done: u32) -> Result<u32> {
+        let left = self.passes_at_once() - done;
+        if self.before.is_none() || left == 0 {
+            return Ok(left);
+        }
+        if done > 0 {
+            self.runner.submit()?;
+            // What is read has been computed.
+            self.runner.read(&[&array::SOLVER_STATE])?;
+            self.check_interrupt()?;
+        }
+        let per_pass = self.began.elapsed().as_secs_f64() / f64::from((self.passes + done).max(1));
+        let at_once = if self.passes + done == 0 { 1 } else { (PAUSE.as_secs_f64() / per_pass) as u32 };
+        Ok(left.min(at_once.max(1)))
+    }
+
     /// Passes to do before the next look.
     fn passes_at_once(&self) -> u32 {
         let batch = self.batch.min(self.nscd.relaxation.max_iterations - self.passes);
@@ -270,6 +359,7 @@ impl Step<'_> {
         self.runner.submit()?;
         let before = (self.passes, self.end.residual);
         self.end = self.runner.read(&[&array::SOLVER_STATE])?.solver_state[0];
+        self.check_interrupt()?;
         let SolverState { residual, resolved_residual, late_contacts, .. } = self.end;
         if !self.on_host {
             self.passes = self.end.passes;

@@ -32,6 +32,8 @@ pub struct Options {
     pub checks: Checks,
     /// What a device is taken not to have.
     pub restrictions: Restrictions,
+    /// Asked now and then in the middle of a step of contact dynamics, which may take minutes: whether to give it up.
+    pub interrupted: fn() -> bool,
 }
 
 impl Options {
@@ -53,6 +55,7 @@ impl Default for Options {
             arrays: Arrays::Auto,
             checks: Checks::On,
             restrictions: Restrictions::default(),
+            interrupted: || false,
         }
     }
 }

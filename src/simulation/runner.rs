@@ -19,6 +19,8 @@ pub struct Runner {
     pub state: State,
     /// Steps done.
     pub step: u64,
+    /// Whether the last step had an overlap of more than `deep_overlap`.
+    pub overlaps_deeply: bool,
     /// Whether contacts remember what was before step 0.
     pub remembering: bool,
     /// Operations of many steps are submitted together.
@@ -29,7 +31,7 @@ pub struct Runner {
 
 impl Runner {
     pub fn new(engine: Box<dyn Engine>, state: State, known: Known) -> Runner {
-        Runner { engine, state, step: 0, remembering: false, queue: Vec::new(), known }
+        Runner { engine, state, step: 0, overlaps_deeply: false, remembering: false, queue: Vec::new(), known }
     }
 
     /// The parameters of the next step.
@@ -41,6 +43,11 @@ impl Runner {
     /// To be done with the next submission.
     pub fn push(&mut self, op: Op) {
         self.queue.push(op);
+    }
+
+    /// Nothing of what waits is to be done.
+    pub fn forget_queue(&mut self) {
+        self.queue.clear();
     }
 
     /// Have the engine do all that waits.

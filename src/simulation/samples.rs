@@ -1,6 +1,10 @@
 //! What a simulation hands out: sums, grains, clumps, forces and walls now.
 
-use super::{Simulation, columns::Columns, contacts::Other};
+use super::{
+    Simulation,
+    columns::Columns,
+    overlaps::{DeepOverlap, Other},
+};
 use crate::{
     body::grains::{self, same_grain},
     contact::overlap::gaps,
@@ -53,13 +57,13 @@ impl Simulation {
         })
     }
 
-    /// The deepest overlap now, over the smaller radius: how deep, the number of the grain, and with what. None where
-    /// nothing touches.
+    /// The deepest overlap now. None where nothing touches.
     ///
     /// # Errors
     /// [`Error::Device`](crate::Error::Device) if the device is lost.
-    pub fn deepest_overlap(&mut self) -> Result<Option<(f64, u32, Other)>> {
+    pub fn deepest_overlap(&mut self) -> Result<Option<DeepOverlap>> {
         self.refresh()?;
+        let step = self.step();
         let arrays = [&POSITION, &POSITION_LOW, &ID, &CLUMP_OF_ID, &LIST_START, &NEIGHBOUR, &WALL];
         let arrays = present(self.model(), &arrays);
         let s = self.runner.read(&arrays)?;
@@ -71,7 +75,7 @@ impl Simulation {
         let deepest = (0..bodies).into_par_iter().filter_map(of_grain).max_by(|a, b| a.0.total_cmp(&b.0));
         let found = deepest.filter(|(overlap, ..)| *overlap > 0.0).map(|(overlap, i, j)| {
             let other = s.id.get(j).map_or(Other::Wall((j - bodies) as u32), |id| Other::Grain(*id));
-            (overlap, s.id[i], other)
+            DeepOverlap { over_radius: overlap, step, pair: Some((s.id[i], other)) }
         });
         // The mirror has walls at all times.
         self.runner.state.release(&arrays.into_iter().filter(|array| **array != WALL).collect::<Vec<_>>());

@@ -4,6 +4,7 @@ use super::{
     grid,
     lists::LEAST_LENGTH,
     options::{EngineChoice, Options},
+    overlaps::DEEP_OVERLAP,
     start::{self, Put, anchor, middle},
 };
 use crate::{
@@ -157,6 +158,7 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> (Params, Vec<Level>) {
         displacement_limit: 0.5 * margin,
         step_limit: 0.5 * margin.min(smallest),
         wall_depth: time_step::depth_beyond_walls(assembly),
+        deep_overlap: DEEP_OVERLAP,
         turn_limit: time_step::MOST_TURN,
         gap_band: GAP_BAND * smallest,
         pair: parameters(&assembly.pairs[0]),

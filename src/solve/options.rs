@@ -117,11 +117,20 @@ pub struct Options {
     pub seed: u64,
     /// Solve the associated (convex, dilatant) problem: `K* ∋ u ⟂ r ∈ K_μ` without De Saxcé's term. Only `socp` does.
     pub associated: bool,
+    /// Asked after every pass: whether to end with what there is.
+    pub interrupted: fn() -> bool,
 }
 
 impl Default for Options {
     fn default() -> Options {
-        Options { tolerance: 1e-4, max_iterations: 10_000, order: Order::default(), seed: 1, associated: false }
+        Options {
+            tolerance: 1e-4,
+            max_iterations: 10_000,
+            order: Order::default(),
+            seed: 1,
+            associated: false,
+            interrupted: || false,
+        }
     }
 }
 

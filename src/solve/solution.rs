@@ -104,7 +104,7 @@ impl<'a, O: Operator> Monitor<'a, O> {
         }
         // Written so that NaN stops.
         let going = residual > self.options.tolerance && residual <= DIVERGED * self.best_residual;
-        !going || pass >= self.options.max_iterations
+        !going || pass >= self.options.max_iterations || (self.options.interrupted)()
     }
 
     /// The best iterate and what is to be said about it.

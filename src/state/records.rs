@@ -122,6 +122,7 @@ record!(
         active_contacts: u32,
         restored_contacts: u32,
         unlisted: u32,
+        deep_overlaps: u32,
     }
 );
 record!(
@@ -228,6 +229,7 @@ record!(
         max_momentum: f64,
         max_correction_velocity: f64 [Velocity],
         wall_depth: f64 [Length],
+        deep_overlap: f64,
         turn_limit: f64,
         gap_band: f64 [Length],
         pair: Pair,

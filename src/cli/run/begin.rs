@@ -1,7 +1,7 @@
 //! How a run begins: at time 0 of a scene, at a checkpoint of itself, or with the last state of another run.
 
 use super::super::common::{DeviceArgs, engines, load, note, stem, warn};
-use super::drive::{Run, SoFar, listen};
+use super::drive::{Run, SoFar, interrupted, listen};
 use packstone::{
     Error,
     io::{Folder, Record, Results, Resumed, folder, names, record, schedule::Schedule, write_state},
@@ -88,7 +88,7 @@ pub fn begin(args: &RunArgs) -> anyhow::Result<Begun> {
     };
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(stem(file)));
     let set = [&args.set[..], &args.stop()].concat();
-    let options = Options { engine: args.engine, ..args.device.options() };
+    let options = Options { engine: args.engine, interrupted, ..args.device.options() };
     let check = || {
         // A folder that is asked for may have the result of any scene.
         Folder::check(&folder, args.out.is_none().then_some(file))
@@ -122,7 +122,8 @@ pub fn begin(args: &RunArgs) -> anyhow::Result<Begun> {
 /// Go on with a run that was interrupted, or take one further.
 fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
     let folders = folder::resumable(folder)?;
-    let Last { from, scene, assembly, simulation, so_far, .. } = last(&folders, &args.stop(), args.device.options())?;
+    let Last { from, scene, assembly, simulation, so_far, .. } =
+        last(&folders, &args.stop(), Options { interrupted, ..args.device.options() })?;
     let SoFar { mut schedule, wall_seconds, deepest } = so_far;
     if args.steps.is_some() || args.time.is_some() {
         schedule.end = Schedule::new(&assembly, simulation.dt()).end;

@@ -200,6 +200,7 @@ impl Run {
             let begin = Instant::now();
             let steps = self.simulation.advance_chunk(self.most_steps.min(next - self.simulation.step()))?;
             self.most_steps = ((steps as f64 * CHUNK.as_secs_f64() / begin.elapsed().as_secs_f64()) as u64).max(1);
+            Deepest::update_from_steps(&mut self.deepest, &self.simulation);
             progress.update(&self.simulation);
             if interrupted() {
                 break;

@@ -1,0 +1,22 @@
+//! Overlaps that are too deep for grains.
+
+/// The other one of a contact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Other {
+    /// A grain, by its number.
+    Grain(u32),
+    /// A wall, by its place in [`Assembly::walls`](crate::scene::Assembly).
+    Wall(u32),
+}
+
+/// An overlap, in radii of the smaller grain, beyond which grains are not what their contact law was made for.
+pub const DEEP_OVERLAP: f64 = 0.1;
+
+/// The deepest overlap that a run has had, over the smaller radius, and where.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeepOverlap {
+    pub over_radius: f64,
+    pub step: u64,
+    /// The number of the grain, and what it overlaps; None if they have parted before anybody looked.
+    pub pair: Option<(u32, Other)>,
+}
