@@ -171,6 +171,8 @@ pub struct Ending {
     pub ended: &'static str,
     pub stopped: Option<String>,
     pub deepest: Option<Deepest>,
+    /// Whether it began with the state of another run.
+    pub continued: bool,
 }
 
 impl Summary {
@@ -262,7 +264,8 @@ fn doubts(s: &Simulation, sample: &Sample, ending: &Ending) -> Vec<String> {
             quantum / smallest
         )
     });
-    let deepest = ending.deepest.as_ref();
+    // What another run has left is told there.
+    let deepest = ending.deepest.as_ref().filter(|deepest| !(ending.continued && deepest.step == 0));
     let deep = deepest.filter(|deepest| deepest.over_radius > LARGE_OVERLAP).map(Deepest::to_string);
     let unsolved = s.solver_statistics().filter(|solved| solved.unconverged > 0).map(|solved| {
         format!(
