@@ -7,6 +7,8 @@ mod check;
 mod common;
 mod completions;
 mod describe;
+mod from;
+mod last;
 mod man;
 mod progress;
 mod render;
@@ -17,7 +19,7 @@ mod tune;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use common::{BAD_INPUT, STOPPED, be_quiet, complain, unsaid};
-use packstone::{Error, gpu};
+use packstone::{Error, gpu, simulation::EngineChoice};
 use std::process::ExitCode;
 
 /// Simulate packings of grains with the discrete element method, on GPU or CPU.
@@ -51,14 +53,37 @@ enum Command {
     Man(man::ManArgs),
 }
 
+impl Command {
+    /// The engine that it is told to run on, if it is told one.
+    fn engine(&self) -> Option<EngineChoice> {
+        match self {
+            // A run that goes on has its own.
+            Command::Run(run::RunArgs { resume: None, engine, .. }) => Some(*engine),
+            Command::Describe(args) => Some(args.engine),
+            Command::Solve(args) => Some(args.engine),
+            _ => None,
+        }
+    }
+}
+
+/// Make the adapter that is asked for the only one.
+fn select(cli: &Cli) -> packstone::Result<()> {
+    match &cli.adapter {
+        Some(adapter) if cli.command.engine() == Some(EngineChoice::Cpu) => Err(Error::Lacking(format!(
+            "--adapter {adapter}: the cpu engine has no use for an adapter; use --engine gpu"
+        ))),
+        Some(adapter) => gpu::select(adapter),
+        None => Ok(()),
+    }
+}
+
 /// Run the command of the arguments.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     if cli.quiet {
         be_quiet();
     }
-    let selected = cli.adapter.as_deref().map_or(Ok(()), gpu::select);
-    let outcome = selected.map_err(anyhow::Error::from).and_then(|()| match &cli.command {
+    let outcome = select(&cli).map_err(anyhow::Error::from).and_then(|()| match &cli.command {
         Command::Run(args) => run::run(args),
         Command::Check(args) => check::check(args),
         Command::Render(args) => render::render(args),

@@ -54,6 +54,8 @@ pub struct Results {
     history: csv::History,
     /// Steps of the snapshots so far, and their times, s.
     snapshots: Vec<(u64, f64)>,
+    /// Of those for ParaView, from the first on.
+    series: Option<vtp::Series>,
 }
 
 impl Results {
@@ -109,7 +111,11 @@ impl Results {
         record.resumed.push(resumed);
         (record.end, record.ended, record.complete) = (None, None, false);
         record.write(&place)?;
-        Ok(Results::new(folder, assembly, record, history, snapshots))
+        let mut results = Results::new(folder, assembly, record, history, snapshots);
+        if results.output.vtp && !results.snapshots.is_empty() {
+            results.series = Some(vtp::Series::create(&place.join(SERIES), &results.listed())?);
+        }
+        Ok(results)
     }
 
     fn new(
@@ -132,6 +138,7 @@ impl Results {
             owners: assembly.owners(),
             history,
             snapshots,
+            series: None,
         }
     }
 
@@ -165,7 +172,19 @@ impl Results {
             self.write_bin(&snapshot(number, "bin"), moment)?;
         }
         self.snapshots.push((moment.step, moment.time));
+        match &mut self.series {
+            _ if !self.output.vtp => {}
+            Some(series) => series.add(moment.time, &snapshot(number, "vtp"))?,
+            None => self.series = Some(vtp::Series::create(&self.place.join(SERIES), &self.listed())?),
+        }
         Ok(())
+    }
+
+    /// The snapshots for ParaView that are there, with their times, s.
+    fn listed(&self) -> Vec<(f64, String)> {
+        let file = |(number, (_, time)): (usize, &(u64, f64))| (*time, snapshot(number, "vtp"));
+        let all = self.snapshots.iter().enumerate().map(file);
+        all.filter(|(_, name)| self.place.join(name).exists()).collect()
     }
 
     /// A checkpoint; the one before it is kept. `write` writes it to a file, which is on the disk when it returns.
@@ -206,10 +225,8 @@ impl Results {
                 also(self.write_vtp(&snapshot(self.snapshots.len(), "vtp"), moment));
                 self.snapshots.push((moment.step, moment.time));
             }
-            let file = |(number, (_, time)): (usize, &(u64, f64))| (*time, snapshot(number, "vtp"));
-            let there = |(_, name): &(f64, String)| self.place.join(name).exists();
-            let series: Vec<_> = self.snapshots.iter().enumerate().map(file).filter(there).collect();
-            also(write(&self.place.join(SERIES), |file| vtp::write_series(file, &series)));
+            self.series = None;
+            also(write(&self.place.join(SERIES), |file| vtp::write_series(file, &self.listed())));
         }
         result
     }

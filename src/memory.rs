@@ -9,38 +9,85 @@ pub const GRAIN: u64 = 88;
 /// a grid in which their neighbours are found.
 const BESIDE_GRAIN: u64 = 162;
 
-/// What so many grains need on the host.
-pub fn of_grains(count: u64) -> u64 {
-    count.saturating_mul(GRAIN).saturating_add(beside_grains(count))
+/// What so many grains need on the host, bytes: a number that nobody has room for may be beyond 64 bits.
+pub fn of_grains(count: u64) -> u128 {
+    u128::from(count) * u128::from(GRAIN) + beside_grains(count)
 }
 
 /// The same once the scene's grains are there.
-pub fn beside_grains(count: u64) -> u64 {
-    count.saturating_mul(BESIDE_GRAIN)
+pub fn beside_grains(count: u64) -> u128 {
+    u128::from(count) * u128::from(BESIDE_GRAIN)
 }
 
 /// Refuse what the host's memory cannot hold. Where the system does not tell, everything passes.
 ///
 /// # Errors
 /// [`Error::Lacking`] with both numbers of bytes.
-pub fn check_host(need: u64) -> Result<()> {
+pub fn check_host(need: impl Into<u128>) -> Result<()> {
+    let need = need.into();
     match available() {
-        Some(available) if need > available => Err(Error::Lacking(format!(
+        Some(available) if need > u128::from(available) => Err(Error::Lacking(format!(
             "scene too large: it needs {need} bytes, but {available} bytes of memory are available"
         ))),
         _ => Ok(()),
     }
 }
 
+/// Make room for so many more elements.
+///
+/// # Errors
+/// [`Error::Lacking`] where the system gives none.
+pub fn reserve<T>(elements: &mut Vec<T>, more: usize) -> Result<()> {
+    elements.try_reserve_exact(more).map_err(|_| {
+        let need = more as u128 * size_of::<T>() as u128;
+        Error::Lacking(format!("scene too large: the system has no room for {need} bytes more"))
+    })
+}
+
+/// So many elements, all the same.
+///
+/// # Errors
+/// As [`reserve`].
+pub fn filled<T: Clone>(element: T, count: usize) -> Result<Vec<T>> {
+    let mut elements = Vec::new();
+    reserve(&mut elements, count)?;
+    elements.resize(count, element);
+    Ok(elements)
+}
+
+/// The same once more.
+///
+/// # Errors
+/// As [`reserve`].
+pub fn copied<T: Clone>(elements: &[T]) -> Result<Vec<T>> {
+    let mut copy = Vec::new();
+    reserve(&mut copy, elements.len())?;
+    copy.extend_from_slice(elements);
+    Ok(copy)
+}
+
 /// Memory that can be had without swapping, bytes, where the system tells: that of the machine, or what control groups
-/// leave of it to this process.
+/// and limits of the process (`ulimit`) leave of it.
 pub fn available() -> Option<u64> {
-    let machine = || {
-        let text = fs::read_to_string("/proc/meminfo").ok()?;
-        Some(entry(&text, "MemAvailable:")? * 1024)
+    let read = |path: &str| fs::read_to_string(path).unwrap_or_default();
+    let machine = entry(&read("/proc/meminfo"), "MemAvailable:").map(|kilobytes| kilobytes * 1024);
+    let groups = of_groups(Path::new("/sys/fs/cgroup"), &read("/proc/self/cgroup"));
+    let limits = of_limits(&read("/proc/self/limits"), &read("/proc/self/status"));
+    [machine, groups, limits].into_iter().flatten().min()
+}
+
+/// Limits of a process, as they are called in `/proc/self/limits`, and what counts for them, in `/proc/self/status`.
+const LIMITS: [[&str; 2]; 2] = [["Max address space", "VmSize:"], ["Max data size", "VmData:"]];
+
+/// What they leave, bytes.
+fn of_limits(limits: &str, status: &str) -> Option<u64> {
+    let left = |[limit, used]: [&str; 2]| -> Option<u64> {
+        // The first is the one that holds; `unlimited` is no number.
+        let limit = limits.lines().find_map(|line| line.strip_prefix(limit))?;
+        let limit: u64 = limit.split_whitespace().next()?.parse().ok()?;
+        Some(limit.saturating_sub(entry(status, used)? * 1024))
     };
-    let own = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
-    machine().into_iter().chain(of_groups(Path::new("/sys/fs/cgroup"), &own)).min()
+    LIMITS.into_iter().filter_map(left).min()
 }
 
 /// The number after a name in a file of names and numbers.
@@ -86,6 +133,36 @@ mod tests {
     fn group(folder: &Path, files: &[(&str, &str)]) {
         fs::create_dir_all(folder).unwrap();
         files.iter().for_each(|(name, text)| fs::write(folder.join(name), text).unwrap());
+    }
+
+    #[test]
+    fn the_strictest_limit_counts() {
+        let status = "Name:\tpackstone\nVmSize:\t    3000 kB\nVmData:\t    1000 kB\n";
+        let limits = |space: &str, data: &str| {
+            format!(
+                "Limit                     Soft Limit           Hard Limit           Units     \n\
+                 Max data size             {data:<21}unlimited            bytes     \n\
+                 Max address space         {space:<21}unlimited            bytes     \n"
+            )
+        };
+        assert_eq!(of_limits(&limits("unlimited", "unlimited"), status), None);
+        assert_eq!(of_limits(&limits("4096000", "unlimited"), status), Some(1_024_000));
+        assert_eq!(of_limits(&limits("4096000", "1536000"), status), Some(512_000));
+        assert_eq!(of_limits(&limits("1024", "unlimited"), status), Some(0));
+        assert_eq!(of_limits("", ""), None);
+    }
+
+    /// More than can be numbered.
+    #[test]
+    fn no_number_of_grains_is_too_large_to_be_refused() {
+        assert_eq!(of_grains(1_000_000_000_000_000_000), 250_000_000_000_000_000_000);
+        assert!(of_grains(u64::MAX) > of_grains(u64::MAX - 1));
+        if available().is_some() {
+            let message = check_host(of_grains(u64::MAX)).unwrap_err().to_string();
+            assert!(message.contains("too large: it needs 4611686018427387903750 bytes"), "{message}");
+        }
+        let message = filled(0_u64, usize::MAX / 16).unwrap_err().to_string();
+        assert!(message.contains("no room for 9223372036854775800 bytes"), "{message}");
     }
 
     #[test]

@@ -31,7 +31,7 @@ pub use assembly::{
     Assembly, Clump, Domain, Grain, Material, Method, Output, Relaxation, Solver, Stop, Surface, TimeStep, Wall,
 };
 pub use builder::SceneBuilder;
-pub use continued::{Continued, Shift};
+pub use continued::{Continued, KeptWalls, Shift};
 pub use inputs::Input;
 pub use law::{Dashpot, Hertz, MaterialBuilder, Pair, PairBuilder, Rolling};
 pub use levels::SizeLevel;

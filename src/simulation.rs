@@ -24,7 +24,7 @@ pub use columns::Columns;
 pub use contacts::ContactHistory;
 pub use nscd::{ResidualRecord, SolverStatistics};
 pub use options::{EngineChoice, Options};
-pub use overlaps::{DEEP_OVERLAP, DeepOverlap, Other};
+pub use overlaps::{DEEP_OVERLAP, DEEPER, DeepOverlap, Other};
 pub use runner::params_of_step;
 pub use setup::Setup;
 
@@ -79,54 +79,85 @@ enum Stepper {
     Nscd(Nscd),
 }
 
-/// Set-up and engine for a choice, and one line that says which engine and why.
-fn set_up(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engine>, String)> {
-    let double = options.precision == Precision::Double;
-    let filled = |setup: &Setup, mut engine: Box<dyn Engine>| {
-        setup.fill(assembly, &mut |arrays, first, piece| engine.write(arrays, first, piece)).map(|()| engine)
+/// What a simulation will run on, and why.
+enum Chosen {
+    Cpu(String),
+    Gpu(Box<Device>, String),
+}
+
+/// What the options come to for a scene on this machine.
+fn choose(assembly: &Assembly, options: &Options) -> Result<Chosen> {
+    let of_host = match assembly.solver.method {
+        Method::ContactDynamics(r) if r.solver.is_of_host() => Some(r.solver.label()),
+        _ => None,
     };
-    let on_cpu = |why: &str| -> Result<(Setup, Box<dyn Engine>, String)> {
-        let setup = Setup::new(assembly, &Options { engine: EngineChoice::Cpu, ..*options })?;
-        let engine = filled(&setup, Box::new(Cpu::new(setup.state.clone())))?;
-        let notice = format!("engine cpu (f64, {}): {why}", engine.adapter());
-        Ok((setup, engine, notice))
-    };
-    let on_gpu = || -> Result<(Setup, Box<dyn Engine>, String)> {
+    let on_gpu = || -> Result<Chosen> {
         let device = Device::open(options.device())?;
         let passed_over: String = device.passed_over.iter().map(|name| format!("{name} has no f64; ")).collect();
         let asked_for = device.selected || options.engine == EngineChoice::Gpu;
         if device.software && !asked_for {
             let name = &device.summary.name;
-            return on_cpu(&format!("{passed_over}{name} is a software driver, and slower; --engine gpu takes it"));
+            let why = format!("{passed_over}{name} is a software driver, and slower; --engine gpu takes it");
+            return Ok(Chosen::Cpu(why));
         }
+        let why = format!("{passed_over}{}", if asked_for { "asked for" } else { "best adapter found" });
+        Ok(Chosen::Gpu(Box::new(device), why))
+    };
+    match (options.engine, of_host) {
+        (EngineChoice::Gpu, Some(solver)) => {
+            Err(Error::Scene(format!("solver.relaxation = \"{solver}\" runs on the cpu engine only")))
+        }
+        (_, Some(solver)) => Ok(Chosen::Cpu(format!("{solver} runs there"))),
+        (EngineChoice::Cpu, None) => Ok(Chosen::Cpu("asked for".to_owned())),
+        (EngineChoice::Gpu, None) => on_gpu(),
+        (EngineChoice::Auto, None) => match on_gpu() {
+            Err(Error::Lacking(why) | Error::Device(why)) if selected().is_none() => Ok(Chosen::Cpu(why)),
+            chosen => chosen,
+        },
+    }
+}
+
+/// The engine that a scene will run on here, unless its device proves too small.
+///
+/// # Errors
+/// As [`Simulation::new`] where no engine will do.
+pub fn engine_of(assembly: &Assembly, options: &Options) -> Result<EngineChoice> {
+    Ok(match choose(assembly, options)? {
+        Chosen::Cpu(_) => EngineChoice::Cpu,
+        Chosen::Gpu(..) => EngineChoice::Gpu,
+    })
+}
+
+/// Set-up and engine for a choice, and one line that says which engine and why.
+fn set_up(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engine>, String)> {
+    let filled = |setup: &Setup, mut engine: Box<dyn Engine>| {
+        setup.fill(assembly, &mut |arrays, first, piece| engine.write(arrays, first, piece)).map(|()| engine)
+    };
+    let on_cpu = |why: String| -> Result<(Setup, Box<dyn Engine>, String)> {
+        let setup = Setup::new(assembly, &Options { engine: EngineChoice::Cpu, ..*options })?;
+        let engine = filled(&setup, Box::new(Cpu::new(setup.state.clone())?))?;
+        let notice = format!("engine cpu (f64, {}): {why}", engine.adapter());
+        Ok((setup, engine, notice))
+    };
+    let on_gpu = |device: Device, why: String| -> Result<(Setup, Box<dyn Engine>, String)> {
         // The cores behind a software driver read ahead along a list.
         let suitable = if device.software { 1 } else { LISTS_ABREAST };
         let lists_abreast = options.lists_abreast.or(Some(suitable));
-        let setup = Setup::new(assembly, &Options { lists_abreast, ..*options })?;
+        let setup = Setup::new(assembly, &Options { lists_abreast, engine: EngineChoice::Gpu, ..*options })?;
         let gpu = Gpu::new(device, &setup.plans, &setup.state)?;
-        let real = if double { "f64" } else { "f32" };
-        let why = if asked_for { "asked for" } else { "best adapter found" };
-        let notice = format!("engine gpu ({real}, {}): {passed_over}{why}", gpu.adapter());
+        let real = if options.precision == Precision::Double { "f64" } else { "f32" };
+        let notice = format!("engine gpu ({real}, {}): {why}", gpu.adapter());
         let engine = filled(&setup, Box::new(gpu))?;
         Ok((setup, engine, notice))
     };
-    let of_host = match assembly.solver.method {
-        Method::ContactDynamics(r) if r.solver.is_of_host() => Some(r.solver),
-        _ => None,
-    };
-    if let Some(solver) = of_host {
-        return match options.engine {
-            EngineChoice::Gpu => {
-                Err(Error::Scene(format!("solver.relaxation = \"{}\" runs on the cpu engine only", solver.label())))
+    match choose(assembly, options)? {
+        Chosen::Cpu(why) => on_cpu(why),
+        Chosen::Gpu(device, why) => match on_gpu(*device, why) {
+            Err(Error::Lacking(why) | Error::Device(why))
+                if options.engine == EngineChoice::Auto && selected().is_none() =>
+            {
+                on_cpu(why)
             }
-            _ => on_cpu(&format!("{} runs there", solver.label())),
-        };
-    }
-    match options.engine {
-        EngineChoice::Cpu => on_cpu("asked for"),
-        EngineChoice::Gpu => on_gpu(),
-        EngineChoice::Auto => match on_gpu() {
-            Err(Error::Lacking(why) | Error::Device(why)) if selected().is_none() => on_cpu(&why),
             result => result,
         },
     }
@@ -148,7 +179,17 @@ impl Simulation {
     fn build(mut assembly: Assembly, options: Options) -> Result<Simulation> {
         assembly.validate()?;
         assembly.fold_ends();
-        let (Setup { state, plans, dt_bound }, engine, notice) = set_up(&assembly, &options)?;
+        let (setup, engine, notice) = set_up(&assembly, &options)?;
+        Simulation::of_parts(assembly, options, setup, engine, notice)
+    }
+
+    fn of_parts(
+        assembly: Assembly,
+        options: Options,
+        Setup { state, plans, dt_bound }: Setup,
+        engine: Box<dyn Engine>,
+        notice: String,
+    ) -> Result<Simulation> {
         let runner = Runner::new(engine, state, Known::of(&assembly, dt_bound));
         Ok(Simulation {
             lists: NeighbourLists::new(&assembly, &runner.state, &options)?,
@@ -234,10 +275,8 @@ impl Simulation {
         Ok(done)
     }
 
-    /// A step was the last of its chunk because of an overlap: which it is. The next one has to be deeper by a part, so
-    /// that grains that go on into each other do not end a chunk with every step.
+    /// A step was the last of its chunk because of an overlap: which it is.
     fn look_at_deep_overlap(&mut self) -> Result<()> {
-        const DEEPER: f64 = 1.25;
         let step = self.step();
         let seen = self.params().deep_overlap;
         let found = self.deepest_overlap()?.filter(|found| found.over_radius >= seen);

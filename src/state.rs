@@ -8,6 +8,7 @@ mod records;
 mod sizes;
 
 use crate::{
+    error::Result,
     model::{Grains, History, Levels, Materials, Method, Model, Precision, Rolling, Rotation, Tangential, Walls},
     units::{Quantity, Units},
 };
@@ -119,18 +120,23 @@ impl State {
     /// A state of zeros with exactly the arrays that the model needs.
     pub fn new(model: Model, sizes: Sizes, params: Params) -> State {
         let mut state = State::bare(model, sizes, params);
-        state.complete();
+        state.complete().expect("there is room for it");
         state
     }
 
     /// Arrays of zeros in place of those that the model needs and that are not here.
-    pub fn complete(&mut self) {
+    ///
+    /// # Errors
+    /// [`Error::Lacking`](crate::Error::Lacking) if there is no room for them.
+    pub fn complete(&mut self) -> Result<()> {
         for array in present(&self.model, ARRAYS) {
             if self.column(array).is_empty() {
                 let len = self.sizes.of(array.length);
+                self.column_mut(array).reserve(len)?;
                 self.column_mut(array).resize(len);
             }
         }
+        Ok(())
     }
 
     /// Bytes of all arrays that the model needs, of these sizes.

@@ -1,13 +1,16 @@
 //! The program as its users see it: arguments in; files, words and exit codes out.
 
+#[path = "common/place.rs"]
+mod place;
+
 use packstone::{io, scene::Scene};
+use place::Place;
 use serde_json::Value;
 use std::{
     fs,
-    path::{Path, PathBuf},
+    path::Path,
     process::{Command, Output},
 };
-use tempfile::{TempDir, tempdir};
 
 const TWO_GRAINS: &str = r#"
 dimension = 3
@@ -67,47 +70,13 @@ const EXPLOSION: [&str; 4] = [
     "--set=solver.allow_overlap=true",
 ];
 
-/// A folder with a scene file, in which the program runs.
-struct Place(TempDir);
-
-impl Place {
-    fn new(scene: &str) -> Place {
-        let place = Place(tempdir().expect("a folder"));
-        fs::write(place.path("scene.toml"), scene).expect("a scene file");
-        place
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn packstone(&self, arguments: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_packstone"));
-        command.current_dir(self.0.path()).args(arguments).output().expect("the program starts")
-    }
-
-    /// Runs the scene on the CPU, and expects this exit code.
-    fn run(&self, more: &[&str], code: i32) -> Output {
-        let output = self.packstone(&[&["run", "scene.toml", "--engine", "cpu"], more].concat());
-        assert_eq!(output.status.code(), Some(code), "{output:?}");
-        output
-    }
-
-    fn text(&self, name: &str) -> String {
-        fs::read_to_string(self.path("out/scene").join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
-    }
-
-    fn summary(&self) -> Value {
-        serde_json::from_str(&self.text("summary.json")).expect("JSON")
-    }
-
-    fn results(&self) -> Vec<String> {
-        let entries = fs::read_dir(self.path("out/scene")).expect("a folder of results");
-        let mut names: Vec<String> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-        names.retain(|name| name != ".packstone");
-        names.sort();
-        names
-    }
+/// The files of a result.
+fn results(place: &Place) -> Vec<String> {
+    let entries = fs::read_dir(place.path("out/scene")).expect("a folder of results");
+    let mut names: Vec<String> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.retain(|name| name != ".packstone");
+    names.sort();
+    names
 }
 
 fn out(output: &Output) -> String {
@@ -146,7 +115,7 @@ fn two_grains_leave_all_files_and_keys() {
     let place = Place::new(TWO_GRAINS);
     let output = place.run(&[], 0);
     assert_eq!(
-        place.results(),
+        results(&place),
         [
             "checkpoint.bin",
             "final.csv",
@@ -163,7 +132,7 @@ fn two_grains_leave_all_files_and_keys() {
     assert!(noted.contains("(0 %)") && noted.contains("(100 %)"), "{noted}");
     assert!(said.starts_with("ended: last step") && said.contains("out/scene"), "{said}");
 
-    let summary = place.summary();
+    let summary = place.summary("out/scene");
     let keys = "scene engine adapter precision dimension particles steps time dt dt_bound wall_seconds \
                 particle_steps_per_second bytes_per_particle replayed_chunks lost_contacts contacts \
                 coordination_number packing_fraction packing_fraction_error \
@@ -187,12 +156,12 @@ fn two_grains_leave_all_files_and_keys() {
 fn a_hundred_disks_have_history_and_snapshots() {
     let place = Place::new(HUNDRED_DISKS);
     place.run(&[], 0);
-    let summary = place.summary();
+    let summary = place.summary("out/scene");
     assert_eq!(summary["scene"], "a hundred disks");
     assert_eq!(summary["walls"].as_array().unwrap().len(), 3);
     assert_eq!(summary["walls"][0]["kind"], "plane");
 
-    let history = place.text("history.csv");
+    let history = place.text("out/scene/history.csv");
     let times = column(&history, "time");
     assert_eq!(times.len(), 101);
     assert!(times[0] == 0.0 && times.windows(2).all(|w| w[0] < w[1]));
@@ -200,11 +169,11 @@ fn a_hundred_disks_have_history_and_snapshots() {
     assert_eq!(*column(&history, "contacts").last().unwrap(), summary["contacts"].as_f64().unwrap());
     assert!(column(&history, "particle_steps_per_second")[1..].iter().all(|rate| *rate > 0.0));
 
-    let series = place.text("packstone.pvd");
+    let series = place.text("out/scene/packstone.pvd");
     let files: Vec<&str> = series.split("file=\"").skip(1).map(|rest| rest.split('"').next().unwrap()).collect();
     assert_eq!(files.len(), 5, "0, 5, 10, 15 and 20 ms");
-    assert_eq!(files, place.results().iter().filter(|name| name.ends_with(".vtp")).collect::<Vec<_>>());
-    files.iter().for_each(|file| check_snapshot(&place.text(file), 100));
+    assert_eq!(files, results(&place).iter().filter(|name| name.ends_with(".vtp")).collect::<Vec<_>>());
+    files.iter().for_each(|file| check_snapshot(&place.text(&format!("out/scene/{file}")), 100));
 }
 
 /// Tags match, and every array has as many bytes as it says and as there are grains.
@@ -242,7 +211,7 @@ fn decode(text: &str) -> Vec<u8> {
 fn the_last_state_can_be_the_first() {
     let place = Place::new(HUNDRED_DISKS);
     place.run(&["--set=output.formats=[\"csv\", \"bin\"]"], 0);
-    let first = place.text("final.csv");
+    let first = place.text("out/scene/final.csv");
     let (header, rows) = table(&first);
     assert_eq!(header.join(","), "id,x,y,z,vx,vy,vz,wx,wy,wz,radius,material");
     assert_eq!(rows.len(), 100);
@@ -255,7 +224,7 @@ fn the_last_state_can_be_the_first() {
             .replace("time = 0.02", "steps = 1")
             .replace("dimension = 2", "dimension = 2\ngravity = [0, 0]\nsolver = { dt = 1e-100 }");
         fs::write(place.path("again.toml"), scene).unwrap();
-        let output = place.packstone(&["run", "again.toml", "--engine", "cpu", "--out", "again"]);
+        let output = place.output(&["run", "again.toml", "--engine", "cpu", "--out", "again"]);
         assert!(output.status.success(), "{output:?}");
         let second = fs::read_to_string(place.path("again/final.csv")).unwrap();
         assert_eq!(first, second, "{file}");
@@ -269,7 +238,7 @@ fn clumps_come_back_from_binary_files_as_from_tables() {
     let place = Place::new(&example);
     place.run(&["--steps=20", "--set=output.formats=[\"csv\", \"bin\"]", "--set=output.snapshots=1"], 0);
     assert_eq!(
-        place.results(),
+        results(&place),
         [
             "checkpoint.bin",
             "final.bin",
@@ -282,13 +251,13 @@ fn clumps_come_back_from_binary_files_as_from_tables() {
             "summary.json"
         ]
     );
-    let scene = Scene::parse(&example, "scene.toml", place.0.path(), &[]).unwrap();
+    let scene = Scene::parse(&example, "scene.toml", place.folder(), &[]).unwrap();
     let read = |file: &str| {
         let population = format!("[[population]]\nfile = \"out/scene/{file}\"\n");
         let (start, rest) = example.split_once("[[population]]").unwrap();
         let rest = rest.split_once("\n\n").map_or("", |(_, rest)| rest);
         let text = format!("{start}{population}\n{rest}");
-        Scene::parse(&text, "scene.toml", place.0.path(), &[]).unwrap().assemble().unwrap()
+        Scene::parse(&text, "scene.toml", place.folder(), &[]).unwrap().assemble().unwrap()
     };
     let (table, binary) = (read("final.csv"), read("final.bin"));
     assert_eq!(table.clumps.len(), scene.assemble().unwrap().clumps.len());
@@ -310,7 +279,7 @@ fn spoilt_binary_files_are_refused() {
     fs::write(place.path("again.toml"), scene).unwrap();
     let message = |bytes: &[u8], more: &[&str]| {
         fs::write(place.path("grains.bin"), bytes).unwrap();
-        let output = place.packstone(&[&["describe", "again.toml"], more].concat());
+        let output = place.output(&[&["describe", "again.toml"], more].concat());
         assert_eq!(output.status.code(), Some(2), "{output:?}");
         errors(&output)
     };
@@ -328,20 +297,20 @@ fn steps_and_formats_are_obeyed() {
     place.run(&[], 0);
     fs::write(place.path("out/scene/notes.txt"), "mine").unwrap();
     place.run(&["--steps", "10", "--set", "output.formats=[\"csv\"]"], 0);
-    assert_eq!(place.summary()["steps"], 10);
-    assert_eq!(column(&place.text("history.csv"), "step").len(), 11);
+    assert_eq!(place.summary("out/scene")["steps"], 10);
+    assert_eq!(column(&place.text("out/scene/history.csv"), "step").len(), 11);
     let left = ["checkpoint.bin", "final.csv", "history.csv", "notes.txt", "run.json", "scene.toml", "summary.json"];
-    assert_eq!(place.results(), left, "only the old run is gone");
+    assert_eq!(results(&place), left, "only the old run is gone");
 }
 
 #[test]
 fn time_and_history_are_obeyed() {
     let place = Place::new(TWO_GRAINS);
     place.run(&["--time", "1e-3", "--set", "output.history=2.5e-4"], 0);
-    let summary = place.summary();
+    let summary = place.summary("out/scene");
     let (time, dt) = (summary["time"].as_f64().unwrap(), summary["dt"].as_f64().unwrap());
     assert!((1e-3..1e-3 + dt).contains(&time));
-    let times = column(&place.text("history.csv"), "time");
+    let times = column(&place.text("out/scene/history.csv"), "time");
     assert_eq!(times.len(), 5);
     assert!(times.iter().zip(0..).all(|(t, k)| (*t - 2.5e-4 * f64::from(k)).abs() <= dt), "{times:?}");
 }
@@ -350,7 +319,7 @@ fn time_and_history_are_obeyed() {
 fn equilibrium_ends_a_run() {
     let place = Place::new(HUNDRED_DISKS);
     place.run(&["--time=5", "--set=stop.equilibrium=0.05", "--set=solver.damping=50"], 0);
-    let summary = place.summary();
+    let summary = place.summary("out/scene");
     assert_eq!(summary["converged"], true);
     assert!(summary["time"].as_f64().unwrap() < 4.9);
     assert!(summary["unbalanced_force_ratio"].as_f64().unwrap() < 0.05);
@@ -396,14 +365,14 @@ fn doubtful_results_are_told() {
     for doubt in ["an overlap was 0.2", "10 of 10 steps were not solved", "stop.equilibrium = 1e-6 was not reached"] {
         assert!(warnings.contains(doubt), "{doubt}: {warnings}");
     }
-    assert_eq!(place.summary()["doubts"].as_array().unwrap().len(), 3);
+    assert_eq!(place.summary("out/scene")["doubts"].as_array().unwrap().len(), 3);
     place.run(&["--strict"], 3);
     // Out of reach of the lid for so long.
     let output = place.run(&["--strict", "--set=wall.1.velocity=[0, 0, 0.1]"], 0);
     let noted = String::from_utf8_lossy(&output.stderr);
     assert!(!noted.contains("warning:") && out(&output).contains("no doubts"), "{output:?}");
-    assert_eq!(place.summary()["doubts"].as_array().unwrap().len(), 0);
-    assert!(place.summary()["force_balance_max"].as_f64().unwrap() < 1e-4);
+    assert_eq!(place.summary("out/scene")["doubts"].as_array().unwrap().len(), 0);
+    assert!(place.summary("out/scene")["force_balance_max"].as_f64().unwrap() < 1e-4);
 }
 
 #[test]
@@ -420,10 +389,10 @@ fn bad_input_leaves_nothing_behind() {
         assert!(error.starts_with("error: ") && error.contains(part), "{error}");
         assert_eq!(error.lines().count(), 1, "{error}");
     }
-    let missing = place.packstone(&["run", "nowhere.toml"]);
+    let missing = place.output(&["run", "nowhere.toml"]);
     assert_eq!(missing.status.code(), Some(2));
     assert!(errors(&missing).contains("nowhere.toml"));
-    assert_eq!(fs::read_dir(place.0.path()).unwrap().count(), 1, "only the scene file");
+    assert_eq!(fs::read_dir(place.folder()).unwrap().count(), 1, "only the scene file");
 }
 
 #[test]
@@ -433,23 +402,23 @@ fn an_explosion_keeps_the_last_good_state() {
     let error = errors(&output);
     assert!(error.contains("stopped at step") && error.contains("grain "), "{error}");
 
-    let summary = place.summary();
+    let summary = place.summary("out/scene");
     let said = format!("error: scene.toml: {}", summary["stopped"].as_str().unwrap());
     assert!(error.contains(&said), "{error}");
     assert_eq!(summary["converged"], false);
-    let grains = place.text("final.csv");
+    let grains = place.text("out/scene/final.csv");
     for name in ["x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz", "radius"] {
         let values = column(&grains, name);
         assert!(values.len() == 2 && values.iter().all(|x| x.is_finite()), "{name}: {values:?}");
     }
-    let last = *column(&place.text("history.csv"), "step").last().unwrap();
+    let last = *column(&place.text("out/scene/history.csv"), "step").last().unwrap();
     assert_eq!(last, summary["steps"].as_f64().unwrap());
 }
 
 #[test]
 fn describe_tells_memory_and_time_step() {
     let place = Place::new(HUNDRED_DISKS);
-    let output = place.packstone(&["describe", "scene.toml"]);
+    let output = place.output(&["describe", "scene.toml"]);
     assert!(output.status.success(), "{output:?}");
     let said = out(&output);
     let parts = [
@@ -466,7 +435,7 @@ fn describe_tells_memory_and_time_step() {
         assert!(said.contains(part), "no {part} in\n{said}");
     }
     let smooth = ["--set", "material.glass.friction=0", "--set", "material.steel.friction=0"];
-    let said = out(&place.packstone(&[&["describe", "scene.toml"], &smooth[..]].concat()));
+    let said = out(&place.output(&[&["describe", "scene.toml"], &smooth[..]].concat()));
     assert!(!said.contains("torque"), "no friction, no torque:\n{said}");
 }
 
@@ -475,8 +444,9 @@ fn describe_tells_memory_and_time_step() {
 #[test]
 fn describe_counts_what_is_alive_at_once() {
     let scene = "examples/scenes/published_bed.toml";
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_packstone")).args(["describe", scene, "--count", "400000000"]).output();
+    let output = Command::new(env!("CARGO_BIN_EXE_packstone"))
+        .args(["describe", scene, "--engine=gpu", "--count", "400000000"])
+        .output();
     let said = String::from_utf8(output.unwrap().stdout).unwrap();
     let arrays = said.split_once("\nArrays\n").unwrap().1;
     let bytes = |name: &str| {
@@ -500,11 +470,11 @@ fn describe_counts_what_is_alive_at_once() {
 fn distributions_that_were_cut_are_noted() {
     let place = Place::new(HUNDRED_DISKS);
     let wide = "population.0.radius={normal={mean=1e-3,std=1e-3,min=0.9e-3,max=1.1e-3}}";
-    let output = place.packstone(&["describe", "scene.toml", "--set", wide]);
+    let output = place.output(&["describe", "scene.toml", "--engine=cpu", "--set", wide]);
     assert!(output.status.success(), "{output:?}");
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(said.starts_with("note: population.0.radius.normal: no normal distribution between"), "{said}");
-    let output = place.packstone(&["describe", "scene.toml"]);
+    let output = place.output(&["describe", "scene.toml", "--engine=cpu"]);
     assert!(output.stderr.is_empty(), "{output:?}");
 }
 
@@ -514,7 +484,7 @@ fn sums_that_are_no_numbers_stop_a_run() {
     let place = Place::new(TWO_GRAINS);
     let output = place.run(&["--set", "grain.0.spin=[1e200, 0, 0]", "--set", "material.glass.friction=0"], 1);
     assert!(errors(&output).contains("stopped at step 0") && errors(&output).contains("no numbers"), "{output:?}");
-    assert!(place.summary()["stopped"].is_string());
+    assert!(place.summary("out/scene")["stopped"].is_string());
 }
 
 /// What a run needs follows from the grains that there are, and not from the space between them.
@@ -531,13 +501,13 @@ fn grains_far_apart_need_no_memory() {
         let program = env!("CARGO_BIN_EXE_packstone");
         let limited = format!("ulimit -v 400000; exec '{program}' run scene.toml --engine cpu");
         let output = Command::new("sh")
-            .current_dir(place.0.path())
+            .current_dir(place.folder())
             .env("RAYON_NUM_THREADS", "1")
             .args(["-c", &limited])
             .output()
             .expect("a shell");
         assert!(output.status.success(), "{far}: {output:?}");
-        assert_eq!(place.summary()["steps"], 3);
+        assert_eq!(place.summary("out/scene")["steps"], 3);
     }
 }
 
@@ -545,16 +515,16 @@ fn grains_far_apart_need_no_memory() {
 fn every_command_has_help_with_an_example() {
     let place = Place::new("");
     for command in ["run", "check", "render", "describe", "adapters"] {
-        let output = place.packstone(&[command, "--help"]);
+        let output = place.output(&[command, "--help"]);
         assert!(output.status.success());
         assert!(out(&output).contains(&format!("  packstone {command}")), "{command}");
     }
-    assert_eq!(place.packstone(&["fly"]).status.code(), Some(2));
+    assert_eq!(place.output(&["fly"]).status.code(), Some(2));
 }
 
 #[test]
 fn adapters_are_listed_or_missed() {
-    let output = Place::new("").packstone(&["adapters"]);
+    let output = Place::new("").output(&["adapters"]);
     if gpu() {
         assert!(output.status.success(), "{output:?}");
         assert!(out(&output).contains("subgroup"), "{output:?}");
@@ -571,10 +541,10 @@ fn check_compares_the_engines() {
         return;
     }
     let arguments = ["check", "scene.toml", "--steps", "3", "--after", "2000"];
-    let output = place.packstone(&arguments);
+    let output = place.output(&arguments);
     assert!(output.status.success(), "{output:?}");
     assert!(out(&output).contains("passed: all"), "{output:?}");
-    let output = place.packstone(&[&arguments[..], &["--json"]].concat());
+    let output = place.output(&[&arguments[..], &["--json"]].concat());
     let report: Value = serde_json::from_str(&out(&output)).expect("JSON");
     assert_eq!(report["passed"], true);
     assert!(!report["rows"].as_array().unwrap().is_empty());
@@ -591,11 +561,37 @@ fn pictures_are_drawn_from_folders_and_tables() {
     for (state, color, picture) in
         [("out/scene", "speed", "out/scene/picture.png"), ("out/scene/final.csv", "id", "out/scene/final.png")]
     {
-        let output = place.packstone(&[&["render", state, "--color", color], &size[..]].concat());
+        let output = place.output(&[&["render", state, "--color", color], &size[..]].concat());
         assert!(output.status.success(), "{output:?}");
         assert_eq!(Path::new(out(&output).trim()), Path::new(picture));
         assert!(fs::read(place.path(picture)).unwrap().starts_with(b"\x89PNG"));
     }
+}
+
+/// An adapter for an engine that has none is no choice that anybody has meant.
+#[test]
+fn adapters_are_for_gpus() {
+    let place = Place::new(TWO_GRAINS);
+    for command in [&["run", "scene.toml"][..], &["describe", "scene.toml"], &["solve", "problem.dat"]] {
+        let said = place.errors(&[command, &["--engine=cpu", "--adapter=0"]].concat(), 2);
+        assert!(said.contains("error: --adapter 0: the cpu engine has no use for an adapter"), "{said}");
+    }
+}
+
+#[test]
+fn describe_tells_the_precision_of_the_engine() {
+    let place = Place::new(TWO_GRAINS);
+    let precision = |more: &[&str]| {
+        let output = place.packstone(&[&["describe", "scene.toml", "--json"], more].concat(), 0);
+        let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+        json["model"]["precision"].as_str().unwrap().to_owned()
+    };
+    assert_eq!(precision(&["--engine=cpu"]), "double");
+    assert_eq!(precision(&["--engine=gpu"]), "single");
+    assert_eq!(precision(&["--engine=gpu", "--precision=double"]), "double");
+    // As a run would have it.
+    place.packstone(&["run", "scene.toml", "--steps=1"], 0);
+    assert_eq!(precision(&[]), place.summary("out/scene")["precision"].as_str().unwrap());
 }
 
 #[test]
@@ -603,7 +599,7 @@ fn what_cannot_be_drawn_is_bad_input() {
     let place = Place::new(TWO_GRAINS);
     fs::write(place.path("words.csv"), "a,b\n1,2\n").unwrap();
     for (state, part) in [("nowhere", "nowhere"), (".", "final.csv"), ("words.csv", "lacks the column")] {
-        let output = place.packstone(&["render", state]);
+        let output = place.output(&["render", state]);
         assert_eq!(output.status.code(), Some(2), "{output:?}");
         assert!(errors(&output).contains(part), "{output:?}");
     }

@@ -181,7 +181,7 @@ fn prefix_sums_do_not_wrap() {
     let expected: Vec<u32> = state.list_start.iter().map(&mut before).collect();
     assert_eq!(expected.last(), Some(&u32::MAX));
     let engines: [Box<dyn Engine>; 2] =
-        [Box::new(Gpu::new(device, &plans, &state).unwrap()), Box::new(Cpu::new(state.clone()))];
+        [Box::new(Gpu::new(device, &plans, &state).unwrap()), Box::new(Cpu::new(state.clone()).unwrap())];
     for mut engine in engines {
         engine.execute(&state.params, &SCAN_LISTS.each_ref().map(Op::Run)).unwrap();
         let mut found = state.clone();

@@ -1,5 +1,9 @@
 //! What users and machines do to runs: kills, full disks, folders that vanish, files that are in the way.
 
+#[path = "common/place.rs"]
+mod place;
+
+use place::{Place, errors};
 use serde_json::Value;
 use std::{
     collections::BTreeMap,
@@ -9,7 +13,6 @@ use std::{
     thread::sleep,
     time::{Duration, Instant},
 };
-use tempfile::{TempDir, tempdir};
 
 const DISKS: &str = r#"
 dimension = 2
@@ -38,62 +41,6 @@ formats = ["csv", "bin", "vtp"]
 /// Goes on for hours, and has something to write all the time.
 const ENDLESS: [&str; 3] = ["--steps=100000000", "--set=output.history=1e-3", "--set=output.snapshots=1e-2"];
 
-/// A folder with a scene file, in which the program runs.
-struct Place(TempDir);
-
-impl Place {
-    fn new() -> Place {
-        let place = Place(tempdir().expect("a folder"));
-        fs::write(place.path("scene.toml"), DISKS).expect("a scene file");
-        fs::create_dir(place.path("temporary")).expect("a folder");
-        place
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_packstone"));
-        command.current_dir(self.0.path()).env("TMPDIR", self.path("temporary")).args(arguments);
-        command
-    }
-
-    fn packstone(&self, arguments: &[&str], code: i32) -> Output {
-        let output = self.command(arguments).output().expect("the program starts");
-        assert_eq!(output.status.code(), Some(code), "{output:?}");
-        output
-    }
-
-    fn run(&self, more: &[&str], code: i32) -> Output {
-        self.packstone(&[&["run", "scene.toml", "--engine=cpu"], more].concat(), code)
-    }
-
-    /// A run that has written some rows.
-    fn start(&self, more: &[&str]) -> Running {
-        let arguments = [&["run", "scene.toml", "--engine=cpu"], &ENDLESS[..], more].concat();
-        let mut command = self.command(&arguments);
-        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
-        let out = more.iter().find_map(|argument| argument.strip_prefix("--out=")).unwrap_or("out/scene");
-        let history = self.path(out).join("partial/history.csv");
-        let began = Instant::now();
-        while !fs::read_to_string(&history).is_ok_and(|text| text.lines().count() > 5) {
-            let ended = child.try_wait().expect("a process");
-            assert!(ended.is_none() && began.elapsed() < Duration::from_secs(30), "{ended:?}");
-            sleep(Duration::from_millis(10));
-        }
-        Running(child)
-    }
-
-    fn text(&self, name: &str) -> String {
-        fs::read_to_string(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
-    }
-
-    fn json(&self, name: &str) -> Value {
-        serde_json::from_str(&self.text(name)).expect("JSON")
-    }
-}
-
 /// A child that does not outlive a test.
 struct Running(Child);
 
@@ -105,6 +52,22 @@ impl Drop for Running {
 }
 
 impl Running {
+    /// A run that has written some rows.
+    fn start(place: &Place, more: &[&str]) -> Running {
+        let arguments = [&["run", "scene.toml", "--engine=cpu"], &ENDLESS[..], more].concat();
+        let mut command = place.command(&arguments);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
+        let out = more.iter().find_map(|argument| argument.strip_prefix("--out=")).unwrap_or("out/scene");
+        let history = place.path(out).join("partial/history.csv");
+        let began = Instant::now();
+        while !fs::read_to_string(&history).is_ok_and(|text| text.lines().count() > 5) {
+            let ended = child.try_wait().expect("a process");
+            assert!(ended.is_none() && began.elapsed() < Duration::from_secs(30), "{ended:?}");
+            sleep(Duration::from_millis(10));
+        }
+        Running(child)
+    }
+
     fn kill(mut self) {
         self.0.kill().expect("a process");
         self.0.wait().expect("a process");
@@ -131,10 +94,6 @@ impl Running {
         let status = Command::new("kill").args(["-INT", &self.0.id().to_string()]).status();
         assert!(status.expect("kill starts").success());
     }
-}
-
-fn errors(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 /// All files of a folder and those in it, but for what packstone hides.
@@ -165,14 +124,19 @@ fn check_history(text: &str) {
 
 #[test]
 fn a_killed_run_leaves_the_older_result_and_its_own() {
-    let place = Place::new();
+    let place = Place::new(DISKS);
     place.run(&[], 0);
     let before = result(&place.path("out/scene"));
-    place.start(&[]).kill();
+    Running::start(&place, &[]).kill();
     assert_eq!(result(&place.path("out/scene")), before);
     let partial = content(&place.path("out/scene/partial"));
     check_history(std::str::from_utf8(&partial["history.csv"]).unwrap());
     assert!(partial["snapshot_000000.vtp"].ends_with(b"</VTKFile>\n"));
+    // The series lists what is there, up to one that was just being written.
+    let series = String::from_utf8(partial["packstone.pvd"].clone()).unwrap();
+    let snapshots = partial.keys().filter(|name| name.ends_with(".vtp")).count();
+    let listed = series.matches("<DataSet ").count();
+    assert!(series.ends_with("</VTKFile>\n") && (listed == snapshots || listed + 1 == snapshots), "{series}");
     assert_eq!(place.json("out/scene/partial/run.json")["ended"], Value::Null);
     assert_eq!(packstone::io::folder::find(&place.path("out/scene")).unwrap(), (place.path("out/scene"), None));
 
@@ -187,10 +151,80 @@ fn a_killed_run_leaves_the_older_result_and_its_own() {
     assert_eq!(place.json("out/scene/summary.json")["steps"], 50);
 }
 
+/// Nobody takes the folder of a run that is not at its end for one without the right formats.
+#[test]
+fn render_tells_that_a_run_was_killed() {
+    let place = Place::new(DISKS);
+    let csv = "--set=output.formats=[\"csv\"]";
+    Running::start(&place, &[csv]).kill();
+    let said = place.errors(&["render", "out/scene"], 2);
+    assert!(said.contains("neither grains nor a checkpoint yet; if it was, run its scene anew"), "{said}");
+    let running = Running::start(&place, &[csv, "--out=with", "--set=output.checkpoint=1e-3"]);
+    let checkpoint = place.path("with/partial/checkpoint.bin");
+    let began = Instant::now();
+    while !checkpoint.exists() {
+        assert!(began.elapsed() < Duration::from_secs(30), "no checkpoint");
+        sleep(Duration::from_millis(10));
+    }
+    running.kill();
+    let said = place.errors(&["render", "with"], 2);
+    assert!(
+        said.contains("has written no grains yet; if it was, packstone run --resume with goes on with it"),
+        "{said}"
+    );
+}
+
+/// `run <(command)` has no name to call its result by.
+#[cfg(unix)]
+#[test]
+fn a_scene_from_a_pipe_needs_a_name_for_its_result() {
+    let place = Place::new(DISKS);
+    let fifo = place.path("fifo");
+    assert!(Command::new("mkfifo").arg(&fifo).status().expect("mkfifo starts").success());
+    let said = place.errors(&["run", "fifo", "--engine=cpu"], 2);
+    assert!(said.contains("fifo: is no file; name the folder of its result with --out") && !place.path("out").exists());
+    let mut running = place.command(&["run", "fifo", "--engine=cpu", "--out=new/folder"]).spawn().unwrap();
+    fs::write(&fifo, DISKS).unwrap();
+    assert!(running.wait().unwrap().success());
+    assert!(place.path("new/folder/summary.json").exists());
+}
+
+/// Scenes around the limit of the memory run, or say in a line that they are too large. None of them aborts.
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_that_is_not_there_is_an_error() {
+    let place = Place::new(DISKS);
+    let (mut ran, mut refused) = (0, 0);
+    for count in
+        [1_000, 100_000, 300_000, 400_000, 500_000, 700_000, 1_000_000, 3_000_000, 1_000_000_000_000_000_000_u64]
+    {
+        let line = format!(
+            "ulimit -v 900000; exec {} run scene.toml --engine=cpu --steps=1 --out=large --set=population.0.count={count} \
+             --set='wall.0.upper=[1, 1000]'",
+            env!("CARGO_BIN_EXE_packstone")
+        );
+        let mut command = Command::new("sh");
+        // Threads take address space of their own.
+        let output =
+            command.current_dir(place.folder()).env("RAYON_NUM_THREADS", "2").args(["-c", &line]).output().unwrap();
+        let said = errors(&output);
+        match output.status.code() {
+            Some(0) => ran += 1,
+            Some(2) => {
+                refused += 1;
+                assert!(said.starts_with("error: scene.toml: ") && said.lines().count() == 1, "{count}: {said}");
+                assert!(said.contains("scene too large: "), "{count}: {said}");
+            }
+            other => panic!("{count}: {other:?}, {said}"),
+        }
+    }
+    assert!(ran >= 2 && refused >= 2, "{ran} ran, {refused} were refused");
+}
+
 #[test]
 fn a_run_that_was_killed_first_is_found() {
-    let place = Place::new();
-    place.start(&[]).kill();
+    let place = Place::new(DISKS);
+    Running::start(&place, &[]).kill();
     let (found, notice) = packstone::io::folder::find(&place.path("out/scene")).unwrap();
     assert_eq!(found, place.path("out/scene/partial"));
     assert!(notice.unwrap().contains("did not come to its end"));
@@ -199,8 +233,8 @@ fn a_run_that_was_killed_first_is_found() {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_takes_an_empty_place_only() {
-    let place = Place::new();
-    let running = place.start(&[]);
+    let place = Place::new(DISKS);
+    let running = Running::start(&place, &[]);
     running.interrupt();
     running.end(130);
     assert!(place.json("out/scene/run.json")["ended"].as_str().unwrap().starts_with("interrupted at step"));
@@ -209,7 +243,7 @@ fn an_interrupted_run_takes_an_empty_place_only() {
 
     place.run(&[], 0);
     let before = result(&place.path("out/scene"));
-    let running = place.start(&[]);
+    let running = Running::start(&place, &[]);
     running.interrupt();
     let output = running.end(130);
     assert!(String::from_utf8_lossy(&output.stdout).contains("results in out/scene/partial"), "{output:?}");
@@ -221,7 +255,7 @@ fn an_interrupted_run_takes_an_empty_place_only() {
 /// What stopped by its physics is no better than what was there.
 #[test]
 fn a_run_that_had_to_stop_leaves_the_older_result() {
-    let place = Place::new();
+    let place = Place::new(DISKS);
     place.run(&[], 0);
     let before = result(&place.path("out/scene"));
     let output = place.run(&["--set=solver.dt=1e-2", "--set=solver.allow_unstable=true"], 1);
@@ -233,8 +267,8 @@ fn a_run_that_had_to_stop_leaves_the_older_result() {
 
 #[test]
 fn one_run_at_a_time_has_a_folder() {
-    let place = Place::new();
-    let running = place.start(&[]);
+    let place = Place::new(DISKS);
+    let running = Running::start(&place, &[]);
     let output = place.run(&[], 2);
     let wanted = format!("error: out/scene: process {} is writing its results there", running.0.id());
     assert!(errors(&output).starts_with(&wanted), "{output:?}");
@@ -245,20 +279,20 @@ fn one_run_at_a_time_has_a_folder() {
 #[test]
 fn what_is_not_packstones_is_not_touched() {
     for name in ["summary.json", "history.csv", "final.csv", "run.json", "snapshot_000001.vtp", "checkpoint.bin"] {
-        let place = Place::new();
+        let place = Place::new(DISKS);
         fs::create_dir_all(place.path("out/scene")).unwrap();
         fs::write(place.path("out/scene").join(name), "{}").unwrap();
-        let before = content(place.0.path());
+        let before = content(place.folder());
         let output = place.run(&[], 2);
         assert!(
             errors(&output).starts_with(&format!("error: out/scene/{name}: was not written by packstone")),
             "{output:?}"
         );
-        assert_eq!(content(place.0.path()), before);
+        assert_eq!(content(place.folder()), before);
         assert!(!place.path("out/scene/.packstone").exists());
     }
     // What was changed is not packstone's any more, even if it is as long as it was.
-    let place = Place::new();
+    let place = Place::new(DISKS);
     place.run(&[], 0);
     let summary = place.text("out/scene/summary.json");
     fs::write(place.path("out/scene/summary.json"), summary.replace("scene", "bench")).unwrap();
@@ -274,7 +308,7 @@ fn what_is_not_packstones_is_not_touched() {
 /// They had no record of their files.
 #[test]
 fn results_of_version_0_1_are_replaced() {
-    let place = Place::new();
+    let place = Place::new(DISKS);
     place.run(&["--set=output.snapshots=1e-3"], 0);
     for name in ["run.json", "scene.toml", "checkpoint.bin", ".packstone/lock"] {
         fs::remove_file(place.path("out/scene").join(name)).unwrap();
@@ -290,7 +324,7 @@ fn results_of_version_0_1_are_replaced() {
 #[test]
 fn links_are_not_followed() {
     use std::os::unix::fs::symlink;
-    let place = Place::new();
+    let place = Place::new(DISKS);
     fs::create_dir_all(place.path("out/scene")).unwrap();
     fs::create_dir(place.path("mine")).unwrap();
     fs::write(place.path("mine/text"), "mine").unwrap();
@@ -322,7 +356,7 @@ fn links_are_not_followed() {
 #[test]
 fn the_input_may_be_in_the_folder_of_the_result() {
     for file in ["final.csv", "final.bin"] {
-        let place = Place::new();
+        let place = Place::new(DISKS);
         place.run(&[], 0);
         let first = fs::read(place.path("out/scene").join(file)).unwrap();
         let scene = DISKS
@@ -344,7 +378,7 @@ fn the_input_may_be_in_the_folder_of_the_result() {
 /// The folder of a project may be that of its result; scene and table stay the user's.
 #[test]
 fn the_scene_may_be_in_the_folder_of_the_result() {
-    let place = Place::new();
+    let place = Place::new(DISKS);
     fs::create_dir(place.path("inputs")).unwrap();
     fs::write(place.path("inputs/bed.csv"), "x,y,radius\n0.01,0.01,1e-3\n").unwrap();
     let scene = DISKS.replace("count = 100\nradius = { uniform = [0.8e-3, 1.2e-3] }", "file = \"inputs/bed.csv\"");
@@ -363,7 +397,7 @@ fn the_scene_may_be_in_the_folder_of_the_result() {
 /// Large files stay where they are, and names do not clash.
 #[test]
 fn tables_are_kept_by_size_and_name() {
-    let place = Place::new();
+    let place = Place::new(DISKS);
     let table = |folder: &str, x: f64, comment: usize| {
         fs::create_dir(place.path(folder)).unwrap();
         let text = format!("#{}\nx,y,radius\n{x},0.01,1e-3\n", "-".repeat(comment));
@@ -390,7 +424,7 @@ fn tables_are_kept_by_size_and_name() {
 /// As many files as were announced, and about as many bytes.
 #[test]
 fn floods_are_announced() {
-    let place = Place::new();
+    let place = Place::new(DISKS);
     let many = ["--set=output.snapshots=1e-9", "--set=output.formats=[\"csv\", \"bin\", \"vtp\"]", "--steps=500"];
     let described = place.packstone(&[&["describe", "scene.toml"], &many[..2], &["--set=stop.steps=500"]].concat(), 0);
     let described = String::from_utf8_lossy(&described.stdout).into_owned();
@@ -409,7 +443,7 @@ fn floods_are_announced() {
 
 #[test]
 fn a_run_is_estimated_by_its_first_steps() {
-    let place = Place::new();
+    let place = Place::new(DISKS);
     let output = place.packstone(&["describe", "scene.toml", "--estimate", "--engine=cpu"], 0);
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(
@@ -421,7 +455,7 @@ fn a_run_is_estimated_by_its_first_steps() {
 
 #[test]
 fn scenes_of_one_name_do_not_share_a_folder() {
-    let place = Place::new();
+    let place = Place::new(DISKS);
     for folder in ["a", "b"] {
         fs::create_dir(place.path(folder)).unwrap();
         fs::write(place.path(folder).join("heap.toml"), DISKS).unwrap();
@@ -430,18 +464,18 @@ fn scenes_of_one_name_do_not_share_a_folder() {
         |scene: &str, more: &[&str], code| place.packstone(&[&["run", scene, "--engine=cpu"], more].concat(), code);
     run("a/heap.toml", &[], 0);
     run("a/../a/heap.toml", &[], 0);
-    let before = content(place.0.path());
+    let before = content(place.folder());
     let refused = errors(&run("b/heap.toml", &[], 2));
     assert!(
         refused.contains("out/heap: has the result of another scene file") && refused.contains("a/heap.toml"),
         "{refused}"
     );
     assert!(refused.contains("--out out/heap"), "{refused}");
-    assert_eq!(content(place.0.path()), before);
+    assert_eq!(content(place.folder()), before);
     run("b/heap.toml", &["--out=out/heap"], 0);
     // A project that is moved as a whole is the same.
-    let moved = Place(tempdir().unwrap());
-    for (name, bytes) in content(place.0.path()) {
+    let moved = Place::new(DISKS);
+    for (name, bytes) in content(place.folder()) {
         fs::create_dir_all(moved.path(&name).parent().unwrap()).unwrap();
         fs::write(moved.path(&name), bytes).unwrap();
     }
@@ -450,8 +484,8 @@ fn scenes_of_one_name_do_not_share_a_folder() {
 
 #[test]
 fn a_removed_folder_costs_no_state() {
-    let place = Place::new();
-    let running = place.start(&[]);
+    let place = Place::new(DISKS);
+    let running = Running::start(&place, &[]);
     // As long as the run puts in what is taken out.
     while place.path("out/scene").exists() {
         let _ = fs::remove_dir_all(place.path("out/scene"));
@@ -495,7 +529,7 @@ impl Drop for Mounted {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_costs_no_state() {
-    let place = Place::new();
+    let place = Place::new(DISKS);
     let Some(_disk) = Mounted::new(place.path("disk"), "size=400k") else { return };
     place.packstone(&["run", "scene.toml", "--engine=cpu", "--steps=20", "--out=disk/out"], 0);
     let before = result(&place.path("disk/out"));
@@ -510,7 +544,7 @@ fn a_full_disk_costs_no_state() {
     assert!(partial.keys().all(|name| !name.ends_with(".part")), "{:?}", partial.keys());
     let whole = |bytes: &[u8]| bytes.ends_with(b"</VTKFile>\n");
     assert!(partial.iter().all(|(name, bytes)| !name.ends_with(".vtp") || whole(bytes)));
-    let rescued = content(&place.path("temporary"));
+    let rescued = content(place.temporary());
     let text = |name: &str| std::str::from_utf8(&rescued[&format!("out.rescued.1/{name}")]).unwrap();
     assert_eq!(text("final.csv").lines().count(), 101);
     check_history(text("history.csv"));
@@ -523,12 +557,13 @@ fn a_full_disk_costs_no_state() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_disk_that_cannot_be_written_any_more_costs_no_state() {
-    let place = Place::new();
-    let running = place.start(&["--out=disk/out"]);
+    let place = Place::new(DISKS);
+    let running = Running::start(&place, &["--out=disk/out"]);
     let Some(_disk) = Mounted::new(place.path("disk"), "ro") else { return };
     let output = running.end(1);
-    assert!(errors(&output).contains("temporary/out.rescued.1"), "{output:?}");
-    let rescued = content(&place.path("temporary"));
+    let rescued = place.temporary().join("out.rescued.1");
+    assert!(errors(&output).contains(rescued.to_str().unwrap()), "{output:?}");
+    let rescued = content(place.temporary());
     assert!(rescued.contains_key("out.rescued.1/final.csv") && rescued.contains_key("out.rescued.1/summary.json"));
     check_history(std::str::from_utf8(&rescued["out.rescued.1/history.csv"]).unwrap());
 }
@@ -536,7 +571,7 @@ fn a_disk_that_cannot_be_written_any_more_costs_no_state() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_disk_that_cannot_be_written_is_said() {
-    let place = Place::new();
+    let place = Place::new(DISKS);
     let Some(_disk) = Mounted::new(place.path("disk"), "ro") else { return };
     let output = place.run(&["--out=disk/out"], 2);
     assert!(errors(&output).starts_with("error: disk/out: Read-only file system"), "{output:?}");
@@ -545,7 +580,7 @@ fn a_disk_that_cannot_be_written_is_said() {
 #[cfg(target_os = "linux")]
 #[test]
 fn what_cannot_be_said_is_an_error() {
-    let place = Place::new();
+    let place = Place::new(DISKS);
     let full = || Stdio::from(fs::OpenOptions::new().write(true).open("/dev/full").unwrap());
     let output = place.command(&["describe", "scene.toml"]).stdout(full()).output().unwrap();
     assert_eq!(output.status.code(), Some(1), "{output:?}");

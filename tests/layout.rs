@@ -318,3 +318,33 @@ fn imports_do_not_run_in_circles() {
     circles.sort();
     assert!(circles.is_empty(), "imports run in circles:\n{}", circles.join("\n"));
 }
+
+/// Every crate that is named in Cargo.toml, with the features that bring it.
+#[test]
+fn every_dependency_has_its_reason() {
+    let cargo: toml::Table = fs::read_to_string(root().join("Cargo.toml")).unwrap().parse().unwrap();
+    let features = |name: &str, optional: bool| {
+        let brings = |of: &toml::Value| of.as_array().unwrap().contains(&format!("dep:{name}").into());
+        let of = cargo["features"].as_table().unwrap().iter().filter(|(_, of)| brings(of));
+        let named: Vec<String> = of.map(|(feature, _)| format!("`{feature}`")).collect();
+        if optional { named.join(", ") } else { "always".to_owned() }
+    };
+    let optional = |of: &toml::Value| of.get("optional").and_then(toml::Value::as_bool).unwrap_or(false);
+    let dependencies = cargo["dependencies"].as_table().unwrap().iter();
+    let mut expected: Vec<_> = dependencies.map(|(name, of)| (name.clone(), features(name, optional(of)))).collect();
+    expected.sort();
+    let text = fs::read_to_string(root().join("docs/dependencies.md")).unwrap();
+    let rows = text.split("## ").next().unwrap().lines().filter_map(|line| line.strip_prefix("| `"));
+    let mut found = Vec::new();
+    for row in rows {
+        let (name, rest) = row.split_once("` | ").unwrap();
+        let (features, reason) = rest.split_once(" | ").unwrap();
+        assert!(reason.len() > 10, "{name} has no reason");
+        found.push((name.to_owned(), features.to_owned()));
+    }
+    found.sort();
+    assert_eq!(found, expected, "docs/dependencies.md and Cargo.toml");
+    for name in cargo["dev-dependencies"].as_table().unwrap().keys() {
+        assert!(found.iter().any(|(known, _)| known == name), "{name} has no row");
+    }
+}

@@ -1,6 +1,8 @@
 //! A run that goes on from a checkpoint is the run that was never interrupted, to the bit.
 
 mod common;
+#[path = "common/place.rs"]
+mod place;
 
 use common::*;
 use packstone::{
@@ -9,10 +11,11 @@ use packstone::{
     simulation::{Checkpoint, Options, Simulation},
     state::{ACTIVE, ARRAYS, Array, Lifetime, NONE, array::IMPULSE, present},
 };
+use place::{Place, errors};
 use std::{
     cell::Cell,
     fs,
-    path::{Path, PathBuf},
+    path::Path,
     process::{Child, Command, Stdio},
     thread::sleep,
     time::Duration,
@@ -281,32 +284,6 @@ fn without_speeds(history: &[u8]) -> Vec<String> {
     lines.map(|line| line.rsplit_once(',').unwrap().0.to_owned()).collect()
 }
 
-/// A folder in which the program runs.
-struct Place(tempfile::TempDir);
-
-impl Place {
-    fn new() -> Place {
-        Place(tempfile::tempdir().unwrap())
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    /// What the program says on the standard error.
-    fn packstone(&self, arguments: &[&str], code: i32) -> String {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_packstone"));
-        let output = command.current_dir(self.0.path()).args(arguments).output().unwrap();
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
-        said
-    }
-
-    fn summary(&self, folder: &str) -> serde_json::Value {
-        serde_json::from_slice(&fs::read(self.path(folder).join("summary.json")).unwrap()).unwrap()
-    }
-}
-
 const SETTLE: &str = r#"
 dimension = 2
 seed = 3
@@ -341,9 +318,8 @@ time = 0.2
 
 #[test]
 fn damaged_checkpoints_are_refused_and_the_one_before_is_taken() {
-    let place = Place::new();
-    fs::write(place.path("settle.toml"), SETTLE).unwrap();
-    place.packstone(&["run", "settle.toml", "--engine=cpu", "--steps=500", "--out=done"], 0);
+    let place = Place::new(SETTLE);
+    place.errors(&["run", "scene.toml", "--engine=cpu", "--steps=500", "--out=done"], 0);
     // A complete run has no other.
     assert!(!place.path("done/checkpoint.previous.bin").exists());
     let checkpoint = place.path("done/checkpoint.bin");
@@ -356,21 +332,20 @@ fn damaged_checkpoints_are_refused_and_the_one_before_is_taken() {
     let middle = good.len() / 2;
     for (bad, why) in [(&good[..middle], "is cut off"), (&altered(&good, middle), "is damaged"), (b"", "is cut off")] {
         fs::write(&checkpoint, bad).unwrap();
-        let said = place.packstone(&["run", "--resume=done", "--steps=600"], 2);
+        let said = place.errors(&["run", "--resume=done", "--steps=600"], 2);
         assert!(said.contains(why), "{said}");
     }
     fs::write(&checkpoint, &good).unwrap();
-    let said = place.packstone(&["run", "--resume=done"], 2);
+    let said = place.errors(&["run", "--resume=done"], 2);
     assert!(said.contains("is at step 500"), "{said}");
-    let said = place.packstone(&["run", "--resume=nowhere"], 2);
+    let said = place.errors(&["run", "--resume=nowhere"], 2);
     assert!(said.contains("nowhere: there is no such folder"), "{said}");
 
     // With the one before it the run goes on.
-    let long = ["run", "settle.toml", "--engine=cpu", "--steps=40000", "--set=output.checkpoint=1e-3"];
-    place.packstone(&[&long[..], &["--out=whole"]].concat(), 0);
-    let mut command = Command::new(env!("CARGO_BIN_EXE_packstone"));
-    command.current_dir(place.0.path()).args(long).arg("--out=cut").stdout(Stdio::null()).stderr(Stdio::null());
-    let mut child = command.spawn().unwrap();
+    let long = ["run", "scene.toml", "--engine=cpu", "--steps=40000", "--set=output.checkpoint=1e-3"];
+    place.errors(&[&long[..], &["--out=whole"]].concat(), 0);
+    let mut command = place.command(&[&long[..], &["--out=cut"]].concat());
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     while !place.path("cut/partial/checkpoint.previous.bin").exists() {
         assert!(child.try_wait().unwrap().is_none(), "the run has ended too soon");
         sleep(Duration::from_millis(1));
@@ -380,7 +355,7 @@ fn damaged_checkpoints_are_refused_and_the_one_before_is_taken() {
     let checkpoint = place.path("cut/partial/checkpoint.bin");
     let latest = fs::read(&checkpoint).unwrap_or(good);
     fs::write(&checkpoint, altered(&latest, latest.len() / 2)).unwrap();
-    let said = place.packstone(&["run", "--resume=cut"], 0);
+    let said = place.errors(&["run", "--resume=cut"], 0);
     assert!(said.contains("this is the checkpoint before it"), "{said}");
     let grains = |folder: &str| fs::read(place.path(folder).join("final.csv")).unwrap();
     assert!(grains("cut") == grains("whole"));
@@ -389,26 +364,24 @@ fn damaged_checkpoints_are_refused_and_the_one_before_is_taken() {
 /// A run that was changed in between is no longer the same.
 #[test]
 fn checkpoints_of_another_scene_are_refused() {
-    let place = Place::new();
-    fs::write(place.path("settle.toml"), SETTLE).unwrap();
-    place.packstone(&["run", "settle.toml", "--engine=cpu", "--steps=500", "--out=out"], 0);
+    let place = Place::new(SETTLE);
+    place.errors(&["run", "scene.toml", "--engine=cpu", "--steps=500", "--out=out"], 0);
     let scene = place.path("out/scene.toml");
     let text = fs::read_to_string(&scene).unwrap();
     fs::write(&scene, text.replace("friction = 0.5", "friction = 0.4")).unwrap();
-    let said = place.packstone(&["run", "--resume=out", "--steps=600"], 2);
+    let said = place.errors(&["run", "--resume=out", "--steps=600"], 2);
     assert!(said.contains("is of another scene, or the scene beside it"), "{said}");
 }
 
 /// Settled, then with less friction and more grains under a lid that stops, then once more.
 #[test]
 fn scenes_go_on_from_each_other() {
-    let place = Place::new();
+    let place = Place::new(SETTLE);
     let more = "[[population]]\nmaterial = \"glass\"\ncount = 5\nradius = 1e-3\n\
                 region = { lower = [0, 0.06], upper = [0.02, 0.075] }\n";
     let next = SETTLE.replace("friction = 0.5", "friction = 0.2").replace("[0, -0.1]", "[0, 0]") + more;
-    fs::write(place.path("settle.toml"), SETTLE).unwrap();
-    fs::write(place.path("next.toml"), &next).unwrap();
-    place.packstone(&["run", "settle.toml", "--engine=cpu", "--out=first"], 0);
+    place.write("next.toml", &next);
+    place.errors(&["run", "scene.toml", "--engine=cpu", "--out=first"], 0);
     let before = place.summary("first");
     for engine in ["cpu", "gpu"] {
         if engine == "gpu" && std::env::var("PACKSTONE_ALLOW_NO_GPU").is_ok_and(|v| v == "1") {
@@ -417,7 +390,7 @@ fn scenes_go_on_from_each_other() {
         let (second, third) = (format!("second_{engine}"), format!("third_{engine}"));
         let engine = format!("--engine={engine}");
         let run = ["run", "next.toml", &engine, "--steps=50", "--from=first", "--out", &second];
-        let said = place.packstone(&run, 0);
+        let said = place.errors(&run, 0);
         for line in [
             "population.0 is there already",
             "population.1 is added",
@@ -435,22 +408,107 @@ fn scenes_go_on_from_each_other() {
         let lid = |summary: &serde_json::Value| summary["walls"][3]["point"][1].as_f64().unwrap();
         assert!((lid(&after) - lid(&before)).abs() < 1e-7 && (lid(&before) - 0.08).abs() < 1e-4, "{}", lid(&after));
         let run = ["run", "next.toml", &engine, "--steps=50", "--from", &second, "--out", &third];
-        let said = place.packstone(&run, 0);
+        let said = place.errors(&run, 0);
         assert!(said.contains("population.1 is there already"), "{said}");
         assert_eq!(place.summary(&third)["particles"], 105);
         // What it went on with is in its folder, so it can be taken further without the first.
-        place.packstone(&["run", "--resume", &third, "--steps=80"], 0);
+        place.errors(&["run", "--resume", &third, "--steps=80"], 0);
         assert_eq!(place.summary(&third)["steps"], 80);
     }
+}
+
+/// What a GPU has left is read on the host, so that a machine without one can go on with it.
+#[test]
+fn states_of_a_gpu_need_none() {
+    if std::env::var("PACKSTONE_ALLOW_NO_GPU").is_ok_and(|v| v == "1") {
+        return;
+    }
+    let without =
+        [("VK_ICD_FILENAMES", "/nowhere"), ("VK_DRIVER_FILES", "/nowhere"), ("VK_LOADER_LAYERS_DISABLE", "*")];
+    let place = Place::new(SETTLE);
+    let clumps = SETTLE.replace("radius = {", "shape = { dimer = 1, disk = 1 }\nradius = {");
+    for (name, scene) in [("disks", SETTLE), ("clumps", &clumps)] {
+        place.write(&format!("{name}.toml"), scene);
+        let (file, gpu, cpu) = (format!("{name}.toml"), format!("{name}_gpu"), format!("{name}_cpu"));
+        place.packstone(&["run", &file, "--engine=gpu", "--time=0.1", "--out", &gpu], 0);
+        let steps = "--set=stop.steps=1";
+        let run = ["run", &file, "--engine=cpu", steps, "--from", &gpu, "--out", &cpu];
+        let output = place.command(&run).envs(without).output().unwrap();
+        let said = errors(&output);
+        assert_eq!(output.status.code(), Some(0), "{said}");
+        let contacts = place.summary(&gpu)["contacts"].as_u64().unwrap();
+        let known: u64 = said.split(" grains and ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+        assert!(known > 50 && known <= contacts, "{known} of {contacts} contacts: {said}");
+        assert!(said.contains(&format!("note: {known} of {known} contacts keep their history")), "{said}");
+        // The same grains, but for a step.
+        let bodies = |folder: &str| {
+            let rows = packstone::io::read_rows(&place.path(folder).join("final.csv")).unwrap();
+            rows.iter().map(|row| [row.x, row.y, row.vx, row.vy, row.wz]).collect::<Vec<_>>()
+        };
+        let size = |k: usize| bodies(&gpu).iter().map(|row| row[k].abs()).fold(0.0, f64::max);
+        let dt = place.summary(&gpu)["dt"].as_f64().unwrap();
+        // A collision changes velocities by much in a step, rounding by little.
+        let most = [
+            1e-3 * dt + size(2) * 2.0 * dt,
+            1e-3 * dt + size(3) * 2.0 * dt,
+            0.2 * size(2),
+            0.2 * size(3),
+            0.2 * size(4),
+        ];
+        for (a, b) in bodies(&gpu).iter().zip(&bodies(&cpu)) {
+            for k in 0..5 {
+                assert!((a[k] - b[k]).abs() <= most[k], "{name}: {a:?}, {b:?}");
+            }
+        }
+        // Whoever goes on with the run itself needs the device that it ran on.
+        let output = place.command(&["run", "--resume", &gpu, "--time=0.11"]).envs(without).output().unwrap();
+        assert!(output.status.code() == Some(2) && errors(&output).contains("no GPU adapter found"), "{output:?}");
+    }
+}
+
+/// `describe` tells what such a run does, and changes nothing.
+#[test]
+fn describe_knows_what_goes_on() {
+    let place = Place::new(SETTLE);
+    place.packstone(&["run", "scene.toml", "--engine=cpu", "--steps=500", "--out=first"], 0);
+    let more = "[[population]]\nmaterial = \"glass\"\ncount = 5\nradius = 1e-3\n\
+                region = { lower = [0, 0.06], upper = [0.02, 0.08] }\n";
+    place.write("next.toml", &(SETTLE.to_owned() + more));
+    let describe = ["describe", "next.toml", "--from=first", "--json", "--engine=cpu", "--estimate"];
+    let output = place.packstone(&describe, 0);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&json["particles"], &json["model"]["precision"]), (&105.into(), &"double".into()));
+    assert!(errors(&output).contains("population.1 is added") && !place.path("out").exists(), "{output:?}");
+}
+
+/// What the run before has left is told with that one.
+#[test]
+fn doubts_are_told_once() {
+    let soft = SETTLE.replace("normal_stiffness = 1e5", "normal_stiffness = 8000");
+    let place = Place::new(&soft);
+    place.packstone(&["run", "scene.toml", "--engine=cpu", "--out=first"], 0);
+    assert!(place.summary("first")["doubts"][0].as_str().unwrap().contains("an overlap was"));
+    // The lid goes up again, so that nothing is pressed deeper.
+    place.write("next.toml", &soft.replace("[0, -0.1]", "[0, 0.5]"));
+    let run = ["run", "next.toml", "--engine=cpu", "--steps=100", "--from=first", "--out=next"];
+    let said = place.errors(&run, 0);
+    let summary = place.summary("next");
+    assert!(summary["deepest_overlap"]["over_radius"].as_f64().unwrap() > 0.1, "{}", summary["deepest_overlap"]);
+    assert_eq!(summary["deepest_overlap"]["step"], 0);
+    assert!(summary["doubts"].as_array().unwrap().is_empty() && !said.contains("warning:"), "{said}");
+    assert!(said.contains("its scene.toml alone will begin without it"), "{said}");
+    // It is still the same run when it was interrupted.
+    place.packstone(&["run", "--resume=next", "--steps=200"], 0);
+    assert!(place.summary("next")["doubts"].as_array().unwrap().is_empty());
 }
 
 /// What makes a result doubtful is said, with the grain and the time.
 #[test]
 fn deep_overlaps_are_told_with_grain_and_time() {
-    let place = Place::new();
+    let place = Place::new(SETTLE);
     // Springs so soft that weight presses grains into each other.
-    fs::write(place.path("soft.toml"), SETTLE.replace("normal_stiffness = 1e5", "normal_stiffness = 5")).unwrap();
-    let said = place.packstone(&["run", "soft.toml", "--engine=cpu", "--out=soft", "--strict"], 3);
+    place.write("soft.toml", &SETTLE.replace("normal_stiffness = 1e5", "normal_stiffness = 5"));
+    let said = place.errors(&["run", "soft.toml", "--engine=cpu", "--out=soft", "--strict"], 3);
     let summary = place.summary("soft");
     let deepest = &summary["deepest_overlap"];
     assert!(deepest["over_radius"].as_f64().unwrap() > 0.1 && deepest["grain"].is_u64(), "{deepest}");
@@ -462,7 +520,6 @@ fn deep_overlaps_are_told_with_grain_and_time() {
 /// An impact between two rows of the history, of spheres on soft springs: the deepest overlap is v √(m / 2 k).
 #[test]
 fn overlaps_between_rows_are_told() {
-    let place = Place::new();
     let (radius, density, stiffness, speed) = (0.01_f64, 2500.0, 1e4, 6.0);
     let scene = format!(
         "dimension = 3\ngravity = [0, 0, 0]\n[material.soft]\ndensity = {density}\nnormal_stiffness = {stiffness}\nrestitution = 1.0\n\
@@ -471,13 +528,13 @@ fn overlaps_between_rows_are_told() {
          [stop]\ntime = 0.02\n[output]\nhistory = 0.02\n",
         half = 0.5 * speed
     );
-    fs::write(place.path("impact.toml"), scene).unwrap();
+    let place = Place::new(&scene);
     let mass = density * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
     let deepest = speed * (mass / (2.0 * stiffness)).sqrt() / radius;
     assert!((0.3..1.0).contains(&deepest), "{deepest}");
     for engine in ["--engine=cpu", "--engine=gpu"] {
-        let said = place.packstone(&["run", "impact.toml", engine, "--out=impact"], 0);
-        let (summary, rows) = (place.summary("impact"), fs::read_to_string(place.path("impact/history.csv")).unwrap());
+        let said = place.errors(&["run", "scene.toml", engine, "--out=impact"], 0);
+        let (summary, rows) = (place.summary("impact"), place.text("impact/history.csv"));
         assert_eq!((rows.lines().count(), summary["max_overlap_over_radius"].as_f64()), (3, Some(0.0)), "{rows}");
         let told = &summary["deepest_overlap"];
         let over_radius = told["over_radius"].as_f64().unwrap();
@@ -492,14 +549,11 @@ fn overlaps_between_rows_are_told() {
 /// What goes wrong around a checkpoint costs neither it nor the result beside it.
 #[test]
 fn results_beside_checkpoints_stay_usable() {
-    let place = Place::new();
-    fs::write(place.path("settle.toml"), SETTLE).unwrap();
-    place.packstone(&["run", "settle.toml", "--engine=cpu", "--steps=500", "--out=out"], 0);
+    let place = Place::new(SETTLE);
+    place.errors(&["run", "scene.toml", "--engine=cpu", "--steps=500", "--out=out"], 0);
     let killed = |out: &str| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_packstone"));
-        let run = ["run", "settle.toml", "--engine=cpu", "--steps=100000000", "--set=output.checkpoint=1e6", out];
-        command.current_dir(place.0.path()).args(run).stdout(Stdio::null()).stderr(Stdio::null());
-        let mut child = command.spawn().unwrap();
+        let run = ["run", "scene.toml", "--engine=cpu", "--steps=100000000", "--set=output.checkpoint=1e6", out];
+        let mut child = place.command(&run).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         let folder = place.path(out.strip_prefix("--out=").unwrap());
         while !fs::read_to_string(folder.join("partial/history.csv")).is_ok_and(|rows| rows.lines().count() > 1) {
             assert!(child.try_wait().unwrap().is_none());
@@ -510,41 +564,39 @@ fn results_beside_checkpoints_stay_usable() {
     };
     // A partial result without a checkpoint hides no result that has one.
     killed("--out=out");
-    let said = place.packstone(&["run", "--resume=out", "--steps=600"], 0);
+    let said = place.errors(&["run", "--resume=out", "--steps=600"], 0);
     assert!(said.contains("was killed before its first checkpoint"), "{said}");
     assert_eq!(place.summary("out")["steps"], 600);
     killed("--out=out");
-    fs::write(place.path("next.toml"), SETTLE).unwrap();
-    let said = place.packstone(&["run", "next.toml", "--from=out", "--engine=cpu", "--steps=10", "--out=next"], 0);
+    place.write("next.toml", SETTLE);
+    let said = place.errors(&["run", "next.toml", "--from=out", "--engine=cpu", "--steps=10", "--out=next"], 0);
     assert!(said.contains("note: out at step 600"), "{said}");
 
     // A run that cannot be continued leaves all as it was, so that it can be when that is mended.
     let history = place.path("next/history.csv");
     let rows = fs::read(&history).unwrap();
     fs::remove_file(&history).unwrap();
-    place.packstone(&["run", "--resume=next", "--steps=20"], 2);
+    place.errors(&["run", "--resume=next", "--steps=20"], 2);
     assert!(!place.path("next/partial").exists());
     fs::write(&history, rows).unwrap();
-    place.packstone(&["run", "--resume=next", "--steps=20"], 0);
+    place.errors(&["run", "--resume=next", "--steps=20"], 0);
 
     // A run that was set aside can be continued where it is.
-    let long = ["run", "settle.toml", "--engine=cpu", "--steps=40000", "--set=output.checkpoint=1e-3", "--out=cut"];
-    let mut command = Command::new(env!("CARGO_BIN_EXE_packstone"));
-    command.current_dir(place.0.path()).args(long).stdout(Stdio::null()).stderr(Stdio::null());
-    let mut child = command.spawn().unwrap();
+    let long = ["run", "scene.toml", "--engine=cpu", "--steps=40000", "--set=output.checkpoint=1e-3", "--out=cut"];
+    let mut child = place.command(&long).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     while !place.path("cut/partial/checkpoint.bin").exists() {
         sleep(Duration::from_millis(1));
     }
     child.kill().unwrap();
     child.wait().unwrap();
-    let said = place.packstone(&["run", "settle.toml", "--engine=cpu", "--steps=100", "--out=cut"], 0);
+    let said = place.errors(&["run", "scene.toml", "--engine=cpu", "--steps=100", "--out=cut"], 0);
     assert!(said.contains("packstone run --resume cut/partial.1 goes on with it"), "{said}");
-    place.packstone(&["run", "--resume=cut/partial.1"], 0);
+    place.errors(&["run", "--resume=cut/partial.1"], 0);
     // The scene ends before.
     assert_eq!(place.summary("cut/partial.1")["ended"], "last step");
-    for (wrong, why) in [("nowhere", "there is no such folder"), ("settle.toml", "is a file"), (".", "has no run.json")]
+    for (wrong, why) in [("nowhere", "there is no such folder"), ("scene.toml", "is a file"), (".", "has no run.json")]
     {
-        let said = place.packstone(&["run", "--resume", wrong], 2);
+        let said = place.errors(&["run", "--resume", wrong], 2);
         assert!(said.contains(why), "{said}");
     }
 }
@@ -552,12 +604,11 @@ fn results_beside_checkpoints_stay_usable() {
 /// What could be meant either way is asked, and what is gone is said.
 #[test]
 fn grains_are_not_doubled() {
-    let place = Place::new();
-    fs::write(place.path("settle.toml"), SETTLE).unwrap();
-    place.packstone(&["run", "settle.toml", "--engine=cpu", "--steps=500", "--out=first"], 0);
+    let place = Place::new(SETTLE);
+    place.errors(&["run", "scene.toml", "--engine=cpu", "--steps=500", "--out=first"], 0);
     let from = |scene: String, code: i32| {
-        fs::write(place.path("next.toml"), scene).unwrap();
-        place.packstone(&["run", "next.toml", "--engine=cpu", "--steps=10", "--from=first", "--out=next"], code)
+        place.write("next.toml", &scene);
+        place.errors(&["run", "next.toml", "--engine=cpu", "--steps=10", "--from=first", "--out=next"], code)
     };
     let said = from(SETTLE.replace("count = 100", "count = 100\nvelocity = [0, -1]"), 2);
     assert!(said.contains("next.toml: population.0: velocity is not as given"), "{said}");

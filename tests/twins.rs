@@ -316,7 +316,7 @@ fn steps_are_those_of_the_twins(scene: &Assembly) {
     for array in present(&model, ARRAYS).into_iter().filter(|array| array.length == Length::History) {
         state.column_mut(array).resize(100_000);
     }
-    let mut engine = Cpu::new(state.clone());
+    let mut engine = Cpu::new(state.clone()).unwrap();
     let ops =
         [plans.lists.ops(), plans.start.ops(), plans.motion.ops(), plans.motion.ops(), plans.motion.ops()].concat();
     // The history of a step is asked for by the sums after it. A chunk has works, and what the host is told, besides.

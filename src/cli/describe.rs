@@ -3,7 +3,8 @@
 mod estimate;
 mod json;
 
-use super::common::{SceneArgs, about, engines, say, size};
+use super::common::{SceneArgs, about, engines, load, say, size};
+use super::from::From;
 use super::table::table;
 use estimate::{PER_STEPS, estimate};
 use glam::UVec3;
@@ -13,9 +14,9 @@ use packstone::{
     io::schedule::{Forecast, Schedule},
     measure::{Percentiles, Sizes},
     scene::{Assembly, Scene},
-    simulation::{EngineChoice, Options, Setup},
+    simulation::{EngineChoice, Options, Setup, Simulation, engine_of},
 };
-use std::process::ExitCode;
+use std::{path::PathBuf, process::ExitCode};
 
 /// Show what a scene comes down to: model, plan, kernels, arrays, memory, time step
 #[derive(clap::Args)]
@@ -26,12 +27,15 @@ pub struct DescribeArgs {
     /// Arrays of as many grains of the same kind, of which every listed pair is in contact
     #[arg(long, value_name = "GRAINS", value_parser = clap::value_parser!(u32).range(1..))]
     count: Option<u32>,
+    /// Describe what a run would do that begins with the grains of the result in DIR
+    #[arg(long, value_name = "DIR")]
+    from: Option<PathBuf>,
     /// Do the first steps, and tell from these how long a run takes
     #[arg(long)]
     estimate: bool,
-    /// What to do them on
-    #[arg(long, default_value = "auto", requires = "estimate", value_parser = engines(["auto", "gpu", "cpu"]))]
-    engine: EngineChoice,
+    /// What it would run on; auto takes what a run would take here
+    #[arg(long, default_value = "auto", value_parser = engines(["auto", "gpu", "cpu"]))]
+    pub engine: EngineChoice,
     /// Print it as JSON, but for the plans
     #[arg(long)]
     json: bool,
@@ -42,14 +46,27 @@ pub fn describe(args: &DescribeArgs) -> anyhow::Result<ExitCode> {
 }
 
 fn show(args: &DescribeArgs) -> anyhow::Result<ExitCode> {
-    let (scene, assembly) = args.scene.load(&[])?;
-    let options = args.scene.device.options();
-    let setup = Setup::new(&assembly, &options)?;
+    let SceneArgs { scene: file, set, device } = &args.scene;
+    let from = args.from.as_ref().map(|from| From::read(&Scene::load(file, set)?, from)).transpose()?;
+    let (scene, assembly) = match &from {
+        Some(from) => (from.scene.clone(), from.assembly.clone()),
+        None => load(file, set)?,
+    };
+    let options = Options { engine: args.engine, ..device.options() };
+    let engine = match args.engine {
+        // It is not needed to tell what it would have to do.
+        EngineChoice::Gpu => EngineChoice::Gpu,
+        _ => engine_of(&assembly, &options)?,
+    };
+    let setup = Setup::new(&assembly, &Options { engine, ..options })?;
     // Where a run would refuse a grain, it is said here, too.
     setup.fill(&assembly, &mut |_, _, _| Ok(()))?;
     let schedule = Schedule::new(&assembly, setup.state.params.dt);
-    let options = Options { engine: args.engine, ..options };
-    let estimate = args.estimate.then(|| estimate(&assembly, &schedule, options)).transpose()?;
+    let start = || match &from {
+        Some(from) => from.simulation(options),
+        None => Simulation::new(assembly.clone(), options),
+    };
+    let estimate = args.estimate.then(|| estimate(start, &schedule)).transpose()?;
     if args.json {
         let json = json::json(&scene, &assembly, &setup, &schedule, args.count, estimate.as_ref())?;
         say(serde_json::to_string_pretty(&json)?);

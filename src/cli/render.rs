@@ -5,9 +5,9 @@ use anyhow::bail;
 use packstone::{
     gpu::{Device, DeviceOptions},
     io::{
-        self,
+        self, Record,
         csv::GrainRow,
-        names::{FINAL, FINAL_BIN, MEMBERS, SUMMARY, snapshot, snapshot_number},
+        names::{CHECKPOINT, FINAL, FINAL_BIN, MEMBERS, PREVIOUS, SUMMARY, snapshot, snapshot_number},
         read_rows,
         summary::Surroundings,
     },
@@ -70,8 +70,7 @@ fn read(state: &Path) -> anyhow::Result<(Vec<GrainRow>, Surroundings)> {
     // Of clumps the members are drawn; a run that was killed has no last state, but may have snapshots.
     let files = [MEMBERS, FINAL, FINAL_BIN].map(|name| folder.join(name)).into_iter();
     let Some(file) = files.chain(last_snapshot(&folder)).find(|file| file.exists()) else {
-        let formats = "\"csv\" or \"bin\" in output.formats";
-        bail!("{}: has no {FINAL} and no {FINAL_BIN}; is it the folder of a run with {formats}?", state.display());
+        bail!("{}", why_nothing(state, &folder));
     };
     let grains = read_rows(&file)?;
     let summary = folder.join(SUMMARY);
@@ -81,6 +80,26 @@ fn read(state: &Path) -> anyhow::Result<(Vec<GrainRow>, Surroundings)> {
         return Ok((grains, surroundings));
     }
     Ok((grains, Surroundings::read(&summary)?))
+}
+
+/// Why there are no grains to draw in the folder of a result.
+fn why_nothing(state: &Path, folder: &Path) -> String {
+    let unfinished = Record::read(folder).is_some_and(|record| record.end.is_none());
+    let checkpoint = [CHECKPOINT, PREVIOUS].iter().any(|name| folder.join(name).exists());
+    let (state, folder) = (state.display(), folder.display());
+    match () {
+        () if unfinished && checkpoint => format!(
+            "{folder}: the run goes on, or was interrupted, and has written no grains yet; if it was, packstone run --resume \
+             {state} goes on with it"
+        ),
+        () if unfinished => format!(
+            "{folder}: the run goes on, or was interrupted, and has written neither grains nor a checkpoint yet; if it was, \
+             run its scene anew"
+        ),
+        () => format!(
+            "{state}: has no {FINAL} and no {FINAL_BIN}; is it the folder of a run with \"csv\" or \"bin\" in output.formats?"
+        ),
+    }
 }
 
 /// A table only knows whether it is flat.

@@ -8,6 +8,7 @@ use begin::Begun;
 use drive::{End, Written};
 use packstone::{
     Error,
+    gpu::selected,
     io::summary::{Relaxation, Summary},
 };
 use std::{path::Path, process::ExitCode};
@@ -20,6 +21,9 @@ pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let of_scene = |error| named.map_or_else(|| unreachable!("clap asks for one of them"), |name| about(name, error));
     let Begun { scene, folder, mut run } = begin::begin(args).map_err(of_scene)?;
     tell(run.simulation.notice());
+    if selected().is_some() && run.simulation.engine().name() == "cpu" {
+        warn("--adapter is not used: the run is on the cpu engine");
+    }
     run.results.notices().iter().for_each(note);
     if let Some(flood) = run.schedule.end.and_then(|end| run.flood(end)) {
         note(flood);

@@ -38,7 +38,7 @@ pub struct SolveArgs {
     solver: Option<Solver>,
     /// What to compute on
     #[arg(long, default_value = "cpu", value_parser = engines(["cpu", "gpu"]))]
-    engine: EngineChoice,
+    pub engine: EngineChoice,
     /// Arithmetic of the GPU; the CPU always computes in double
     #[arg(long, default_value = "single", value_parser = precisions())]
     precision: Precision,

@@ -30,9 +30,12 @@ pub struct Cpu {
 
 impl Cpu {
     /// An engine that starts from the state; arrays that are missing are zero.
-    pub fn new(mut state: State) -> Cpu {
-        state.complete();
-        Cpu { state, blocks: Blocks::default(), found: Found::default(), times: None }
+    ///
+    /// # Errors
+    /// [`Error::Lacking`](crate::Error::Lacking) if there is no room for them.
+    pub fn new(mut state: State) -> Result<Cpu> {
+        state.complete()?;
+        Ok(Cpu { state, blocks: Blocks::default(), found: Found::default(), times: None })
     }
 
     fn run(&mut self, op: &Op) {
@@ -117,6 +120,7 @@ impl Engine for Cpu {
     fn resize(&mut self, arrays: &[&'static Array], len: usize) -> Result<()> {
         for array in arrays {
             self.blocks.forget(&mut self.state, array);
+            self.state.column_mut(array).reserve(len)?;
             self.state.column_mut(array).resize(len);
         }
         Ok(())

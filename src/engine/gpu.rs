@@ -405,7 +405,7 @@ fn check_memory(
         )));
     }
     let of_device = if device.software { total(&sizes.of_dense_packing()) } else { 0 };
-    memory::check_host(of_device + memory::beside_grains(sizes.bodies as u64))
+    memory::check_host(u128::from(of_device) + memory::beside_grains(sizes.bodies as u64))
 }
 
 impl Engine for Gpu {

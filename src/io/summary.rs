@@ -5,7 +5,7 @@ use crate::{
     error::{Error, Result},
     measure::{self, Sample, Sizes},
     scene::{self, Assembly, Clump, Grain, Surface},
-    simulation::{DEEP_OVERLAP, DeepOverlap, Other, Simulation, SolverStatistics},
+    simulation::{DEEP_OVERLAP, DEEPER, DeepOverlap, Other, Simulation, SolverStatistics},
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -188,6 +188,8 @@ pub struct Ending {
     pub ended: &'static str,
     pub stopped: Option<String>,
     pub deepest: Option<Deepest>,
+    /// The deepest overlap of the state of another run that it began with, over the radius.
+    pub inherited: f64,
 }
 
 impl Summary {
@@ -276,8 +278,10 @@ fn doubts(s: &Simulation, sample: &Sample, ending: &Ending) -> Vec<String> {
             quantum / smallest
         )
     });
-    let deepest = ending.deepest.as_ref();
-    let deep = deepest.filter(|deepest| deepest.over_radius > DEEP_OVERLAP).map(Deepest::to_string);
+    // What another run has left is told there.
+    let least = DEEP_OVERLAP.max(DEEPER * ending.inherited);
+    let deepest = ending.deepest.as_ref().filter(|deepest| deepest.over_radius > least);
+    let deep = deepest.map(Deepest::to_string);
     let unsolved = s.solver_statistics().filter(|solved| solved.unconverged > 0).map(|solved| {
         format!(
             "{} of {} steps were not solved within solver.max_iterations: a contact had a residual of up to {:.1e}",

@@ -1,9 +1,14 @@
 //! Snapshots for ParaView: VTK's XML PolyData with one vertex per grain, numbers as base64, and their series in time.
 
-use crate::scene::Grain;
+use super::files::{at, create};
+use crate::{error::Result, scene::Grain};
 use base64::{engine::general_purpose::STANDARD, write::EncoderWriter};
 use glam::DVec3;
-use std::io::{self, Write};
+use std::{
+    fs::File,
+    io::{self, Seek, SeekFrom, Write},
+    path::{Path, PathBuf},
+};
 
 /// VTK's name of a type, and its bytes.
 trait Number {
@@ -84,18 +89,68 @@ fn array<T: Number>(
 
 /// Writes the list of snapshots with their times, s, which ParaView opens as one.
 pub fn write_series(out: &mut impl Write, series: &[(f64, String)]) -> io::Result<()> {
-    writeln!(out, r#"<?xml version="1.0"?>"#)?;
-    writeln!(out, r#"<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">"#)?;
-    writeln!(out, "<Collection>")?;
-    for (time, file) in series {
-        writeln!(out, r#"<DataSet timestep="{time:?}" part="0" file="{file}"/>"#)?;
+    out.write_all(BEGIN.as_bytes())?;
+    series.iter().try_for_each(|(time, file)| out.write_all(entry(*time, file).as_bytes()))?;
+    out.write_all(END.as_bytes())
+}
+
+const BEGIN: &str = "<?xml version=\"1.0\"?>\n\
+                     <VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n";
+const END: &str = "</Collection>\n</VTKFile>\n";
+
+fn entry(time: f64, file: &str) -> String {
+    format!("<DataSet timestep=\"{time:?}\" part=\"0\" file=\"{file}\"/>\n")
+}
+
+/// The file of a series that becomes longer, which can be read at any time.
+pub struct Series {
+    path: PathBuf,
+    file: File,
+    /// Bytes before its end.
+    length: u64,
+}
+
+impl Series {
+    /// A file with the snapshots so far.
+    pub(super) fn create(path: &Path, series: &[(f64, String)]) -> Result<Series> {
+        let mut text = Vec::new();
+        let written = write_series(&mut text, series).and_then(|()| {
+            let mut file = create(path)?;
+            file.write_all(&text).map(|()| file)
+        });
+        let length = (text.len() - END.len()) as u64;
+        written.map(|file| Series { path: path.to_owned(), file, length }).map_err(at(path))
     }
-    writeln!(out, "</Collection>\n</VTKFile>")
+
+    /// One more, in the place of the end and with a new one, at once.
+    pub(super) fn add(&mut self, time: f64, file: &str) -> Result<()> {
+        let entry = entry(time, file);
+        let text = format!("{entry}{END}");
+        let written = self.file.seek(SeekFrom::Start(self.length)).and_then(|_| self.file.write_all(text.as_bytes()));
+        self.length += entry.len() as u64;
+        written.map_err(at(&self.path))
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_series_is_whole_after_each_snapshot() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("packstone.pvd");
+        let all: Vec<_> = (0..4).map(|k| (0.1 * f64::from(k), format!("snapshot_{k}.vtp"))).collect();
+        let mut series = Series::create(&path, &all[..2]).unwrap();
+        for k in 2..=4 {
+            let mut expected = Vec::new();
+            write_series(&mut expected, &all[..k]).unwrap();
+            assert_eq!(std::fs::read(&path).unwrap(), expected);
+            if let Some((time, file)) = all.get(k) {
+                series.add(*time, file).unwrap();
+            }
+        }
+    }
 
     /// `tests/snapshots.py` shows that OVITO and VTK take this order.
     #[test]

@@ -26,15 +26,31 @@ pub struct Continued {
     pub scene: Scene,
     /// Single grains and clumps that come before those of the other scene.
     pub singles: usize,
+    pub walls: KeptWalls,
     /// What is as it was there, and what is not.
     pub notices: Vec<String>,
+}
+
+/// The walls that two scenes have in common: their names there and here. A box stands for its planes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct KeptWalls(Vec<[String; 2]>);
+
+impl KeptWalls {
+    /// What a wall of the other scene is called in this one, if it is there.
+    pub fn now(&self, name: &str) -> Option<String> {
+        // What is behind the name of a box is its face.
+        let face = |before: &String| {
+            name.strip_prefix(before.as_str()).filter(|face| face.is_empty() || face.starts_with(' '))
+        };
+        self.0.iter().find_map(|[before, now]| Some(format!("{now}{}", face(before)?)))
+    }
 }
 
 impl Scene {
     /// This scene with the grains of a binary file, in which are all of another run as they are now. That run was given
     /// the scene `given`, and has run it as `old`. Single grains and populations that are given in both are in that file,
     /// and not made anew. Walls that are given in both, whatever their velocity and material, are where they have moved
-    /// to.
+    /// to; those without a name are known by their place.
     ///
     /// # Errors
     /// [`Error::Scene`] if a single grain or population was given otherwise, so that it cannot be told whether it is to be
@@ -56,23 +72,33 @@ impl Scene {
         if !file.grain.is_empty() {
             notices.push(format!("{} single grains are added", file.grain.len()));
         }
+        let mut left: Vec<Option<&schema::Wall>> = given.file.wall.iter().map(Some).collect();
+        let mut kept = KeptWalls::default();
         for (number, wall) in file.wall.iter_mut().enumerate() {
-            let name = walls::name(wall, number);
-            let same =
-                |(k, other): (usize, &schema::Wall)| walls::name(other, k) == name && place(other) == place(wall);
-            let known = given.file.wall.iter().enumerate().position(same);
-            let what = match known.and_then(|k| old.file.wall.get(k)) {
-                Some(old) if carry(wall, old, &name, shifts) => "has moved, and goes on from where it is",
+            let mut name = walls::name(wall, number);
+            let stays = |other: &schema::Wall| place(other) == place(wall);
+            let same = |other: &schema::Wall| other.name == wall.name && (wall.name.is_some() || stays(other));
+            let known = left.iter().position(|other| other.is_some_and(same));
+            let there = known.and_then(|k| left[k].take().zip(old.file.wall.get(k)));
+            let stays = there.is_some_and(|(given, _)| stays(given));
+            let before = known.map(|k| walls::name(&given.file.wall[k], k)).unwrap_or_default();
+            if there.is_some() {
+                kept.0.push([before.clone(), name.clone()]);
+            }
+            if there.is_some() && wall.name.is_none() {
+                name += &format!(", which has no name and is known by its place as {before} of the run before,");
+            }
+            let what = match there.filter(|_| stays) {
+                Some((_, old)) if carry(wall, old, &before, shifts) => "has moved, and goes on from where it is",
                 Some(_) => "has not moved",
                 None => "is new, or was given elsewhere: it is as the scene says",
             };
             notices.push(format!("wall {name} {what}"));
         }
-        for (number, wall) in given.file.wall.iter().enumerate() {
+        for (number, wall) in left.into_iter().enumerate().filter_map(|(k, wall)| Some((k, wall?))) {
+            let by = if wall.name.is_some() { "of that name" } else { "in its place, and it had no name" };
             let name = walls::name(wall, number);
-            if !self.file.wall.iter().enumerate().any(|(k, other)| walls::name(other, k) == name) {
-                notices.push(format!("wall {name} of the run before is gone: the scene has none of that name"));
-            }
+            notices.push(format!("wall {name} of the run before is gone: the scene has none {by}"));
         }
         let path = start.to_str().ok_or_else(|| Error::Scene(format!("{}: is no text", start.display())))?;
         let grains = toml::Table::from_iter([("file".to_owned(), path.into())]);
@@ -82,7 +108,7 @@ impl Scene {
         let made = SystemTime::now();
         let going_on = Some(GoingOn { start: start.to_owned(), given: self.text(&[])? });
         let scene = Scene { file, text: None, made, going_on, origin: self.origin.clone() };
-        Ok(Continued { scene, singles, notices })
+        Ok(Continued { scene, singles, walls: kept, notices })
     }
 
     /// Which parts of a kind are not among those that were given before, of which each counts once. One that is given
@@ -208,7 +234,7 @@ radius = 0.1
                [[grain]]\nmaterial = \"glass\"\nposition = [0.5, 0.5, 0.5]\nradius = 0.1\n";
         let shift = |wall: &str, by| Shift { wall: wall.to_owned(), by };
         let shifts = [shift("box z-", DVec3::new(0.0, 0.0, 0.25)), shift("lid", DVec3::new(0.0, 0.0, -0.5))];
-        let Continued { scene, singles, notices } =
+        let Continued { scene, singles, notices, .. } =
             scene(&new).continued(&scene(OLD), &scene(OLD), Path::new("/start.bin"), &shifts).unwrap();
         let file = &scene.file;
         assert_eq!(file.population.iter().map(|p| p.count).collect::<Vec<_>>(), [None, Some(2)]);
@@ -239,6 +265,21 @@ radius = 0.1
         let renamed = super::tests::scene(&OLD.replace("\"lid\"", "\"piston\""));
         let notices = renamed.continued(&old, &old, start, &shifts).unwrap().notices;
         assert!(notices.last().unwrap().starts_with("wall lid of the run before is gone"), "{notices:?}");
+        // Without a name it is its place that counts, and not its number.
+        let nameless = super::tests::scene(&OLD.replace("name = \"lid\"\n", ""));
+        let first =
+            "[[wall]]\nkind = \"plane\"\nmaterial = \"glass\"\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\n[[wall]]";
+        let shifted = super::tests::scene(&OLD.replace("name = \"lid\"\n", "").replacen("[[wall]]", first, 1));
+        let moved = [shift("plane 1", DVec3::new(0.0, 0.0, -0.5))];
+        let Continued { scene: other, walls, notices, .. } =
+            shifted.continued(&nameless, &nameless, start, &moved).unwrap();
+        assert_eq!(other.file.wall[2].point, Some(vec![0.0, 0.0, 1.5]));
+        assert_eq!(walls.now("plane 1").as_deref(), Some("plane 2"));
+        assert_eq!(walls.now("box x+").as_deref(), Some("box x+"));
+        assert_eq!(walls.now("plane 10"), None);
+        let said = "wall plane 2, which has no name and is known by its place as plane 1 of the run before, has moved, \
+                    and goes on from where it is";
+        assert!(notices.iter().any(|notice| notice == said), "{notices:?}");
         // Once more: the lid goes on from where it had gone on from.
         let given = super::tests::scene(&scene.given().unwrap());
         let third = super::tests::scene(&new).continued(&given, &scene, start, &shifts[1..]).unwrap();

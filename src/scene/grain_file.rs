@@ -130,7 +130,7 @@ pub(super) fn read(path: &Path, options: &Options, shapes: &mut Shapes, check: &
         fixed: false,
     };
     memory::check_host(memory::of_grains(count))?;
-    let mut grains = vec![none; count as usize];
+    let mut grains = memory::filled(none, count as usize)?;
     file.vectors("position", &mut grains, |grain, x| grain.position = options.scale * x)?;
     file.vectors("velocity", &mut grains, |grain, v| grain.velocity = v)?;
     file.vectors("angular_velocity", &mut grains, |grain, spin| grain.spin = spin)?;
@@ -157,7 +157,7 @@ pub(super) fn read(path: &Path, options: &Options, shapes: &mut Shapes, check: &
     if !clumped {
         return Ok(Placed { grains, poses: None });
     }
-    let mut poses = vec![Pose { shape: 0, orientation: DQuat::IDENTITY }; grains.len()];
+    let mut poses = memory::filled(Pose { shape: 0, orientation: DQuat::IDENTITY }, grains.len())?;
     file.read("orientation", |k, q| if_there(&mut poses, k, |pose| pose.orientation = DQuat::from_array(q)))?;
     file.read("shape", |k, [shape]| if_there(&mut poses, k, |pose| pose.shape = shape))?;
     for (k, pose) in poses.iter_mut().enumerate() {

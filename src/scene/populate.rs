@@ -178,7 +178,10 @@ fn place(
         material,
         fixed: false,
     };
-    let mut placed = Placed { grains: radii.iter().map(grain).collect(), poses };
+    let mut grains = Vec::new();
+    memory::reserve(&mut grains, count)?;
+    grains.extend(radii.iter().map(grain));
+    let mut placed = Placed { grains, poses };
     let reaches = match &placed.poses {
         None => radii,
         Some(poses) => radii.iter().zip(poses).map(|(r, pose)| r * shapes[pose.shape as usize].reach()).collect(),
@@ -328,7 +331,8 @@ impl Job<'_> {
         // Walls that leave no room must not keep an endless column busy for ever.
         let trials = layer.saturating_mul(layers).min(1_000_000 + 100 * radii.len());
 
-        let mut positions = Vec::with_capacity(radii.len());
+        let mut positions = Vec::new();
+        memory::reserve(&mut positions, radii.len())?;
         for trial in 0..trials {
             let Some(&radius) = radii.get(positions.len()) else {
                 break;
@@ -389,7 +393,7 @@ impl Job<'_> {
         }
         let mut order: Vec<usize> = (0..reaches.len()).collect();
         order.sort_by(|&a, &b| reaches[b].total_cmp(&reaches[a]));
-        let mut positions = vec![DVec3::ZERO; reaches.len()];
+        let mut positions = memory::filled(DVec3::ZERO, reaches.len())?;
         let mut members = Vec::new();
         for (done, &index) in order.iter().enumerate() {
             placed.spheres(index, self.shapes, &mut members);

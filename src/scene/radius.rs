@@ -10,7 +10,7 @@ use rand_distr::{Distribution as _, Uniform};
 use super::apportion::apportioned;
 use super::check::{Check, TOO_WIDE, show, show_list};
 use super::schema::{Distribution, Moments, Radius, Weighting};
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 use bell::{Bell, Kind};
 
 /// Radii, m, and what a user should know of them.
@@ -28,7 +28,7 @@ impl From<Vec<f64>> for Drawn {
 /// Draws `count` radii, m.
 pub fn draw(law: &Radius, key: &str, count: usize, rng: &mut ChaCha8Rng, check: &Check) -> Result<Drawn> {
     let law = match law {
-        Radius::Constant(radius) => return Ok(vec![check.positive(key, *radius, " of m")?; count].into()),
+        Radius::Constant(radius) => return Ok(memory::filled(check.positive(key, *radius, " of m")?, count)?.into()),
         Radius::Distribution(law) => law,
     };
     // Of shares of the volume, a radius has this power of itself less in shares of the number.
@@ -135,7 +135,7 @@ fn bell(
     let std = check.not_negative(&format!("{key}.std"), moments.std, " of m")?;
     let (min, max) = limits(kind, moments, key, check)?;
     if std == 0.0 {
-        return Ok(vec![mean; count].into());
+        return Ok(memory::filled(mean, count)?.into());
     }
     let relative = std / mean;
     let (low, high) = Bell::ends(kind, relative, power, min.map(|min| min / mean), max.map(|max| max / mean));

@@ -5,10 +5,10 @@
 //! the schedule of the neighbour lists, sums so far. All else follows from the scene. Numbers of a device in single
 //! precision are converted to SI units by powers of two, so that no bit is lost.
 
-use super::{Options, Simulation, Stepper, lists::resize, options::EngineChoice, works::Totals};
+use super::{Options, Setup, Simulation, Stepper, lists::resize, options::EngineChoice, works::Totals};
 use crate::{
     container::{Container, Description, Number, Writer},
-    engine::PIECE,
+    engine::{Cpu, PIECE},
     error::{Error, Result},
     model::Precision,
     record::Element,
@@ -190,15 +190,25 @@ impl Simulation {
         Ok(simulation)
     }
 
+    /// The state of a checkpoint on the host, whatever engine it is of: to be looked at, with the numbers that it has and
+    /// in f64. Whoever wants to go on with it takes [`Simulation::resume`].
+    ///
+    /// # Errors
+    /// As [`Simulation::resume`], but for what a device may lack.
+    pub fn view(mut assembly: Assembly, checkpoint: &mut Checkpoint) -> Result<Simulation> {
+        assembly.validate()?;
+        assembly.fold_ends();
+        let options = checkpoint.options(Options::default())?;
+        // Its arrays are those of the precision that it is of.
+        let setup = Setup::new(&assembly, &options)?;
+        let engine = Box::new(Cpu::new(setup.state.clone())?);
+        let mut simulation = Simulation::of_parts(assembly, options, setup, engine, String::new())?;
+        simulation.load(checkpoint)?;
+        Ok(simulation)
+    }
+
     fn load(&mut self, checkpoint: &mut Checkpoint) -> Result<()> {
         let (about, own) = (checkpoint.about().clone(), self.about(serde_json::Value::Null));
-        for (what, theirs, ours) in
-            [("engine", &about.engine, &own.engine), ("precision", &about.precision, &own.precision)]
-        {
-            if theirs != ours {
-                return Err(checkpoint.wrong(format!("is of another {what}: {theirs}, not {ours}")));
-            }
-        }
         if (about.scene, about.grains, &about.model) != (own.scene, own.grains, &own.model) {
             return Err(Error::Folder(format!(
                 "{}: is of another scene, or the scene beside it, or what that reads, has been changed since; undo that, or \

@@ -7,6 +7,7 @@ use super::{
 };
 use crate::{
     error::Result,
+    memory,
     model::History,
     scene::Assembly,
     state::{
@@ -99,7 +100,7 @@ impl Simulation {
         if contacts.is_empty() || model.history == History::None {
             return Ok(0);
         }
-        let mut of_grain: Vec<Vec<&ContactHistory>> = vec![Vec::new(); sizes.bodies];
+        let mut of_grain: Vec<Vec<&ContactHistory>> = memory::filled(Vec::new(), sizes.bodies)?;
         contacts.iter().for_each(|contact| of_grain[contact.grain as usize].push(contact));
         let mut lists = State::bare(model, sizes, *self.params());
         lists.list_start = vec![0];
@@ -110,6 +111,7 @@ impl Simulation {
         }
         let entries = lists.all_entries();
         for array in &arrays[1..] {
+            lists.column_mut(array).reserve(entries)?;
             lists.column_mut(array).resize(entries);
         }
         lists.neighbour.fill(NONE);

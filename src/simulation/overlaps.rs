@@ -12,6 +12,10 @@ pub enum Other {
 /// An overlap, in radii of the smaller grain, beyond which grains are not what their contact law was made for.
 pub const DEEP_OVERLAP: f64 = 0.1;
 
+/// The next overlap that is looked at is so many times as deep, so that grains that go on into each other do not end a
+/// chunk with every step.
+pub const DEEPER: f64 = 1.25;
+
 /// The deepest overlap that a run has had, over the smaller radius, and where.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeepOverlap {

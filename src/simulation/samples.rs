@@ -10,6 +10,7 @@ use crate::{
     contact::overlap::gaps,
     error::Result,
     measure::{Sample, mass_of_clump, masses},
+    memory,
     model::{Grains, Rotation},
     plan::swap_again,
     scene::{Clump, Grain, Surface, Wall},
@@ -87,7 +88,7 @@ impl Simulation {
         self.refresh()?;
         self.runner.execute_plan(&self.plans.velocities)?;
         let arrays = [&POSITION, &POSITION_LOW, &VELOCITY_NEXT, &SPIN_NEXT, &VELOCITY_LOW_NEXT, &ID];
-        let mut grains = self.assembly.grains.clone();
+        let mut grains = memory::copied(&self.assembly.grains)?;
         self.runner.read_pieces(&arrays, grains.len(), |_, s| {
             for (i, id) in s.id.iter().enumerate() {
                 let grain = &mut grains[*id as usize];
@@ -127,7 +128,7 @@ impl Simulation {
             &CLUMP_VELOCITY_LOW_NEXT,
             &INVERSE_MOMENTS,
         ];
-        let mut clumps = self.assembly.clumps.clone();
+        let mut clumps = memory::copied(&self.assembly.clumps)?;
         self.runner.read_pieces(&arrays, clumps.len(), |first, s| {
             for (c, clump) in clumps[first..].iter_mut().take(s.center.len()).enumerate() {
                 let orientation = s.orientation[c].0 + s.orientation_low.get(c).map_or(DVec4::ZERO, |low| low.0);
@@ -180,7 +181,7 @@ impl Simulation {
         let arrays: &[&'static Array] = if rotating { &[&FORCE, &TORQUE] } else { &[&FORCE] };
         self.runner.engine.resize(arrays, bodies)?;
         self.runner.execute_plan(&self.plans.forces)?;
-        let mut forces = vec![(DVec3::ZERO, DVec3::ZERO); bodies];
+        let mut forces = memory::filled((DVec3::ZERO, DVec3::ZERO), bodies)?;
         self.runner.read_pieces(&[arrays, &[&ID]].concat(), bodies, |_, s| {
             for (i, id) in s.id.iter().enumerate() {
                 forces[*id as usize] = (s.force[i], s.torque.get(i).map_or(DVec3::ZERO, |t| t.0));

@@ -67,7 +67,8 @@ impl Setup {
         if options.engine == EngineChoice::Cpu {
             let dense = sizes.of_dense_packing();
             let of_blocks = dense.entries as u64 * blocks::BYTES_PER_ENTRY;
-            memory::check_host(state.bytes(&dense) + of_blocks + memory::beside_grains(bodies as u64))?;
+            let of_arrays = u128::from(state.bytes(&dense)) + u128::from(of_blocks);
+            memory::check_host(of_arrays + memory::beside_grains(bodies as u64))?;
         }
         state.level = level;
         if precision == Precision::Single {
@@ -96,7 +97,7 @@ impl Setup {
     /// As [`Setup::fill`].
     pub fn whole(&self, assembly: &Assembly) -> Result<State> {
         let mut state = self.state.clone();
-        state.complete();
+        state.complete()?;
         self.fill(assembly, &mut |arrays, first, piece| {
             arrays.iter().for_each(|array| state.column_mut(array).overwrite(first, piece.column(array)));
             Ok(())

@@ -1,6 +1,6 @@
 //! An array behind its name.
 
-use crate::{record::Element, units::Quantity};
+use crate::{error::Result, memory, record::Element, units::Quantity};
 use std::{any::Any, ops::Range};
 
 /// An array behind its name: what engines need to move it between host and device.
@@ -15,6 +15,11 @@ pub trait Column: Any {
     fn stride(&self) -> usize;
     /// Change the length; new elements are zero.
     fn resize(&mut self, len: usize);
+    /// Make room for this length.
+    ///
+    /// # Errors
+    /// [`Error::Lacking`](crate::Error::Lacking) if there is none.
+    fn reserve(&mut self, len: usize) -> Result<()>;
     /// Member names of a record, empty for plain values.
     fn names(&self, dims: usize) -> &'static [&'static str];
     /// Number of lanes of each member of an element.
@@ -44,6 +49,9 @@ impl<T: Element> Column for Vec<T> {
     }
     fn resize(&mut self, len: usize) {
         self.resize(len, T::default());
+    }
+    fn reserve(&mut self, len: usize) -> Result<()> {
+        memory::reserve(self, len.saturating_sub(self.len()))
     }
     fn names(&self, dims: usize) -> &'static [&'static str] {
         T::names(dims)

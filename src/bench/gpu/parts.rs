@@ -140,9 +140,10 @@ fn filled(case: Case, grains: usize) -> Result<Assembly> {
 }
 
 /// Whether there is memory for so many bytes, given what the system tells.
-fn check_room(need: u64, available: Option<u64>) -> Result<()> {
+fn check_room(need: impl Into<u128>, available: Option<u64>) -> Result<()> {
+    let need = need.into();
     let (room, how) = available.map_or((PRESUMED, "taken for granted"), |bytes| (bytes, "available"));
-    if need > room {
+    if need > u128::from(room) {
         return Err(Error::Lacking(format!("it needs {need} bytes of memory, and {room} are {how}")));
     }
     Ok(())

@@ -5,8 +5,7 @@ use packstone::{
         schedule::{Forecast, Schedule},
         vtp,
     },
-    scene::Assembly,
-    simulation::{Options, Simulation},
+    simulation::Simulation,
 };
 use serde::Serialize;
 use std::{
@@ -49,9 +48,12 @@ impl Display for Estimate {
 const MEASURED: Duration = Duration::from_secs(2);
 
 /// From its first steps.
-pub fn estimate(assembly: &Assembly, schedule: &Schedule, options: Options) -> packstone::Result<Estimate> {
+pub fn estimate(
+    start: impl FnOnce() -> packstone::Result<Simulation>,
+    schedule: &Schedule,
+) -> packstone::Result<Estimate> {
     let began = Instant::now();
-    let mut simulation = Simulation::new(assembly.clone(), options)?;
+    let mut simulation = start()?;
     let setup = began.elapsed().as_secs_f64();
     let (began, end) = (Instant::now(), schedule.end.unwrap_or(u64::MAX));
     while simulation.step() < end && began.elapsed() < MEASURED {
@@ -66,6 +68,7 @@ pub fn estimate(assembly: &Assembly, schedule: &Schedule, options: Options) -> p
     let per_row = seconds(began);
     let began = Instant::now();
     let grains = simulation.grains()?;
+    let assembly = simulation.assembly();
     if assembly.output.vtp {
         // Nothing is written, so nothing fails.
         let _ = vtp::write(&mut sink(), 0.0, &grains, &assembly.owners());

@@ -1,15 +1,18 @@
 //! How a run begins: at time 0 of a scene, at a checkpoint of itself, or with the last state of another run.
 
-use super::super::common::{DeviceArgs, engines, load, note, stem, warn};
+use super::super::{
+    common::{DeviceArgs, engines, load, note, stem, warn},
+    from::From,
+    last::{Last, last},
+};
 use super::drive::{Run, SoFar, interrupted, listen};
 use packstone::{
     Error,
-    io::{Folder, Record, Results, Resumed, folder, names, record, schedule::Schedule, write_state},
-    scene::{Assembly, Continued, Scene, Shift, Surface, grain_file::Moment},
-    simulation::{Checkpoint, ContactHistory, EngineChoice, Options, Other, Simulation},
+    io::{Folder, Record, Results, Resumed, folder, record, schedule::Schedule},
+    scene::{Assembly, Scene},
+    simulation::{Checkpoint, EngineChoice, Options, Simulation},
 };
 use std::path::{Path, PathBuf};
-use tempfile::TempDir;
 
 /// Simulate a scene and write its results to a folder
 #[derive(clap::Args)]
@@ -45,7 +48,7 @@ pub struct RunArgs {
     out: Option<PathBuf>,
     /// What to compute on; auto takes the best GPU, or the CPU if there is none but a software driver
     #[arg(long, default_value = "auto", value_parser = engines(["auto", "gpu", "cpu"]))]
-    engine: EngineChoice,
+    pub engine: EngineChoice,
     /// The same as --set stop.steps=N
     #[arg(long, value_name = "N")]
     steps: Option<u64>,
@@ -68,9 +71,6 @@ impl RunArgs {
     }
 }
 
-/// The file with the grains that a scene goes on with.
-const START: &str = "start.bin";
-
 /// A run that is about to go on.
 pub struct Begun {
     pub scene: Scene,
@@ -86,6 +86,12 @@ pub fn begin(args: &RunArgs) -> anyhow::Result<Begun> {
         (None, Some(file), from) => (file, from),
         (None, None, _) => unreachable!("clap asks for one of them"),
     };
+    // What a pipe is called says nothing, as in `run <(command)`.
+    if args.out.is_none() && file.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+        return Err(
+            Error::Folder(format!("{}: is no file; name the folder of its result with --out", file.display())).into()
+        );
+    }
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(stem(file)));
     let set = [&args.set[..], &args.stop()].concat();
     let options = Options { engine: args.engine, interrupted, ..args.device.options() };
@@ -93,8 +99,8 @@ pub fn begin(args: &RunArgs) -> anyhow::Result<Begun> {
         // A folder that is asked for may have the result of any scene.
         Folder::check(&folder, args.out.is_none().then_some(file))
     };
-    // It lives until the folder of the result has a copy.
-    let mut start = None;
+    // It lives until the folder of the result has a copy of its grains.
+    let mut older = None;
     let (scene, simulation) = match from {
         None => {
             let (scene, assembly) = load(file, &set)?;
@@ -104,27 +110,29 @@ pub fn begin(args: &RunArgs) -> anyhow::Result<Begun> {
         Some(from) => {
             let scene = Scene::load(file, &set)?;
             check()?;
-            let (scene, simulation, temporary) = go_on(&scene, from, options)?;
-            start = Some(temporary);
-            (scene, simulation)
+            let from = older.insert(From::read(&scene, from)?);
+            (from.scene.clone(), from.simulation(options)?)
         }
     };
     listen()?;
     // Only now, so that a scene that cannot run leaves no trace.
     let record = Record::new(&scene, &simulation, command());
     let results = Results::create(&folder, Some(file), &scene, simulation.assembly(), record)?;
-    drop(start);
     let schedule = Schedule::new(simulation.assembly(), simulation.dt());
-    let run = Run::new(simulation, results, schedule);
+    let mut run = Run::new(simulation, results, schedule);
+    if older.is_some() {
+        run.inherited = run.simulation.sample()?.max_overlap_over_radius;
+    }
     Ok(Begun { scene, folder, run })
 }
 
 /// Go on with a run that was interrupted, or take one further.
 fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
     let folders = folder::resumable(folder)?;
-    let Last { from, scene, assembly, simulation, so_far, .. } =
-        last(&folders, &args.stop(), Options { interrupted, ..args.device.options() })?;
-    let SoFar { mut schedule, wall_seconds, deepest } = so_far;
+    let options = Options { interrupted, ..args.device.options() };
+    let go_on = |path: &Path, checkpoint, assembly: &Assembly| at_checkpoint(path, checkpoint, assembly, options);
+    let Last { from, scene, assembly, state: (simulation, so_far), .. } = last(&folders, &args.stop(), go_on)?;
+    let SoFar { mut schedule, wall_seconds, deepest, inherited } = so_far;
     if args.steps.is_some() || args.time.is_some() {
         schedule.end = Schedule::new(&assembly, simulation.dt()).end;
     }
@@ -144,7 +152,7 @@ fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
     let results = Results::resume(folder, &from, simulation.assembly(), resumed, rows, snapshots)?;
     note(format!("goes on from step {step}"));
     let mut run = Run::new(simulation, results, schedule);
-    (run.earlier, run.saved, run.deepest) = (wall_seconds, Some(step), deepest);
+    (run.earlier, run.saved, run.deepest, run.inherited) = (wall_seconds, Some(step), deepest, inherited);
     if args.steps.is_some() || args.time.is_some() {
         // So that the new end holds from now on, whatever happens.
         run.checkpoint()?;
@@ -152,48 +160,12 @@ fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
     Ok(Begun { scene, folder: folder.to_owned(), run })
 }
 
-/// The last state of a run.
-struct Last {
-    /// The folder that has it.
-    from: PathBuf,
-    scene: Scene,
-    /// Its file as it was given.
-    given: Option<String>,
-    assembly: Assembly,
-    simulation: Simulation,
-    so_far: SoFar,
-}
-
-/// That in the first of these folders that has a checkpoint which is whole.
-fn last(folders: &[PathBuf], set: &[String], options: Options) -> anyhow::Result<Last> {
-    for from in folders {
-        let checkpoints = [names::CHECKPOINT, names::PREVIOUS].map(|name| from.join(name));
-        let there: Vec<_> = checkpoints.into_iter().filter(|path| path.exists()).collect();
-        if there.is_empty() {
-            warn(format!("{}: the run was killed before its first checkpoint", from.display()));
-            continue;
-        }
-        let no_record = || Error::Folder(format!("{}: has no {}", from.display(), names::RUN));
-        let Record { scene_as_run, scene_as_given: given, .. } = Record::read(from).ok_or_else(no_record)?;
-        let (scene, assembly) = load(&from.join(scene_as_run.ok_or_else(no_record)?), set)?;
-        for (k, path) in there.iter().enumerate() {
-            match at_checkpoint(path, &assembly, options) {
-                Ok((simulation, so_far)) => {
-                    return Ok(Last { from: from.clone(), scene, given, assembly, simulation, so_far });
-                }
-                Err(error @ (Error::Scene(_) | Error::Io { .. })) if k + 1 < there.len() => {
-                    warn(format!("{error}; this is the checkpoint before it"));
-                }
-                Err(error) => return Err(error.into()),
-            }
-        }
-    }
-    let names: Vec<_> = folders.iter().map(|folder| folder.display().to_string()).collect();
-    Err(Error::Folder(format!("{}: has no checkpoint to go on from; run its scene anew", names.join(", "))).into())
-}
-
-fn at_checkpoint(path: &Path, assembly: &Assembly, options: Options) -> packstone::Result<(Simulation, SoFar)> {
-    let mut checkpoint = Checkpoint::open(path)?;
+fn at_checkpoint(
+    path: &Path,
+    mut checkpoint: Checkpoint,
+    assembly: &Assembly,
+    options: Options,
+) -> packstone::Result<(Simulation, SoFar)> {
     let so_far = serde_json::from_value(checkpoint.about().run.clone());
     let so_far = so_far.map_err(|e| Error::Scene(format!("{}: {e}", path.display())))?;
     let simulation = Simulation::resume(assembly.clone(), options, &mut checkpoint)?;
@@ -209,82 +181,6 @@ fn at_checkpoint(path: &Path, assembly: &Assembly, options: Options) -> packston
         ));
     }
     Ok((simulation, so_far))
-}
-
-/// Another scene with the last state of a run: that scene with the grains in it, the simulation, and the folder with the
-/// file that has the grains.
-fn go_on(scene: &Scene, folder: &Path, options: Options) -> anyhow::Result<(Scene, Simulation, TempDir)> {
-    let mut folders = folder::resumable(folder)?;
-    // The result, if there is one, and not one that is on its way.
-    folders.reverse();
-    let Last { from, scene: old_scene, given, assembly: old, mut simulation, .. } = last(&folders, &[], options)?;
-    let given = given.map_or_else(|| Ok(old_scene.clone()), |name| Scene::load(&from.join(name), &[]))?;
-    let (step, time) = (simulation.step(), simulation.time());
-    let (grains, clumps) = (simulation.grains()?, simulation.clumps()?);
-    let shifts = old.walls.iter().zip(simulation.walls()?).map(|(before, now)| Shift {
-        wall: before.name.clone(),
-        by: match (before.surface, now.surface) {
-            (Surface::Plane { point, normal }, Surface::Plane { point: now, .. }) => (now - point).dot(normal) * normal,
-            (Surface::Cylinder { center, .. }, Surface::Cylinder { center: now, .. }) => now - center,
-            _ => unreachable!("a wall stays what it is"),
-        },
-    });
-    let shifts: Vec<Shift> = shifts.collect();
-    let contacts = simulation.contact_history()?;
-    let moment = Moment { step, time, grains: &grains, clumps: &clumps };
-    let temporary = tempfile::tempdir()?;
-    let start = temporary.path().join(START);
-    write_state(&start, &old, &moment)?;
-    note(format!(
-        "{} at step {step}, t = {time:e} s: {} grains and {} contacts with a history",
-        from.display(),
-        grains.len(),
-        contacts.len()
-    ));
-    let Continued { scene, singles, notices } = scene.continued(&given, &old_scene, &start, &shifts)?;
-    notices.iter().for_each(note);
-    // What is wrong with the grains is wrong with them where they come from.
-    let assembly = scene.assemble().map_err(|error| match error {
-        Error::Scene(message) => {
-            Error::Scene(message.replace(&start.display().to_string(), &format!("the grains of {}", from.display())))
-        }
-        other => other,
-    })?;
-    assembly.notices.iter().for_each(note);
-    let first = assembly.clumps.get(singles).map_or(singles, |clump| clump.first as usize);
-    let same = |(new, old): (&packstone::scene::Grain, &packstone::scene::Grain)| {
-        (new.radius - old.radius).abs() <= 1e-9 * old.radius
-    };
-    let carried = assembly.grains.get(first..first + grains.len());
-    if !carried.is_some_and(|carried| carried.iter().zip(&grains).all(same)) {
-        return Err(Error::Scene(format!(
-            "{}: its clumps have members that the shapes of {} do not have",
-            from.display(),
-            scene.name()
-        ))
-        .into());
-    }
-    let alike = std::mem::discriminant(&old.solver.method) == std::mem::discriminant(&assembly.solver.method);
-    let place = |contact: &ContactHistory| {
-        let other = match contact.other {
-            Other::Grain(id) => Other::Grain(first as u32 + id),
-            Other::Wall(wall) => {
-                let name = &old.walls[wall as usize].name;
-                Other::Wall(assembly.walls.iter().position(|wall| wall.name == *name)? as u32)
-            }
-        };
-        Some(ContactHistory { grain: first as u32 + contact.grain, other, ..*contact })
-    };
-    let placed: Vec<ContactHistory> = contacts.iter().filter(|_| alike).filter_map(place).collect();
-    drop(simulation);
-    let (simulation, kept) = Simulation::with_history(assembly, options, &placed)?;
-    let why = match () {
-        () if !alike => ", as the method is another",
-        () if kept == 0 => ", as the law of contact has none, or nothing touches any more",
-        () => "",
-    };
-    note(format!("{kept} of {} contacts keep their history{why}", contacts.len()));
-    Ok((scene, simulation, temporary))
 }
 
 /// Arguments of the command line.

@@ -28,6 +28,8 @@ pub struct SoFar {
     pub schedule: Schedule,
     pub wall_seconds: f64,
     pub deepest: Option<Deepest>,
+    #[serde(default)]
+    pub inherited: f64,
 }
 
 /// More snapshots than that are announced, files and bytes.
@@ -105,6 +107,8 @@ pub struct Run {
     pub saved: Option<u64>,
     /// The deepest overlap so far.
     pub deepest: Option<Deepest>,
+    /// The deepest overlap of the state of another run that it began with, over the radius: not its own.
+    pub inherited: f64,
     /// Steps of a chunk that take about as long as [`CHUNK`].
     most_steps: u64,
     /// When the last row was written, and what it says.
@@ -126,6 +130,7 @@ impl Run {
             checkpointed: start,
             saved: None,
             deepest: None,
+            inherited: 0.0,
             most_steps: 1,
             row: (start, None),
             stable_overlap: if assembly.solver.allow_unstable { f64::INFINITY } else { simulation.stable_overlap() },
@@ -211,9 +216,9 @@ impl Run {
 
     /// Write one. What is due at this step has been done.
     pub fn checkpoint(&mut self) -> packstone::Result<()> {
-        let Run { simulation, results, schedule, deepest, .. } = self;
+        let Run { simulation, results, schedule, deepest, inherited, .. } = self;
         let wall_seconds = self.earlier + self.start.elapsed().as_secs_f64();
-        let so_far = SoFar { schedule: *schedule, wall_seconds, deepest: deepest.clone() };
+        let so_far = SoFar { schedule: *schedule, wall_seconds, deepest: deepest.clone(), inherited: *inherited };
         results.checkpoint(|path| simulation.save(path, &so_far))?;
         (self.checkpointed, self.saved) = (Instant::now(), Some(simulation.step()));
         Ok(())
@@ -327,7 +332,8 @@ impl Run {
         let (grains, clumps) = (self.simulation.grains()?, self.simulation.clumps()?);
         let ended = stopped.clone().unwrap_or_else(|| end.label().to_owned());
         let deepest = self.deepest.take();
-        let ending = Ending { wall_seconds, converged, ended: end.label(), stopped, deepest };
+        let inherited = self.inherited;
+        let ending = Ending { wall_seconds, converged, ended: end.label(), stopped, deepest, inherited };
         let summary = Summary::new(scene.name(), &mut self.simulation, &sample, &grains, &clumps, ending)?;
         let moment = Moment { step, time, grains: &grains, clumps: &clumps };
         let mut results = self.results;
