@@ -131,7 +131,40 @@ fn runs_go_on_from_checkpoints_to_the_bit() {
             }
             assert_eq!(second.solver_statistics(), whole.solver_statistics(), "{name} on {}", bench.name);
             assert_eq!(second.replayed_chunks(), whole.replayed_chunks(), "{name} on {}", bench.name);
+
+            // The host sees in the file what the engine has.
+            second.save(&path, &"whatever").unwrap();
+            let mut view = Simulation::view(scene.clone(), &mut Checkpoint::open(&path).unwrap()).unwrap();
+            assert_eq!((view.engine().name(), view.step(), view.time()), ("cpu", second.step(), second.time()));
+            same_to_the_eye(&mut view, &mut second, &format!("{name} on {}", bench.name));
         }
+    }
+}
+
+/// Positions to the bit, and velocities and what contacts remember to the rounding of single precision.
+fn same_to_the_eye(a: &mut Simulation, b: &mut Simulation, what: &str) {
+    let vectors = |simulation: &mut Simulation| {
+        let (grains, clumps) = (simulation.grains().unwrap(), simulation.clumps().unwrap());
+        let contacts = simulation.contact_history().unwrap();
+        let positions: Vec<_> = grains.iter().map(|g| g.position).chain(clumps.iter().map(|c| c.position)).collect();
+        let walls = simulation.walls().unwrap();
+        let others: Vec<_> = contacts.iter().map(|contact| (contact.grain, contact.other)).collect();
+        let numbers = [
+            grains.iter().map(|g| g.velocity).chain(clumps.iter().map(|c| c.velocity)).collect::<Vec<_>>(),
+            grains.iter().map(|g| g.spin).chain(clumps.iter().map(|c| c.spin)).collect(),
+            contacts.iter().map(|contact| contact.tangential_force).collect(),
+            contacts.iter().map(|contact| contact.rolling_torque).collect(),
+            contacts.iter().map(|contact| contact.mean_force).collect(),
+        ];
+        (positions, walls, others, numbers)
+    };
+    let (seen, own) = (vectors(a), vectors(b));
+    assert!(seen.0 == own.0, "{what}: positions");
+    assert_eq!((seen.1, seen.2), (own.1, own.2), "{what}: walls and contacts");
+    for (k, (seen, own)) in seen.3.iter().zip(&own.3).enumerate() {
+        let largest = own.iter().map(|x| x.length()).fold(0.0, f64::max);
+        let apart = seen.iter().zip(own).map(|(a, b)| (*a - *b).length()).fold(0.0, f64::max);
+        assert!(apart <= 1e-5 * largest, "{what}: vectors {k} are {apart:e} apart of {largest:e}");
     }
 }
 
