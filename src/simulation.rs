@@ -128,14 +128,17 @@ pub fn engine_of(assembly: &Assembly, options: &Options) -> Result<EngineChoice>
     })
 }
 
+/// An engine with the grains at time 0.
+fn filled(assembly: &Assembly, setup: &Setup, mut engine: Box<dyn Engine>) -> Result<Box<dyn Engine>> {
+    setup.fill(assembly, &mut |arrays, first, piece| engine.write(arrays, first, piece))?;
+    Ok(engine)
+}
+
 /// Set-up and engine for a choice, and one line that says which engine and why.
 fn set_up(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engine>, String)> {
-    let filled = |setup: &Setup, mut engine: Box<dyn Engine>| {
-        setup.fill(assembly, &mut |arrays, first, piece| engine.write(arrays, first, piece)).map(|()| engine)
-    };
     let on_cpu = |why: String| -> Result<(Setup, Box<dyn Engine>, String)> {
         let setup = Setup::new(assembly, &Options { engine: EngineChoice::Cpu, ..*options })?;
-        let engine = filled(&setup, Box::new(Cpu::new(setup.state.clone())?))?;
+        let engine = filled(assembly, &setup, Box::new(Cpu::new(setup.state.clone())?))?;
         let notice = format!("engine cpu (f64, {}): {why}", engine.adapter());
         Ok((setup, engine, notice))
     };
@@ -147,7 +150,7 @@ fn set_up(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engi
         let gpu = Gpu::new(device, &setup.plans, &setup.state)?;
         let real = if options.precision == Precision::Double { "f64" } else { "f32" };
         let notice = format!("engine gpu ({real}, {}): {why}", gpu.adapter());
-        let engine = filled(&setup, Box::new(gpu))?;
+        let engine = filled(assembly, &setup, Box::new(gpu))?;
         Ok((setup, engine, notice))
     };
     match choose(assembly, options)? {

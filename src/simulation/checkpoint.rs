@@ -5,7 +5,7 @@
 //! the schedule of the neighbour lists, sums so far. All else follows from the scene. Numbers of a device in single
 //! precision are converted to SI units by powers of two, so that no bit is lost.
 
-use super::{Options, Setup, Simulation, Stepper, lists::resize, options::EngineChoice, works::Totals};
+use super::{Options, Setup, Simulation, Stepper, filled, lists::resize, options::EngineChoice, works::Totals};
 use crate::{
     container::{Container, Description, Number, Writer},
     engine::{Cpu, PIECE},
@@ -201,7 +201,8 @@ impl Simulation {
         let options = checkpoint.options(Options::default())?;
         // Its arrays are those of the precision that it is of.
         let setup = Setup::new(&assembly, &options)?;
-        let engine = Box::new(Cpu::new(setup.state.clone())?);
+        // What it does not have, such as moments of inertia, follows from the scene.
+        let engine = filled(&assembly, &setup, Box::new(Cpu::new(setup.state.clone())?))?;
         let mut simulation = Simulation::of_parts(assembly, options, setup, engine, String::new())?;
         simulation.load(checkpoint)?;
         Ok(simulation)
