@@ -1,10 +1,10 @@
 //! How a run begins: at time 0 of a scene, at a checkpoint of itself, or with the last state of another run.
 
-use super::super::common::{DeviceArgs, engines, load, note, stem, warn};
+use super::super::common::{DeviceArgs, engines, load, note, warn};
 use super::drive::{Run, SoFar, listen};
 use packstone::{
     Error,
-    io::{Folder, Record, Results, Resumed, folder, names, record, schedule::Schedule, write_state},
+    io::{Record, Results, Resumed, folder, names, record, schedule::Schedule, write_state},
     scene::{Assembly, Continued, Scene, Shift, Surface, grain_file::Moment},
     simulation::{Checkpoint, ContactHistory, EngineChoice, Options, Other, Simulation},
 };
@@ -17,7 +17,8 @@ use tempfile::TempDir;
                         packstone run examples/scenes/heap_2d.toml --engine cpu --steps 1000 --out out/short\n  \
                         packstone run examples/scenes/heap_2d.toml --set solver.dt_fraction=0.1\n  \
                         packstone run --resume out/heap_2d\n  \
-                        packstone run sheared.toml --from out/heap_2d\n\n\
+                        packstone run sheared.toml --from out/heap_2d\n  \
+                        packstone run triaxial.toml --from-stage load\n\n\
                         The result takes the place of the one in the folder when it is complete; until then, and if the \
                         run ends early, it is in the folder partial there.\n\n\
                         Ctrl-C ends a run early, with results; a second one ends it at once, without. A run that was \
@@ -29,7 +30,7 @@ pub struct RunArgs {
     pub scene: Option<PathBuf>,
     /// Change a value of the scene, such as solver.dt=1e-6; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
-    set: Vec<String>,
+    pub set: Vec<String>,
     #[command(flatten)]
     device: DeviceArgs,
     /// Go on with the run whose result is in DIR, from its last checkpoint, as if it had never been interrupted; --time
@@ -39,14 +40,21 @@ pub struct RunArgs {
     /// Begin with the grains of the result in DIR, as they are there in its last checkpoint, and with what their contacts
     /// remember. Grains and walls that both scenes have go on from where they are; all others are as the scene says
     #[arg(long, value_name = "DIR", conflicts_with = "resume")]
-    from: Option<PathBuf>,
+    pub from: Option<PathBuf>,
+    /// Of a scene with stages: run this one alone, from the state of the one before in the result that is there, and keep
+    /// the others
+    #[arg(long, value_name = "STAGE", conflicts_with_all = ["resume", "from"])]
+    pub only: Option<String>,
+    /// Of a scene with stages: run this one and all behind it, and keep those before it
+    #[arg(long, value_name = "STAGE", conflicts_with_all = ["resume", "from", "only"])]
+    pub from_stage: Option<String>,
     /// Folder for the results [default: out/ and the name of the scene file]
     #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    pub out: Option<PathBuf>,
     /// What to compute on; auto takes the best GPU, or the CPU if there is none but a software driver
     #[arg(long, default_value = "auto", value_parser = engines(["auto", "gpu", "cpu"]))]
     engine: EngineChoice,
-    /// The same as --set stop.steps=N
+    /// The same as --set stop.steps=N, in every stage
     #[arg(long, value_name = "N")]
     steps: Option<u64>,
     /// Print the content of summary.json, and where the result is (folder), instead of words
@@ -55,13 +63,18 @@ pub struct RunArgs {
     /// Exit with code 3 if the result is doubtful
     #[arg(long)]
     pub strict: bool,
-    /// The same as --set stop.time=T, s
+    /// The same as --set stop.time=T, s, in every stage
     #[arg(long, value_name = "T")]
     time: Option<f64>,
 }
 
 impl RunArgs {
-    fn stop(&self) -> Vec<String> {
+    /// Those of the scene.
+    pub fn options(&self) -> Options {
+        Options { engine: self.engine, ..self.device.options() }
+    }
+
+    pub fn stop(&self) -> Vec<String> {
         let steps = self.steps.map(|steps| format!("stop.steps={steps}"));
         let time = self.time.map(|time| format!("stop.time={time:?}"));
         steps.into_iter().chain(time).collect()
@@ -78,49 +91,45 @@ pub struct Begun {
     pub run: Run,
 }
 
+impl Begun {
+    /// At time 0. Only now anything changes on the disk, so that a scene that cannot run leaves no trace.
+    pub fn new(folder: &Path, file: Option<&Path>, ready: Ready) -> anyhow::Result<Begun> {
+        let Ready { scene, simulation, start } = ready;
+        listen()?;
+        let record = Record::new(&scene, &simulation, command());
+        let results = Results::create(folder, file, &scene, simulation.assembly(), record)?;
+        drop(start);
+        let schedule = Schedule::new(simulation.assembly(), simulation.dt());
+        let run = Run::new(simulation, results, schedule);
+        Ok(Begun { scene, folder: folder.to_owned(), run })
+    }
+}
+
+/// A scene at time 0.
+pub struct Ready {
+    pub scene: Scene,
+    pub simulation: Simulation,
+    /// Where the grains of another run are, until the folder of the result has a copy.
+    pub start: Option<TempDir>,
+}
+
+/// The scene of a run in one go, at its time 0.
+///
 /// # Errors
-/// For scenes, folders and checkpoints that cannot be run; nothing has changed on the disk then.
-pub fn begin(args: &RunArgs) -> anyhow::Result<Begun> {
-    let (file, from) = match (&args.resume, &args.scene, &args.from) {
-        (Some(folder), ..) => return resume(args, folder),
-        (None, Some(file), from) => (file, from),
-        (None, None, _) => unreachable!("clap asks for one of them"),
-    };
-    let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(stem(file)));
-    let set = [&args.set[..], &args.stop()].concat();
-    let options = Options { engine: args.engine, ..args.device.options() };
-    let check = || {
-        // A folder that is asked for may have the result of any scene.
-        Folder::check(&folder, args.out.is_none().then_some(file))
-    };
-    // It lives until the folder of the result has a copy.
-    let mut start = None;
-    let (scene, simulation) = match from {
-        None => {
-            let (scene, assembly) = load(file, &set)?;
-            check()?;
-            (scene, Simulation::new(assembly, options)?)
-        }
-        Some(from) => {
-            let scene = Scene::load(file, &set)?;
-            check()?;
-            let (scene, simulation, temporary) = go_on(&scene, from, options)?;
-            start = Some(temporary);
-            (scene, simulation)
-        }
-    };
-    listen()?;
-    // Only now, so that a scene that cannot run leaves no trace.
-    let record = Record::new(&scene, &simulation, command());
-    let results = Results::create(&folder, Some(file), &scene, simulation.assembly(), record)?;
-    drop(start);
-    let schedule = Schedule::new(simulation.assembly(), simulation.dt());
-    let run = Run::new(simulation, results, schedule);
-    Ok(Begun { scene, folder, run })
+/// For scenes and checkpoints that cannot be run, and where `check`, of the folder, fails.
+pub fn start(args: &RunArgs, scene: Scene, check: impl Fn() -> packstone::Result<()>) -> anyhow::Result<Ready> {
+    if let Some(from) = &args.from {
+        check()?;
+        return go_on(&scene, from, args.options());
+    }
+    let assembly = scene.assemble()?;
+    assembly.notices.iter().for_each(note);
+    check()?;
+    Ok(Ready { scene, simulation: Simulation::new(assembly, args.options())?, start: None })
 }
 
 /// Go on with a run that was interrupted, or take one further.
-fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
+pub fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
     let folders = folder::resumable(folder)?;
     let Last { from, scene, assembly, simulation, so_far, .. } = last(&folders, &args.stop(), args.device.options())?;
     let SoFar { mut schedule, wall_seconds, deepest } = so_far;
@@ -210,12 +219,11 @@ fn at_checkpoint(path: &Path, assembly: &Assembly, options: Options) -> packston
     Ok((simulation, so_far))
 }
 
-/// Another scene with the last state of a run: that scene with the grains in it, the simulation, and the folder with the
-/// file that has the grains.
-fn go_on(scene: &Scene, folder: &Path, options: Options) -> anyhow::Result<(Scene, Simulation, TempDir)> {
-    let mut folders = folder::resumable(folder)?;
-    // The result, if there is one, and not one that is on its way.
-    folders.reverse();
+/// Another scene with the last state of a run.
+pub fn go_on(scene: &Scene, folder: &Path, options: Options) -> anyhow::Result<Ready> {
+    // The result, if there is one, and not one that is on its way; of a run in stages that of the last one.
+    let folders = folder::resumable(folder)?.into_iter().rev();
+    let folders: Vec<_> = folders.map(|folder| folder::last_stage(&folder).unwrap_or(folder)).collect();
     let Last { from, scene: old_scene, given, assembly: old, mut simulation, .. } = last(&folders, &[], options)?;
     let given = given.map_or_else(|| Ok(old_scene.clone()), |name| Scene::load(&from.join(name), &[]))?;
     let (step, time) = (simulation.step(), simulation.time());
@@ -283,10 +291,10 @@ fn go_on(scene: &Scene, folder: &Path, options: Options) -> anyhow::Result<(Scen
         () => "",
     };
     note(format!("{kept} of {} contacts keep their history{why}", contacts.len()));
-    Ok((scene, simulation, temporary))
+    Ok(Ready { scene, simulation, start: Some(temporary) })
 }
 
 /// Arguments of the command line.
-fn command() -> Vec<String> {
+pub fn command() -> Vec<String> {
     std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned()).collect()
 }
