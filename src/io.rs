@@ -10,6 +10,7 @@ pub mod problem;
 pub mod record;
 mod rows;
 pub mod schedule;
+mod stages;
 pub mod summary;
 pub mod vtp;
 
@@ -28,6 +29,7 @@ pub use folder::Folder;
 use names::{CHECKPOINT, FINAL, FINAL_BIN, HISTORY, MEMBERS, PREVIOUS, SERIES, SUMMARY, snapshot, snapshot_number};
 pub use record::{Kept, Machine, Record, Resumed, Written, cpu_name};
 pub use rows::read_rows;
+pub use stages::{Kept as KeptStages, Stages};
 use std::{
     fs,
     io::{self, Write},
@@ -38,6 +40,8 @@ use summary::Summary;
 /// The result of a run while it is written.
 pub struct Results {
     folder: Folder,
+    /// The folder beside which it goes on where nothing can be written there any more, from the root.
+    beside: PathBuf,
     /// Where it is written: the partial result of the folder, or, if that cannot be written, somewhere else.
     place: PathBuf,
     /// How many such places have been tried.
@@ -129,6 +133,7 @@ impl Results {
             place: folder.partial(),
             moved: 0,
             scene: scene_texts(&folder.partial(), &record),
+            beside: folder.root().to_owned(),
             folder,
             record,
             output: assembly.output,
@@ -145,6 +150,11 @@ impl Results {
     /// Where it is written now.
     pub fn place(&self) -> &Path {
         &self.place
+    }
+
+    /// Where nothing can be written any more, go on beside this folder.
+    pub fn rescue_beside(&mut self, folder: &Path) {
+        self.beside = folder.to_owned();
     }
 
     /// What a user should know of the folder.
@@ -237,7 +247,7 @@ impl Results {
     /// # Errors
     /// The last one, when no place is left.
     pub fn elsewhere(&mut self) -> Result<()> {
-        let root = self.folder.root();
+        let root = &self.beside;
         let name = root.file_name().map_or("packstone".into(), |name| name.to_string_lossy());
         let beside = root.parent().map(Path::to_owned);
         let bases: Vec<PathBuf> = beside.into_iter().chain([std::env::temp_dir()]).collect();

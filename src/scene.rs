@@ -23,6 +23,7 @@ mod schema;
 mod setters;
 mod shape;
 mod sheet;
+mod stages;
 mod table;
 mod validate;
 mod walls;
@@ -38,6 +39,7 @@ pub use levels::SizeLevel;
 pub(crate) use neighbours::Neighbours;
 pub use schema::{Face, Format, Placement, Twist};
 pub use shape::{Kind, Member, Shape};
+pub use stages::Stage;
 
 use std::{path::Path, time::SystemTime};
 
@@ -56,6 +58,10 @@ pub struct Scene {
     made: SystemTime,
     /// If it goes on with the grains of another one.
     going_on: Option<GoingOn>,
+    /// In the order in which they run; none of a scene that runs in one go.
+    stages: Vec<Stage>,
+    /// Of a later stage: how many of its single grains and populations all stages have. The others are added by it.
+    common: Option<(usize, usize)>,
 }
 
 impl Scene {
@@ -70,16 +76,28 @@ impl Scene {
     /// relative paths are looked up in `directory`.
     pub fn parse(text: &str, name: &str, directory: &Path, set: &[String]) -> Result<Scene> {
         let made = SystemTime::now();
-        let origin = Origin { name: name.to_owned(), directory: directory.to_owned(), set: set.to_vec() };
-        let edited = overrides::apply(text, set, &origin)?;
+        let mut origin = Origin { name: name.to_owned(), directory: directory.to_owned(), set: Vec::new() };
+        let (edited, written) = overrides::apply(text, set, &origin)?;
+        origin.set = written;
         let file = schema::read(&edited).map_err(|fault| overrides::blame(text, fault, &origin))?;
         overrides::refuse_infinite(&edited, &origin)?;
-        Ok(Scene { file, origin, text: Some(edited), made, going_on: None })
+        let mut scene =
+            Scene { file, origin, text: Some(edited), made, going_on: None, stages: Vec::new(), common: None };
+        scene.stages = scene.read_stages()?;
+        Ok(scene)
     }
 
-    /// Checks every value, fills in the defaults and places the grains.
+    /// Checks every value, fills in the defaults and places the grains; of a scene with stages those of the first one.
     pub fn assemble(&self) -> Result<Assembly> {
+        if let Some(first) = self.stages.first() {
+            return first.scene.assemble();
+        }
         validate::assemble(&self.file, &self.origin).map_err(|error| self.origin.about(error))
+    }
+
+    /// In the order in which they run; none of a scene that runs in one go.
+    pub fn stages(&self) -> &[Stage] {
+        &self.stages
     }
 
     /// What its file is called in messages.

@@ -21,7 +21,8 @@ use std::{
     },
 };
 
-/// Exit codes besides 0; 2 is also clap's for wrong usage.
+/// Exit codes; 2 is also clap's for wrong usage.
+pub const DONE: u8 = 0;
 pub const STOPPED: u8 = 1;
 pub const BAD_INPUT: u8 = 2;
 /// A solver has not reached its tolerance, or a result is doubtful.
@@ -76,6 +77,9 @@ impl SceneArgs {
 /// A scene and what it comes down to; what is not as it asks for is said on the standard error.
 pub fn load(path: &Path, set: &[String]) -> anyhow::Result<(Scene, Assembly)> {
     let scene = Scene::load(path, set)?;
+    if let [first, _, ..] = scene.stages() {
+        note(format!("{}: has stages; this is about the first one, {}", path.display(), first.name));
+    }
     let assembly = scene.assemble()?;
     assembly.notices.iter().for_each(note);
     Ok((scene, assembly))

@@ -2,20 +2,22 @@
 
 mod estimate;
 mod json;
+mod stages;
 
-use super::common::{SceneArgs, about, engines, load, say, size};
+use super::common::{SceneArgs, about, engines, load, say};
 use super::from::From;
 use super::table::table;
-use estimate::{PER_STEPS, estimate};
+use estimate::estimate;
 use glam::UVec3;
 use json::kernels;
 use packstone::{
     engine::{aliases::total, placements::layouts_and_aliases, programs::bytes},
-    io::schedule::{Forecast, Schedule},
+    io::schedule::Schedule,
     measure::{Percentiles, Sizes},
     scene::{Assembly, Scene},
     simulation::{EngineChoice, Options, Setup, Simulation, engine_of},
 };
+use stages::{StageOutline, outlines, steps_and_output};
 use std::{path::PathBuf, process::ExitCode};
 
 /// Show what a scene comes down to: model, plan, kernels, arrays, memory, time step
@@ -67,14 +69,19 @@ fn show(args: &DescribeArgs) -> anyhow::Result<ExitCode> {
         None => Simulation::new(assembly.clone(), options),
     };
     let estimate = args.estimate.then(|| estimate(start, &schedule)).transpose()?;
+    let stages = outlines(&scene, &assembly, options)?;
     if args.json {
-        let json = json::json(&scene, &assembly, &setup, &schedule, args.count, estimate.as_ref())?;
+        let mut json = json::json(&scene, &assembly, &setup, &schedule, args.count, estimate.as_ref())?;
+        json["stages"] = stages.iter().map(|stage| stage.json(estimate.as_ref())).collect();
         say(serde_json::to_string_pretty(&json)?);
         return Ok(ExitCode::SUCCESS);
     }
     say(contents(&scene, &assembly, &setup));
     say(output(&assembly, &schedule));
     estimate.iter().for_each(say);
+    if !stages.is_empty() {
+        say(format!("\nStages\n{}", indent(&StageOutline::table(&stages, estimate.as_ref()))));
+    }
     say(format!("\nModel\n{}", indent(&model(&setup))));
     say(format!("\nPlans\n{}", indent(&setup.plans.to_string())));
     say(format!("\nWGSL\n{}", indent(&files(&setup))));
@@ -104,18 +111,8 @@ fn contents(scene: &Scene, assembly: &Assembly, setup: &Setup) -> String {
 
 /// How many steps there are, and what a run writes.
 fn output(assembly: &Assembly, schedule: &Schedule) -> String {
-    let amount = |steps| {
-        let Forecast { rows, snapshots, all, .. } = Forecast::new(assembly, schedule, steps);
-        format!("{rows} rows of history, {snapshots} snapshots; about {} files, {}", all.files, size(all.bytes))
-    };
-    match schedule.end {
-        Some(end) => format!("steps      {end}{}\noutput     {}", or_rest(assembly), amount(end)),
-        None => format!("steps      until equilibrium\noutput     per million steps {}", amount(PER_STEPS)),
-    }
-}
-
-fn or_rest(assembly: &Assembly) -> &'static str {
-    if assembly.stop.equilibrium.is_some() { ", or until equilibrium" } else { "" }
+    let (steps, output) = steps_and_output(assembly, schedule);
+    format!("steps      {steps}\noutput     {output}")
 }
 
 /// The sizes of the free grains; nothing where there are none.

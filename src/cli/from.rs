@@ -32,9 +32,9 @@ pub struct From {
 impl From {
     /// The scene with the last state of the run in a folder. What comes along and what does not is said.
     pub fn read(scene: &Scene, folder: &Path) -> anyhow::Result<From> {
-        let mut folders = folder::resumable(folder)?;
-        // The result, if there is one, and not one that is on its way.
-        folders.reverse();
+        // The result, if there is one, and not one that is on its way; of a run in stages that of the last one.
+        let folders = folder::resumable(folder)?.into_iter().rev();
+        let folders: Vec<_> = folders.map(|folder| folder::last_stage(&folder).unwrap_or(folder)).collect();
         let Last { from, scene: old_scene, given, assembly: old, state: mut simulation } =
             last(&folders, &[], |_, mut checkpoint, old| Simulation::view(old.clone(), &mut checkpoint))?;
         let given = given.map_or_else(|| Ok(old_scene.clone()), |name| Scene::load(&from.join(name), &[]))?;

@@ -1,102 +1,73 @@
 //! `packstone run`
 
 mod begin;
+mod carry_out;
 mod drive;
+mod staged;
 
-use super::common::{INTERRUPTED, STOPPED, UNSURE, about, complain, note, say, tell, warn};
-use begin::Begun;
-use drive::{End, Written};
-use packstone::{
-    Error,
-    gpu::selected,
-    io::summary::{Relaxation, Summary},
+use super::common::{about, stem};
+use begin::{Begun, resume, start};
+use carry_out::carry_out;
+use packstone::{Error, io::Folder, scene::Scene};
+use staged::Staged;
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
 };
-use std::{path::Path, process::ExitCode};
 
 pub use begin::RunArgs;
 pub use drive::{interrupted, listen};
 
+/// A run that is about to go on.
+enum Run {
+    InOneGo(Box<Begun>),
+    InStages(Box<Staged>),
+}
+
 pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let named = args.scene.as_ref().or(args.resume.as_ref());
     let of_scene = |error| named.map_or_else(|| unreachable!("clap asks for one of them"), |name| about(name, error));
-    let Begun { scene, folder, mut run } = begin::begin(args).map_err(of_scene)?;
-    tell(run.simulation.notice());
-    if selected().is_some() && run.simulation.engine().name() == "cpu" {
-        warn("--adapter is not used: the run is on the cpu engine");
+    match begin(args).map_err(of_scene)? {
+        Run::InOneGo(begun) => carry_out(*begun, args, None).map(|outcome| ExitCode::from(outcome.code)),
+        Run::InStages(staged) => staged.run(args),
     }
-    run.results.notices().iter().for_each(note);
-    if let Some(flood) = run.schedule.end.and_then(|end| run.flood(end)) {
-        note(flood);
-    }
-    let end = run.drive()?;
-    if let End::Stopped(error @ Error::Device(_)) = end {
-        // Nothing can be asked of it any more.
-        complain(format!("{error}; {}", run.way_on(&folder)));
-        return Ok(ExitCode::from(STOPPED));
-    }
-    let Written { summary, end, place, spoilt } = match run.write(&scene, end) {
-        Err(error @ Error::Io { .. }) => {
-            complain(format!("{error}; the last state could not be written anywhere"));
-            return Ok(ExitCode::from(STOPPED));
-        }
-        written => written?,
-    };
-    if let Some(Relaxation { force_balance_max: Some(worst), force_balance_grain: Some(grain), .. }) =
-        summary.relaxation
-        && !args.json
-    {
-        say(format!("forces on a grain balance to {worst:.1e} of its weight or more (grain {grain})"));
-    }
-    summary.doubts.iter().for_each(warn);
-    if args.json {
-        say(json(&summary, &place)?);
-    } else {
-        say(verdict(&summary));
-        say(format!("results in {}", place.display()));
-    }
-    if place != folder && spoilt.is_none() {
-        note(format!("{} keeps the older result, as this run did not come to its end", folder.display()));
-    }
-    if let Some(error) = &spoilt {
-        complain(format!("{error}; the last state is in {}", place.display()));
-    }
-    Ok(match end {
-        End::Stopped(error) => {
-            // If that was the error, it has been said.
-            if spoilt.is_none() || !matches!(error, Error::Io { .. }) {
-                complain(format!("{}: {error}", scene.file()));
-            }
-            ExitCode::from(STOPPED)
-        }
-        _ if spoilt.is_some() => ExitCode::from(STOPPED),
-        End::Reached | End::AtRest if args.strict && !summary.doubts.is_empty() => ExitCode::from(UNSURE),
-        End::Reached | End::AtRest => ExitCode::SUCCESS,
-        End::Interrupted => ExitCode::from(INTERRUPTED),
-    })
 }
 
-/// How a run has ended, in a line.
-fn verdict(summary: &Summary) -> String {
-    let Summary { ended, steps, time, deepest_overlap, .. } = summary;
-    let deepest = deepest_overlap.as_ref().map_or(0.0, |deepest| deepest.over_radius);
-    let unsolved = summary.relaxation.as_ref().map(|relaxation| match relaxation.unconverged_steps {
-        0 => ", all steps solved".to_owned(),
-        unsolved => format!(", {unsolved} steps not solved"),
-    });
-    let doubts = match summary.doubts.len() {
-        0 => "no doubts",
-        1 => "a doubt, see above",
-        _ => "doubts, see above",
+/// # Errors
+/// For scenes, folders and checkpoints that cannot be run; nothing has changed on the disk then.
+fn begin(args: &RunArgs) -> anyhow::Result<Run> {
+    let file = match (&args.resume, &args.scene) {
+        (Some(folder), _) => {
+            let staged = Staged::resume(args, folder)?;
+            return match staged {
+                Some(staged) => Ok(Run::InStages(Box::new(staged))),
+                None => Ok(Run::InOneGo(Box::new(resume(args, folder)?))),
+            };
+        }
+        (None, Some(file)) => file,
+        (None, None) => unreachable!("clap asks for one of them"),
     };
-    format!(
-        "ended: {ended} (step {steps}, t = {time:.4e} s), deepest overlap {deepest:.1e} radii{}; {doubts}",
-        unsolved.unwrap_or_default()
-    )
-}
-
-/// The summary, with the folder that it is in.
-fn json(summary: &Summary, place: &Path) -> anyhow::Result<String> {
-    let mut json = serde_json::to_value(summary)?;
-    json["folder"] = place.to_string_lossy().into();
-    Ok(serde_json::to_string_pretty(&json)?)
+    // What a pipe is called says nothing, as in `run <(command)`.
+    if args.out.is_none() && file.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+        return Err(
+            Error::Folder(format!("{}: is no file; name the folder of its result with --out", file.display())).into()
+        );
+    }
+    let folder: PathBuf = args.out.clone().unwrap_or_else(|| Path::new("out").join(stem(file)));
+    // A folder that is asked for may have the result of any scene.
+    let check = || Folder::check(&folder, args.out.is_none().then_some(file));
+    let mut set = [&args.set[..], &args.stop()].concat();
+    let scene = Scene::load(file, &set)?;
+    if let [_, ..] = scene.stages() {
+        for stage in scene.stages() {
+            set.extend(args.stop().iter().map(|stop| format!("stage.{}.{stop}", stage.name)));
+        }
+        let scene = Scene::load(file, &set)?;
+        return Ok(Run::InStages(Box::new(Staged::new(args, file, &folder, scene, check)?)));
+    }
+    if let Some(stage) = args.only.as_ref().or(args.from_stage.as_ref()) {
+        return Err(Error::Scene(format!("{}: has no [[stage]], and so none called {stage}", file.display())).into());
+    }
+    let ready = start(args, scene, check)?;
+    Ok(Run::InOneGo(Box::new(Begun::new(&folder, Some(file), ready)?)))
 }

@@ -13,8 +13,8 @@
 
 use super::{
     files::{at, is_file},
-    names::{RUN, SUMMARY, is_reserved, snapshot_number},
-    record::{Record, is_folder, relative},
+    names::{RUN, STAGES, SUMMARY, is_reserved, snapshot_number, within_stage},
+    record::{Record, folders_of, is_folder, relative},
 };
 use crate::error::{Error, Result};
 use serde_json::Value;
@@ -27,6 +27,8 @@ use std::{
 };
 
 const PARTIAL: &str = "partial";
+/// What is packstone's own while it writes.
+pub(super) const OWN: &str = ".packstone";
 const LOCK: &str = ".packstone/lock";
 const NEW: &str = ".packstone/new";
 const OLDER: &str = ".packstone/older";
@@ -101,6 +103,21 @@ impl Folder {
         self.older.as_ref()
     }
 
+    /// An error if files in the way of the results of these stages are not packstone's.
+    pub fn check_stages(&self, stages: &[String]) -> Result<()> {
+        let ours: BTreeSet<&String> = self.older.iter().flat_map(|older| older.files_in(&self.path)).collect();
+        for stage in stages {
+            let inside = self.path.join(STAGES).join(stage);
+            for entry in fs::read_dir(&inside).into_iter().flatten().flatten() {
+                let name = entry.file_name().to_string_lossy().into_owned();
+                if is_reserved(&name) && !ours.contains(&format!("{STAGES}/{stage}/{name}")) {
+                    return Err(foreign(&inside.join(name)));
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// From the root of the file system; it may be gone.
     pub fn root(&self) -> &Path {
         &self.root
@@ -148,7 +165,8 @@ impl Folder {
             older.write(&self.path)?;
         }
         // The older one goes when the new one would outlive a power cut. Of snapshots there may be too many.
-        for path in new.files.keys().filter(|name| snapshot_number(name).is_none()).map(|name| partial.join(name)) {
+        let few = |name: &&String| snapshot_number(within_stage(name)).is_none();
+        for path in new.files.keys().filter(few).map(|name| partial.join(name)) {
             match File::open(&path).and_then(|file| file.sync_all()) {
                 // Some systems do so only for files that are open for writing.
                 Err(error) if error.kind() != ErrorKind::PermissionDenied => return Err(at(&path)(error)),
@@ -178,6 +196,18 @@ pub fn resumable(path: &Path) -> Result<Vec<PathBuf>> {
     }
 }
 
+/// The folder with the last result of a run in stages, given that of the run; None where there are no stages.
+pub fn last_stage(path: &Path) -> Option<PathBuf> {
+    let Record { stages, .. } = Record::read(path)?;
+    let folders = stages.iter().rev().map(|stage| path.join(STAGES).join(&stage.name));
+    folders.into_iter().find(|folder| Record::read(folder).is_some())
+}
+
+/// Whether a stage of the run in a folder has come to its end.
+pub fn has_stage(path: &Path, stage: &str) -> bool {
+    Record::read(&path.join(STAGES).join(stage)).is_some_and(|record| record.complete)
+}
+
 /// Finish what a run has begun that was killed while its result took the place of another, unless it is still at it.
 fn finish_exchange(path: &Path) -> Result<()> {
     if is_folder(&path.join(OLDER))
@@ -195,13 +225,14 @@ fn finish_exchange(path: &Path) -> Result<()> {
 pub fn find(path: &Path) -> Result<(PathBuf, Option<String>)> {
     finish_exchange(path)?;
     let partial = path.join(PARTIAL);
+    let within = |folder: PathBuf| last_stage(&folder).unwrap_or(folder);
     let partial_only = !path.join(RUN).exists() && !path.join(SUMMARY).exists() && Record::read(&partial).is_some();
     Ok(match partial_only {
         true => {
             let notice = format!("{} has the partial result of a run that did not come to its end", partial.display());
-            (partial, Some(notice))
+            (within(partial), Some(notice))
         }
-        false => (path.to_owned(), None),
+        false => (within(path.to_owned()), None),
     })
 }
 
@@ -323,10 +354,8 @@ fn exchange(path: &Path, go_on: &mut dyn FnMut() -> Result<()>) -> Result<()> {
             fs::remove_file(older.join(name)).map_err(at(&older))?;
         }
         // A folder that is empty now had nothing but the older result's.
-        for inside in record.files.keys().filter_map(|name| Path::new(name).parent()) {
-            if !inside.as_os_str().is_empty() {
-                let _ = fs::remove_dir(path.join(inside));
-            }
+        for inside in record.files.keys().flat_map(|name| folders_of(Path::new(name))) {
+            let _ = fs::remove_dir(path.join(inside));
         }
         go_on()?;
         fs::remove_file(older.join(RUN)).map_err(at(&older))?;
@@ -339,9 +368,11 @@ fn exchange(path: &Path, go_on: &mut dyn FnMut() -> Result<()>) -> Result<()> {
 fn shift(from: &Path, to: &Path, name: &str, go_on: &mut dyn FnMut() -> Result<()>) -> Result<()> {
     go_on()?;
     let (source, target) = (from.join(name), to.join(name));
-    let inside = target.parent().expect("it is in a folder");
-    if inside != to && !is_folder(inside) {
-        fs::create_dir(inside).map_err(at(inside))?;
+    // Links are not followed.
+    for part in folders_of(Path::new(name)).collect::<Vec<_>>().into_iter().rev().map(|part| to.join(part)) {
+        if !is_folder(&part) {
+            fs::create_dir(&part).map_err(at(&part))?;
+        }
     }
     if fs::symlink_metadata(&target).is_ok() {
         return Err(foreign(&target));
@@ -351,8 +382,8 @@ fn shift(from: &Path, to: &Path, name: &str, go_on: &mut dyn FnMut() -> Result<(
 
 /// Remove a folder that has at most empty ones in it; what somebody else has put there stays.
 fn remove_empty(folder: &Path) {
-    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        let _ = fs::remove_dir(entry.path());
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(|entry| is_folder(&entry.path())) {
+        remove_empty(&entry.path());
     }
     let _ = fs::remove_dir(folder);
 }

@@ -17,6 +17,15 @@ pub const INPUTS: &str = "inputs";
 /// The scene as it was given, where that is not the same.
 pub const GIVEN: &str = "scene.given.toml";
 
+/// The folder with the results of stages, each in a folder of its name.
+pub const STAGES: &str = "stages";
+
+/// The name of a file as its own stage has it.
+pub fn within_stage(name: &str) -> &str {
+    let of_stage = name.strip_prefix(STAGES).and_then(|rest| rest.strip_prefix('/')?.split_once('/'));
+    of_stage.map_or(name, |(_, name)| name)
+}
+
 pub fn snapshot(number: usize, extension: &str) -> String {
     format!("snapshot_{number:06}.{extension}")
 }
@@ -47,5 +56,7 @@ mod tests {
             ["picture.png", "snapshot_mine.vtp", "snapshot_+1.vtp", "snapshot_.vtp", "notes.csv", "summary.json.bak"];
         assert!(!others.into_iter().any(is_reserved));
         assert_eq!(snapshot_number(&snapshot(7, "vtp")), Some(7));
+        let within = [("stages/a/final.csv", "final.csv"), ("stages/a", "stages/a"), ("inputs/a/b", "inputs/a/b")];
+        assert!(within.iter().all(|(name, own)| within_stage(name) == *own));
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{
     files::{at, crc32, is_file, write},
-    names::{CHECKPOINT, INPUTS, PREVIOUS, RUN, is_reserved, snapshot_number},
+    names::{CHECKPOINT, INPUTS, PREVIOUS, RUN, STAGES, is_reserved, snapshot_number, within_stage},
 };
 use crate::{container::is_container, engine::Gpu, error::Result, scene::Scene, simulation::Simulation};
 use serde::{Deserialize, Serialize};
@@ -48,9 +48,20 @@ pub struct Record {
     /// When it was continued, and with which arguments.
     #[serde(default)]
     pub resumed: Vec<Resumed>,
+    /// Of a run in stages: these, in their order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stages: Vec<StageOf>,
     /// What it wrote besides this file, with `/` between folder and file.
     #[serde(default)]
     pub files: BTreeMap<String, Written>,
+}
+
+/// A stage of a run, whose result is in a folder of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StageOf {
+    pub name: String,
+    /// Whether the stage before it has been run again since, so that it does not follow from it.
+    pub outdated: bool,
 }
 
 /// A file that was read.
@@ -125,6 +136,7 @@ impl Record {
             record.list(folder).ok()?;
             record.files.retain(|name, _| {
                 is_reserved(name)
+                    || within_stage(name) != name
                     || name.starts_with("inputs/")
                     || record.scene_as_run.as_ref() == Some(name)
                     || record.scene_as_given.as_ref() == Some(name)
@@ -152,7 +164,8 @@ impl Record {
         self.files.clear();
         for name in names(folder)?.into_iter().filter(|name| name != RUN) {
             let path = folder.join(&name);
-            let written = Written::of(&path, snapshot_number(&name).is_none()).map_err(at(&path))?;
+            let check = snapshot_number(within_stage(&name)).is_none();
+            let written = Written::of(&path, check).map_err(at(&path))?;
             self.files.insert(name, written);
         }
         Ok(())
@@ -170,11 +183,11 @@ impl Written {
         let relative = Path::new(name);
         // The list is a file, which anybody may have written.
         let plain = relative.components().all(|part| matches!(part, Component::Normal(_)));
-        let inside = relative.parent().is_none_or(|part| part.as_os_str().is_empty() || is_folder(&folder.join(part)));
+        let inside = folders_of(relative).all(|part| is_folder(&folder.join(part)));
         let path = folder.join(relative);
         let here = plain && inside && is_file(&path)?;
         // A checkpoint that was damaged is one nevertheless, and its place is needed for the next.
-        let damaged = || [CHECKPOINT, PREVIOUS].contains(&name) && is_container(&path);
+        let damaged = || [CHECKPOINT, PREVIOUS].contains(&within_stage(name)) && is_container(&path);
         Ok(here && (Written::of(&path, self.crc32.is_some())? == *self || damaged()))
     }
 }
@@ -184,7 +197,12 @@ pub fn is_folder(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok_and(|found| found.is_dir())
 }
 
-/// The files of a result's folder and of its inputs.
+/// The folders that a relative path leads through, the innermost first.
+pub fn folders_of(relative: &Path) -> impl Iterator<Item = &Path> {
+    relative.ancestors().skip(1).filter(|part| !part.as_os_str().is_empty())
+}
+
+/// The files of a result's folder, of its inputs and of its stages.
 pub fn names(folder: &Path) -> Result<Vec<String>> {
     let mut names = Vec::new();
     for (prefix, inside) in [("", folder.to_owned()), ("inputs/", folder.join(INPUTS))] {
@@ -196,6 +214,15 @@ pub fn names(folder: &Path) -> Result<Vec<String>> {
             let is_file = entry.file_type().map_err(at(&inside))?.is_file();
             if let Some(name) = entry.file_name().to_str().filter(|name| is_file && !name.ends_with(".part")) {
                 names.push(format!("{prefix}{name}"));
+            }
+        }
+    }
+    let stages = folder.join(STAGES);
+    if is_folder(&stages) {
+        for entry in fs::read_dir(&stages).map_err(at(&stages))? {
+            let entry = entry.map_err(at(&stages))?;
+            if let Some(stage) = entry.file_name().to_str().filter(|_| is_folder(&entry.path())) {
+                names.extend(self::names(&entry.path())?.into_iter().map(|name| format!("{STAGES}/{stage}/{name}")));
             }
         }
     }

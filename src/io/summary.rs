@@ -54,6 +54,8 @@ pub struct Summary {
     /// About the origin, kg m²/s.
     pub angular_momentum: Option<DVec3>,
     pub converged: bool,
+    /// What the scene asks for and the last state has not: in words.
+    pub missed: Option<String>,
     /// Of contact dynamics.
     #[serde(flatten)]
     pub relaxation: Option<Relaxation>,
@@ -248,6 +250,7 @@ impl Summary {
             momentum,
             angular_momentum,
             converged: ending.converged,
+            missed: missed(assembly, sample, &ending),
             relaxation: s.solver_statistics().map(|solved| Relaxation::new(solved, balance)),
             rotation: rounds.map(|(most, capped)| Rotation {
                 clumps: clumps.len(),
@@ -288,11 +291,15 @@ fn doubts(s: &Simulation, sample: &Sample, ending: &Ending) -> Vec<String> {
             solved.unconverged, solved.steps, solved.residual_max
         )
     });
-    let moving = assembly.stop.equilibrium.filter(|_| !ending.converged).map(|asked| {
+    [deep, unsolved, missed(assembly, sample, ending), coarse].into_iter().flatten().collect()
+}
+
+/// Rest that was asked for and not reached.
+fn missed(assembly: &Assembly, sample: &Sample, ending: &Ending) -> Option<String> {
+    assembly.stop.equilibrium.filter(|_| !ending.converged).map(|asked| {
         let found = sample.unbalanced_force_ratio;
         format!("stop.equilibrium = {asked:e} was not reached: the ratio of unbalanced forces is {found:.1e}")
-    });
-    [deep, unsolved, moving, coarse].into_iter().flatten().collect()
+    })
 }
 
 /// What surrounds the grains: the part of the summary that a picture needs.

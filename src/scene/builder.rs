@@ -72,6 +72,7 @@ impl SceneBuilder {
             solver: schema::Solver::default(),
             stop: schema::Stop::default(),
             output: schema::Output::default(),
+            stage: Vec::new(),
         };
         SceneBuilder { file, directory: PathBuf::new(), twice: None }
     }
@@ -247,7 +248,8 @@ impl SceneBuilder {
             Error::Scene(format!("{}: {message}", origin.name))
         })?;
         overrides::refuse_infinite_in(table, &origin)?;
-        Ok(Scene { file: self.file, origin, text: None, made: SystemTime::now(), going_on: None })
+        let made = SystemTime::now();
+        Ok(Scene { file: self.file, origin, text: None, made, going_on: None, stages: Vec::new(), common: None })
     }
 
     /// [`SceneBuilder::build`], then [`Scene::assemble`].

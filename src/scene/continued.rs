@@ -58,17 +58,20 @@ impl Scene {
     pub fn continued(&self, given: &Scene, old: &Scene, start: &Path, shifts: &[Shift]) -> Result<Continued> {
         let mut file = self.file.clone();
         let mut notices = Vec::new();
-        let mut added = self.added("grain", &file.grain, &given.file.grain)?.into_iter();
+        let (grains, populations) = self.all_added(given)?;
+        let mut added = grains.into_iter();
         file.grain.retain(|_| added.next().unwrap_or(true));
-        let added = self.added("population", &file.population, &given.file.population)?;
+        let added = populations;
         for (number, added) in added.iter().enumerate() {
             let what = if *added { "is added" } else { "is there already" };
             notices.push(format!("population.{number} {what}"));
         }
         let mut added = added.into_iter();
         file.population.retain(|_| added.next().unwrap_or(true));
-        // Overlaps that have come about are none that somebody has made by mistake.
-        file.solver.allow_overlap |= file.grain.is_empty() && file.population.is_empty();
+        // Overlaps that have come about are none that somebody has made by mistake, and where packstone places grains
+        // there are none.
+        let placed = file.population.iter().all(|population| population.file.is_none());
+        file.solver.allow_overlap |= file.grain.is_empty() && placed;
         if !file.grain.is_empty() {
             notices.push(format!("{} single grains are added", file.grain.len()));
         }
@@ -107,8 +110,30 @@ impl Scene {
         let singles = file.grain.len();
         let made = SystemTime::now();
         let going_on = Some(GoingOn { start: start.to_owned(), given: self.text(&[])? });
-        let scene = Scene { file, text: None, made, going_on, origin: self.origin.clone() };
+        let scene =
+            Scene { file, text: None, made, going_on, origin: self.origin.clone(), stages: Vec::new(), common: None };
         Ok(Continued { scene, singles, walls: kept, notices })
+    }
+
+    /// The file with those grains alone that were not given to the run before.
+    pub(super) fn file_added(&self, given: &Scene) -> Result<schema::File> {
+        let mut file = self.file.clone();
+        let (grains, populations) = self.all_added(given)?;
+        let (mut grains, mut populations) = (grains.into_iter(), populations.into_iter());
+        file.grain.retain(|_| grains.next().unwrap_or(true));
+        file.population.retain(|_| populations.next().unwrap_or(true));
+        Ok(file)
+    }
+
+    /// Which single grains, and which populations, were not given to the run before.
+    fn all_added(&self, given: &Scene) -> Result<(Vec<bool>, Vec<bool>)> {
+        let (mut grains, mut populations) = (&given.file.grain[..], &given.file.population[..]);
+        if let Some((of_grains, of_populations)) = self.common {
+            grains = &grains[..of_grains.min(grains.len())];
+            populations = &populations[..of_populations.min(populations.len())];
+        }
+        let grains = self.added("grain", &self.file.grain, grains)?;
+        Ok((grains, self.added("population", &self.file.population, populations)?))
     }
 
     /// Which parts of a kind are not among those that were given before, of which each counts once. One that is given

@@ -17,8 +17,20 @@ pub struct Input {
 }
 
 impl Scene {
-    /// The files that the scene reads: tables, meshes, binary files, sieve curves.
+    /// The files that the scene reads, in any of its stages: tables, meshes, binary files, sieve curves.
     pub fn inputs(&self) -> Vec<Input> {
+        let mut inputs = self.own_inputs();
+        for stage in &self.stages {
+            let mut more = stage.scene.own_inputs();
+            more.retain(|input| !inputs.contains(input));
+            // Entries of lists are counted as the stage has them.
+            more.iter_mut().for_each(|input| input.key = stage.key(&self.file, &input.key));
+            inputs.extend(more);
+        }
+        inputs
+    }
+
+    fn own_inputs(&self) -> Vec<Input> {
         let mut inputs = Vec::new();
         let mut add = |key: String, file: Option<&String>| {
             if let Some(file) = file {
@@ -62,7 +74,7 @@ impl Scene {
         let title = ("title".to_owned(), self.name().to_owned());
         let words = [title].into_iter().filter(|_| self.file.title.is_none()).chain(words.iter().cloned());
         let set: Vec<String> = words.map(|(key, word)| format!("{key}={}", Value::from(word))).collect();
-        overrides::apply(&text, &set, &self.origin)
+        overrides::apply(&text, &set, &self.origin).map(|(text, _)| text)
     }
 }
 

@@ -42,20 +42,27 @@ pub struct GoingOn {
     pub given: String,
 }
 
+/// A value that was changed before the scene was read, and where: the path of its key, with numbers for entries of lists.
+#[derive(Clone, Debug)]
+pub struct Override {
+    pub text: String,
+    pub path: Vec<String>,
+}
+
 /// Where a scene came from; every message starts with it.
 #[derive(Clone, Debug)]
 pub struct Origin {
     pub name: String,
     pub directory: PathBuf,
-    pub set: Vec<String>,
+    pub set: Vec<Override>,
 }
 
 impl Origin {
     /// An error at `key`, a path in the notation of `--set`. If an override wrote there, the message says so.
     pub fn error(&self, key: &str, message: impl Display) -> Error {
-        let culprit = self.set.iter().rev().find(|set| touches(set, key));
+        let culprit = self.set.iter().rev().find(|set| touches(&set.path, key));
         match culprit {
-            Some(set) => Error::Scene(format!("{} (--set {set}): {key}{message}", self.name)),
+            Some(Override { text, .. }) => Error::Scene(format!("{} (--set {text}): {key}{message}", self.name)),
             None => Error::Scene(format!("{}: {key}{message}", self.name)),
         }
     }
@@ -82,13 +89,9 @@ impl Origin {
     }
 }
 
-/// Whether the override `set` wrote `key`, something inside it, or a table that holds it.
-fn touches(set: &str, key: &str) -> bool {
-    let Some((path, _)) = split(set) else {
-        return false;
-    };
-    let written: Vec<&str> = path.iter().map(Key::get).collect();
-    let written = written.join(".");
+/// Whether what was written at a path is `key`, something inside it, or a table that holds it.
+fn touches(path: &[String], key: &str) -> bool {
+    let written = path.join(".");
     let within = |inner: &str, outer: &str| {
         inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
     };

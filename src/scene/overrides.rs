@@ -1,42 +1,46 @@
 //! `--set key=value`: edits of the TOML document before it is read.
 
-use toml_edit::{DocumentMut, InlineTable, Item, Key, TableLike, Value};
+use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Key, TableLike, Value};
 
 use super::check::FINITE;
-use super::origin::{Origin, split};
+use super::origin::{Origin, Override, split};
 use super::schema::{self, Fault};
 use crate::{Error, Result};
 
 /// What a scene has any number of.
-const LISTS: [&str; 5] = ["pair", "wall", "shape", "grain", "population"];
+const LISTS: [&str; 6] = ["pair", "wall", "shape", "grain", "population", "stage"];
 /// More tables in each other than a scene has.
 const DEEPEST: usize = 20;
 
 /// A value, or what is wrong with it.
-type Parsed<T> = std::result::Result<T, String>;
+pub type Parsed<T> = std::result::Result<T, String>;
 
-/// The text with all overrides written into it.
-pub fn apply(text: &str, set: &[String], origin: &Origin) -> Result<String> {
+/// The text with all overrides written into it, and where they are.
+pub fn apply(text: &str, set: &[String], origin: &Origin) -> Result<(String, Vec<Override>)> {
     if set.is_empty() {
-        return Ok(text.to_owned());
+        return Ok((text.to_owned(), Vec::new()));
     }
     let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| {
         let start = error.span().map(|span| span.start);
         in_file(Fault::new(text, start, error.message()), origin)
     })?;
+    let mut written = Vec::new();
     for set in set {
-        assign(&mut document, set)
+        let path = assign(&mut document, set)
             .map_err(|message| Error::Scene(format!("{} (--set {set}): {message}", origin.name)))?;
+        written.push(Override { text: set.clone(), path });
     }
-    Ok(document.to_string())
+    Ok((document.to_string(), written))
 }
 
 /// Finds out whether `fault`, met after all overrides, is due to one of them or to the file itself.
 pub fn blame(text: &str, fault: Fault, origin: &Origin) -> Error {
     let set = &origin.set;
-    let reads = |count: usize| apply(text, &set[..count], origin).is_ok_and(|edited| schema::read(&edited).is_ok());
+    let texts: Vec<String> = set.iter().map(|set| set.text.clone()).collect();
+    let reads =
+        |count: usize| apply(text, &texts[..count], origin).is_ok_and(|(edited, _)| schema::read(&edited).is_ok());
     if let Some(culprit) = (0..set.len()).rev().find(|&count| reads(count)) {
-        let (name, set) = (&origin.name, &set[culprit]);
+        let (name, set) = (&origin.name, &texts[culprit]);
         return Error::Scene(format!("{name} (--set {set}): {}", fault.message));
     }
     // The lines of the edited text are not those of the file.
@@ -78,19 +82,60 @@ fn infinite(key: &str, value: &toml::Value) -> Option<(String, f64)> {
     }
 }
 
-fn assign(document: &mut DocumentMut, set: &str) -> Parsed<()> {
+/// Where the value was written.
+fn assign(document: &mut DocumentMut, set: &str) -> Parsed<Vec<String>> {
     let (path, value) = split(set).ok_or("must have the form key=value, such as solver.dt=1e-6")?;
     let path: Vec<&str> = path.iter().map(Key::get).collect();
     if path.len() > DEEPEST {
         return Err(format!("names a key {} tables deep; a scene has none deeper than {DEEPEST}", path.len()));
     }
+    write(document, &path, read_value(value)?)
+}
+
+/// Write a value at a path, whose entries of lists are numbers or names: where it was written.
+fn write(document: &mut DocumentMut, path: &[&str], value: Value) -> Parsed<Vec<String>> {
     if let [list, number, ..] = path[..]
         && LISTS.contains(&list)
         && !document.contains_key(list)
     {
         return Err(format!("the scene has no [[{list}]], so there is no `{list}.{number}`"));
     }
-    assign_in(document.as_table_mut(), &path, read_value(value)?)
+    let mut written = Vec::new();
+    assign_in(document.as_table_mut(), path, value, &mut written)?;
+    Ok(written)
+}
+
+/// Write a part of a scene into it: tables into tables, entries of lists behind those that are there, and any other value
+/// in the place of the one before. `path` leads to the part.
+pub fn merge(document: &mut DocumentMut, path: &mut Vec<String>, part: &Item) -> Parsed<()> {
+    if let Some(table) = part.as_table_like() {
+        for (key, inside) in table.iter() {
+            path.push(key.to_owned());
+            merge(document, path, inside)?;
+            path.pop();
+        }
+        return Ok(());
+    }
+    if let [list] = &path[..]
+        && LISTS.contains(&list.as_str())
+        && let Ok(entries) = part.clone().into_array_of_tables()
+    {
+        let there = document.entry(list).or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
+        return match there {
+            Item::ArrayOfTables(tables) => {
+                entries.into_iter().for_each(|table| tables.push(table));
+                Ok(())
+            }
+            Item::Value(Value::Array(values)) => {
+                entries.into_iter().for_each(|table| values.push(table.into_inline_table()));
+                Ok(())
+            }
+            _ => Err(format!("{list} is no list of tables")),
+        };
+    }
+    let value = part.clone().into_value().map_err(|_| format!("{} has no value", path.join(".")))?;
+    let path: Vec<&str> = path.iter().map(String::as_str).collect();
+    write(document, &path, value).map(drop)
 }
 
 /// A TOML value, or a bare word as a string.
@@ -103,47 +148,56 @@ fn read_value(text: &str) -> Parsed<Value> {
     }
 }
 
-fn assign_in(table: &mut dyn TableLike, path: &[&str], value: Value) -> Parsed<()> {
+fn assign_in(table: &mut dyn TableLike, path: &[&str], value: Value, written: &mut Vec<String>) -> Parsed<()> {
     let Some((&key, rest)) = path.split_first() else {
         return Err("names a table; name a key in it".to_owned());
     };
+    written.push(key.to_owned());
     if rest.is_empty() {
         table.insert(key, Item::Value(value));
         return Ok(());
     }
     let missing = Item::Value(Value::InlineTable(InlineTable::new()));
-    assign_at(table.entry(key).or_insert(missing), key, rest, value)
+    assign_at(table.entry(key).or_insert(missing), key, rest, value, written)
 }
 
 /// Goes on with the non-empty rest of the path inside `item`, which is called `name`.
-fn assign_at(item: &mut Item, name: &str, path: &[&str], value: Value) -> Parsed<()> {
+fn assign_at(item: &mut Item, name: &str, path: &[&str], value: Value, written: &mut Vec<String>) -> Parsed<()> {
     match item {
         Item::ArrayOfTables(tables) => {
-            let index = index(name, path[0], tables.len())?;
+            let names: Vec<_> = tables.iter().map(|table| table.get("name").and_then(Item::as_str)).collect();
+            let index = index(name, path[0], &names)?;
+            written.push(index.to_string());
             let table = tables.get_mut(index).expect("the index is checked");
-            assign_in(table, &path[1..], value)
+            assign_in(table, &path[1..], value, written)
         }
         Item::Value(Value::Array(values)) => {
-            let index = index(name, path[0], values.len())?;
+            let of = |value: &Value| value.as_inline_table()?.get("name")?.as_str().map(str::to_owned);
+            let names: Vec<_> = values.iter().map(of).collect();
+            let index = index(name, path[0], &names.iter().map(Option::as_deref).collect::<Vec<_>>())?;
+            written.push(index.to_string());
             if path.len() == 1 {
                 values.replace(index, value);
                 return Ok(());
             }
             match values.get_mut(index).and_then(Value::as_inline_table_mut) {
-                Some(table) => assign_in(table, &path[1..], value),
+                Some(table) => assign_in(table, &path[1..], value, written),
                 None => Err(format!("{name}.{index} is a value and has no keys")),
             }
         }
         _ => match item.as_table_like_mut() {
-            Some(table) => assign_in(table, path, value),
+            Some(table) => assign_in(table, path, value, written),
             None => Err(format!("{name} is a value and has no key `{}`", path[0])),
         },
     }
 }
 
-fn index(name: &str, key: &str, len: usize) -> Parsed<usize> {
-    match key.parse() {
-        Ok(index) if index < len => Ok(index),
-        _ => Err(format!("{name} has no entry `{key}`; it has {len}, counted from 0")),
-    }
+/// The place of an entry in a list, by its number or its name.
+fn index(list: &str, key: &str, names: &[Option<&str>]) -> Parsed<usize> {
+    let number = key.parse().ok().filter(|index| *index < names.len());
+    number.or_else(|| names.iter().position(|name| *name == Some(key))).ok_or_else(|| {
+        let known: Vec<&str> = names.iter().flatten().copied().collect();
+        let known = if known.is_empty() { String::new() } else { format!(", or by name: {}", known.join(", ")) };
+        format!("{list} has no entry `{key}`; it has {}, counted from 0{known}", names.len())
+    })
 }

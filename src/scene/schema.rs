@@ -37,6 +37,9 @@ pub struct File {
     pub stop: Stop,
     #[serde(default)]
     pub output: Output,
+    /// What stages have of their own; `stages.rs` reads it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stage: Vec<toml::Table>,
 }
 
 fn one() -> u64 {

@@ -22,52 +22,80 @@ const OVERLAP: f64 = 0.1;
 
 /// Checks a scene and places its grains.
 pub fn assemble(file: &File, origin: &Origin) -> Result<Assembly> {
-    let dimension = file.dimension;
-    check::dimension(dimension, origin)?;
-    let check = &Check {
+    check::dimension(file.dimension, origin)?;
+    let check = &check_of(file, origin);
+    let mut assembly = without_grains(file, check)?;
+    place(file, &mut assembly, check)?;
+    check_start(&assembly, check)?;
+    Ok(assembly)
+}
+
+/// A scene that goes on with the grains of another one, from wherever they will be: those of `like` as they are there.
+/// What the file has of grains is added to them then, and is checked by itself.
+pub fn outline(file: &File, origin: &Origin, like: &Assembly) -> Result<Assembly> {
+    let check = &check_of(file, origin);
+    let mut assembly = without_grains(file, check)?;
+    if !(file.grain.is_empty() && file.population.is_empty()) {
+        place(file, &mut assembly.clone(), check)?;
+    }
+    let smallest = like.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
+    check_apart(&assembly.walls, smallest, check)?;
+    (assembly.grains, assembly.clumps, assembly.shapes) =
+        (like.grains.clone(), like.clumps.clone(), like.shapes.clone());
+    let material = |of: u32| check.material("material", &like.materials[of as usize].name);
+    let of_grains = assembly.grains.iter_mut().map(|grain| &mut grain.material);
+    let of_clumps = assembly.clumps.iter_mut().map(|clump| &mut clump.material);
+    of_grains.chain(of_clumps).try_for_each(|of| material(*of).map(|found| *of = found))?;
+    Ok(assembly)
+}
+
+fn check_of<'a>(file: &'a File, origin: &'a Origin) -> Check<'a> {
+    Check {
         origin,
-        dimension,
+        dimension: file.dimension,
         rigid: file.solver.method == schema::Method::Cd,
         materials: file.material.keys().map(String::as_str).collect(),
         densities: file.material.values().map(|material| material.density).collect(),
-    };
+    }
+}
+
+/// Everything but the grains and their shapes.
+fn without_grains(file: &File, check: &Check) -> Result<Assembly> {
     let pairs = materials::pairs(file, check)?;
     let gravity = match &file.gravity {
         Some(gravity) => check.vector("gravity", gravity)?,
-        None => DVec3::ZERO - 9.81 * DVec3::AXES[dimension - 1],
+        None => DVec3::ZERO - 9.81 * DVec3::AXES[file.dimension - 1],
     };
     let domain = domain(file.domain.as_ref(), check)?;
-    let walls = walls(&file.wall, &domain, check)?;
-    let solver = solver(&file.solver, check)?;
-    let stop = stop(&file.stop, check)?;
-    let output = output(&file.output, check)?;
-    let site = Site { domain: &domain, walls: &walls, gravity, seed: file.seed };
-    let mut bodies = Bodies::new(Shapes::read(&file.shape, check)?, domain);
-    grains(file, &site, &mut bodies, check)?;
-    let notices = std::mem::take(&mut bodies.notices);
-    let (shapes, mut grains, mut clumps) = bodies.finish();
-    fold_ends(&mut grains, &mut clumps, &domain);
-    let assembly = Assembly {
-        dimension,
+    let material =
+        |(name, material): (&String, &schema::Material)| Material { name: name.clone(), density: material.density };
+    Ok(Assembly {
+        dimension: file.dimension,
         gravity,
         domain,
-        materials: file
-            .material
-            .iter()
-            .map(|(name, material)| Material { name: name.clone(), density: material.density })
-            .collect(),
+        materials: file.material.iter().map(material).collect(),
         pairs,
-        walls,
-        grains,
-        shapes,
-        clumps,
-        solver,
-        stop,
-        output,
-        notices,
-    };
-    check_start(&assembly, check)?;
-    Ok(assembly)
+        walls: walls(&file.wall, &domain, check)?,
+        grains: Vec::new(),
+        shapes: Vec::new(),
+        clumps: Vec::new(),
+        solver: solver(&file.solver, check)?,
+        stop: stop(&file.stop, check)?,
+        output: output(&file.output, check)?,
+        notices: Vec::new(),
+    })
+}
+
+/// Place the grains.
+fn place(file: &File, assembly: &mut Assembly, check: &Check) -> Result<()> {
+    let Assembly { domain, walls, gravity, .. } = assembly;
+    let site = Site { domain, walls, gravity: *gravity, seed: file.seed };
+    let mut bodies = Bodies::new(Shapes::read(&file.shape, check)?, *domain);
+    grains(file, &site, &mut bodies, check)?;
+    assembly.notices = std::mem::take(&mut bodies.notices);
+    (assembly.shapes, assembly.grains, assembly.clumps) = bodies.finish();
+    fold_ends(&mut assembly.grains, &mut assembly.clumps, &assembly.domain);
+    Ok(())
 }
 
 fn domain(domain: Option<&schema::Domain>, check: &Check) -> Result<Domain> {

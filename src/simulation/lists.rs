@@ -73,7 +73,7 @@ pub struct NeighbourLists {
 ///
 /// # Errors
 /// [`Error::Scene`] if that is more than lists can follow.
-fn wall_displacement(assembly: &Assembly, p: &Params) -> Result<f64> {
+pub fn wall_displacement(assembly: &Assembly, p: &Params) -> Result<f64> {
     let speed = |w: &Wall| w.velocity.length();
     let Some(wall) = assembly.walls.iter().max_by(|a, b| speed(a).total_cmp(&speed(b))) else { return Ok(0.0) };
     let displacement = speed(wall) * p.dt;

@@ -2,7 +2,7 @@
 
 use super::{
     grid,
-    lists::LEAST_LENGTH,
+    lists::{LEAST_LENGTH, wall_displacement},
     options::{EngineChoice, Options},
     overlaps::DEEP_OVERLAP,
     start::{self, Put, anchor, middle},
@@ -35,13 +35,14 @@ impl Setup {
     /// Arrays, parameters and plans of a scene.
     ///
     /// # Errors
-    /// [`Error::Scene`](crate::Error::Scene) if the time step is above its bound, [`Error::Device`](crate::Error::Device) if the host's memory cannot hold it.
+    /// [`Error::Scene`](crate::Error::Scene) if the time step is above its bound or too long for a wall, [`Error::Device`](crate::Error::Device) if the host's memory cannot hold it.
     pub fn new(assembly: &Assembly, options: &Options) -> Result<Setup> {
         let (dt, dt_bound) = time_step::choose(assembly)?;
         // The CPU engine has only f64.
         let precision = if options.engine == EngineChoice::Cpu { Precision::Double } else { options.precision };
         let model = Model::of(assembly, precision);
         let (mut params, level) = params(assembly, &model, dt);
+        wall_displacement(assembly, &params)?;
         params.slice_shift =
             options.lists_abreast.unwrap_or(1).clamp(1, BLOCK as u32).next_power_of_two().trailing_zeros();
         let units = units(assembly, &model, dt, dt_bound);

@@ -27,7 +27,7 @@ pub struct Estimate {
     /// What it rests on.
     measured_steps: u64,
     measured_seconds: f64,
-    seconds_per_step: f64,
+    pub seconds_per_step: f64,
     engine: String,
 }
 
@@ -88,7 +88,7 @@ pub fn estimate(
 }
 
 /// A time for people.
-fn duration(seconds: f64) -> String {
+pub fn duration(seconds: f64) -> String {
     let units = [(86_400.0, "days"), (3600.0, "h"), (60.0, "min")];
     let found = units.into_iter().find(|(unit, _)| seconds >= 2.0 * unit);
     found.map_or(format!("{seconds:.1} s"), |(unit, name)| format!("{:.1} {name}", seconds / unit))

@@ -1,9 +1,10 @@
 //! What `packstone describe` says, as JSON.
 
-use super::estimate::{Estimate, PER_STEPS};
+use super::estimate::Estimate;
+use super::stages::output;
 use packstone::{
     engine::{aliases::total, placements::layouts_and_aliases, programs::bytes},
-    io::schedule::{Forecast, Schedule},
+    io::schedule::Schedule,
     measure::Sizes,
     scene::{Assembly, Scene},
     simulation::Setup,
@@ -48,8 +49,6 @@ pub fn json(
             "unit": state.unit_text(array),
         })
     };
-    let steps = schedule.end.unwrap_or(PER_STEPS);
-    let Forecast { rows, snapshots, all, .. } = Forecast::new(assembly, schedule, steps);
     Ok(json!({
         "scene": scene.name(),
         "file": scene.file(),
@@ -64,7 +63,7 @@ pub fn json(
         "dt_bound": setup.dt_bound,
         "steps": schedule.end,
         "equilibrium": assembly.stop.equilibrium,
-        "output": { "steps": steps, "rows": rows, "snapshots": snapshots, "files": all.files, "bytes": all.bytes },
+        "output": output(assembly, schedule),
         "wall_time": estimate,
         "model": slots.collect::<Map<String, Value>>(),
         "kernels": kernels(setup),

@@ -1,14 +1,14 @@
 //! How a run begins: at time 0 of a scene, at a checkpoint of itself, or with the last state of another run.
 
 use super::super::{
-    common::{DeviceArgs, engines, load, note, stem, warn},
+    common::{DeviceArgs, engines, note, warn},
     from::From,
     last::{Last, last},
 };
 use super::drive::{Run, SoFar, interrupted, listen};
 use packstone::{
     Error,
-    io::{Folder, Record, Results, Resumed, folder, record, schedule::Schedule},
+    io::{Record, Results, Resumed, folder, record, schedule::Schedule},
     scene::{Assembly, Scene},
     simulation::{Checkpoint, EngineChoice, Options, Simulation},
 };
@@ -20,7 +20,8 @@ use std::path::{Path, PathBuf};
                         packstone run examples/scenes/heap_2d.toml --engine cpu --steps 1000 --out out/short\n  \
                         packstone run examples/scenes/heap_2d.toml --set solver.dt_fraction=0.1\n  \
                         packstone run --resume out/heap_2d\n  \
-                        packstone run sheared.toml --from out/heap_2d\n\n\
+                        packstone run sheared.toml --from out/heap_2d\n  \
+                        packstone run triaxial.toml --from-stage load\n\n\
                         The result takes the place of the one in the folder when it is complete; until then, and if the \
                         run ends early, it is in the folder partial there.\n\n\
                         Ctrl-C ends a run early, with results; a second one ends it at once, without. A run that was \
@@ -32,7 +33,7 @@ pub struct RunArgs {
     pub scene: Option<PathBuf>,
     /// Change a value of the scene, such as solver.dt=1e-6; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
-    set: Vec<String>,
+    pub set: Vec<String>,
     #[command(flatten)]
     device: DeviceArgs,
     /// Go on with the run whose result is in DIR, from its last checkpoint, as if it had never been interrupted; --time
@@ -42,14 +43,21 @@ pub struct RunArgs {
     /// Begin with the grains of the result in DIR, as they are there in its last checkpoint, and with what their contacts
     /// remember. Grains and walls that both scenes have go on from where they are; all others are as the scene says
     #[arg(long, value_name = "DIR", conflicts_with = "resume")]
-    from: Option<PathBuf>,
+    pub from: Option<PathBuf>,
+    /// Of a scene with stages: run this one alone, from the state of the one before in the result that is there, and keep
+    /// the others
+    #[arg(long, value_name = "STAGE", conflicts_with_all = ["resume", "from"])]
+    pub only: Option<String>,
+    /// Of a scene with stages: run this one and all behind it, and keep those before it
+    #[arg(long, value_name = "STAGE", conflicts_with_all = ["resume", "from", "only"])]
+    pub from_stage: Option<String>,
     /// Folder for the results [default: out/ and the name of the scene file]
     #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    pub out: Option<PathBuf>,
     /// What to compute on; auto takes the best GPU, or the CPU if there is none but a software driver
     #[arg(long, default_value = "auto", value_parser = engines(["auto", "gpu", "cpu"]))]
     pub engine: EngineChoice,
-    /// The same as --set stop.steps=N
+    /// The same as --set stop.steps=N, in every stage
     #[arg(long, value_name = "N")]
     steps: Option<u64>,
     /// Print the content of summary.json, and where the result is (folder), instead of words
@@ -58,13 +66,18 @@ pub struct RunArgs {
     /// Exit with code 3 if the result is doubtful
     #[arg(long)]
     pub strict: bool,
-    /// The same as --set stop.time=T, s
+    /// The same as --set stop.time=T, s, in every stage
     #[arg(long, value_name = "T")]
     time: Option<f64>,
 }
 
 impl RunArgs {
-    fn stop(&self) -> Vec<String> {
+    /// Those of the scene.
+    pub fn options(&self) -> Options {
+        Options { engine: self.engine, interrupted, ..self.device.options() }
+    }
+
+    pub fn stop(&self) -> Vec<String> {
         let steps = self.steps.map(|steps| format!("stop.steps={steps}"));
         let time = self.time.map(|time| format!("stop.time={time:?}"));
         steps.into_iter().chain(time).collect()
@@ -78,56 +91,55 @@ pub struct Begun {
     pub run: Run,
 }
 
+impl Begun {
+    /// At time 0. Only now anything changes on the disk, so that a scene that cannot run leaves no trace.
+    pub fn new(folder: &Path, file: Option<&Path>, ready: Ready) -> anyhow::Result<Begun> {
+        let Ready { scene, simulation, older } = ready;
+        listen()?;
+        let record = Record::new(&scene, &simulation, command());
+        let results = Results::create(folder, file, &scene, simulation.assembly(), record)?;
+        let schedule = Schedule::new(simulation.assembly(), simulation.dt());
+        let mut run = Run::new(simulation, results, schedule);
+        if older.is_some() {
+            run.inherited = run.simulation.sample()?.max_overlap_over_radius;
+        }
+        Ok(Begun { scene, folder: folder.to_owned(), run })
+    }
+}
+
+/// A scene at time 0.
+pub struct Ready {
+    pub scene: Scene,
+    pub simulation: Simulation,
+    /// The state of another run that it goes on with, whose grains are in a file until the folder of the result has a copy.
+    pub older: Option<From>,
+}
+
+impl Ready {
+    /// With the last state of another run.
+    pub fn from(scene: &Scene, folder: &Path, options: Options) -> anyhow::Result<Ready> {
+        let from = From::read(scene, folder)?;
+        Ok(Ready { scene: from.scene.clone(), simulation: from.simulation(options)?, older: Some(from) })
+    }
+}
+
+/// The scene of a run in one go, at its time 0.
+///
 /// # Errors
-/// For scenes, folders and checkpoints that cannot be run; nothing has changed on the disk then.
-pub fn begin(args: &RunArgs) -> anyhow::Result<Begun> {
-    let (file, from) = match (&args.resume, &args.scene, &args.from) {
-        (Some(folder), ..) => return resume(args, folder),
-        (None, Some(file), from) => (file, from),
-        (None, None, _) => unreachable!("clap asks for one of them"),
-    };
-    // What a pipe is called says nothing, as in `run <(command)`.
-    if args.out.is_none() && file.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir()) {
-        return Err(
-            Error::Folder(format!("{}: is no file; name the folder of its result with --out", file.display())).into()
-        );
+/// For scenes and checkpoints that cannot be run, and where `check`, of the folder, fails.
+pub fn start(args: &RunArgs, scene: Scene, check: impl Fn() -> packstone::Result<()>) -> anyhow::Result<Ready> {
+    if let Some(from) = &args.from {
+        check()?;
+        return Ready::from(&scene, from, args.options());
     }
-    let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join(stem(file)));
-    let set = [&args.set[..], &args.stop()].concat();
-    let options = Options { engine: args.engine, interrupted, ..args.device.options() };
-    let check = || {
-        // A folder that is asked for may have the result of any scene.
-        Folder::check(&folder, args.out.is_none().then_some(file))
-    };
-    // It lives until the folder of the result has a copy of its grains.
-    let mut older = None;
-    let (scene, simulation) = match from {
-        None => {
-            let (scene, assembly) = load(file, &set)?;
-            check()?;
-            (scene, Simulation::new(assembly, options)?)
-        }
-        Some(from) => {
-            let scene = Scene::load(file, &set)?;
-            check()?;
-            let from = older.insert(From::read(&scene, from)?);
-            (from.scene.clone(), from.simulation(options)?)
-        }
-    };
-    listen()?;
-    // Only now, so that a scene that cannot run leaves no trace.
-    let record = Record::new(&scene, &simulation, command());
-    let results = Results::create(&folder, Some(file), &scene, simulation.assembly(), record)?;
-    let schedule = Schedule::new(simulation.assembly(), simulation.dt());
-    let mut run = Run::new(simulation, results, schedule);
-    if older.is_some() {
-        run.inherited = run.simulation.sample()?.max_overlap_over_radius;
-    }
-    Ok(Begun { scene, folder, run })
+    let assembly = scene.assemble()?;
+    assembly.notices.iter().for_each(note);
+    check()?;
+    Ok(Ready { scene, simulation: Simulation::new(assembly, args.options())?, older: None })
 }
 
 /// Go on with a run that was interrupted, or take one further.
-fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
+pub fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
     let folders = folder::resumable(folder)?;
     let options = Options { interrupted, ..args.device.options() };
     let go_on = |path: &Path, checkpoint, assembly: &Assembly| at_checkpoint(path, checkpoint, assembly, options);
@@ -184,6 +196,6 @@ fn at_checkpoint(
 }
 
 /// Arguments of the command line.
-fn command() -> Vec<String> {
+pub fn command() -> Vec<String> {
     std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned()).collect()
 }

@@ -12,13 +12,16 @@ use packstone::{
         summary::{Deepest, Ending, Summary},
     },
     measure::Sample,
-    scene::{Scene, grain_file::Moment},
+    scene::{Assembly, Scene, grain_file::Moment},
     simulation::Simulation,
 };
 use serde::{Deserialize, Serialize};
 use std::{
     path::{Path, PathBuf},
-    sync::atomic::{AtomicBool, Ordering},
+    sync::{
+        Once,
+        atomic::{AtomicBool, Ordering},
+    },
     time::{Duration, Instant},
 };
 
@@ -36,6 +39,7 @@ pub struct SoFar {
 const MANY: Amount = Amount { files: 1000, bytes: 1_000_000_000 };
 
 static CTRL_C: AtomicBool = AtomicBool::new(false);
+static LISTENING: Once = Once::new();
 
 /// Signals that come sooner after the first are taken for the same: some programs send one to the process and one to its
 /// group.
@@ -44,13 +48,16 @@ const SAME_SIGNAL: Duration = Duration::from_secs(1);
 /// Take note of Ctrl-C; a second one ends the program at once.
 pub fn listen() -> anyhow::Result<()> {
     let mut first: Option<Instant> = None;
-    ctrlc::set_handler(move || {
-        CTRL_C.store(true, Ordering::Relaxed);
-        if first.get_or_insert_with(Instant::now).elapsed() > SAME_SIGNAL {
-            std::process::exit(INTERRUPTED.into());
-        }
-    })?;
-    Ok(())
+    let mut listening = Ok(());
+    LISTENING.call_once(|| {
+        listening = ctrlc::set_handler(move || {
+            CTRL_C.store(true, Ordering::Relaxed);
+            if first.get_or_insert_with(Instant::now).elapsed() > SAME_SIGNAL {
+                std::process::exit(INTERRUPTED.into());
+            }
+        });
+    });
+    Ok(listening?)
 }
 
 /// Whether there was a Ctrl-C.
@@ -60,6 +67,17 @@ pub fn interrupted() -> bool {
 
 /// A chunk of steps should take no longer, so that Ctrl-C is noticed and checkpoints come in time.
 const CHUNK: Duration = Duration::from_millis(250);
+
+/// What is said of many snapshots before they are written.
+pub fn flood(assembly: &Assembly, schedule: &Schedule) -> Option<String> {
+    let Amount { files, bytes } = Forecast::new(assembly, schedule, schedule.end?).of_snapshots;
+    (files > MANY.files || bytes > MANY.bytes).then(|| {
+        format!(
+            "snapshots will be {files} files, {}; longer output.snapshots or fewer output.formats make them less",
+            size(bytes)
+        )
+    })
+}
 
 /// Why a run is over.
 pub enum End {
@@ -73,7 +91,7 @@ pub enum End {
 }
 
 impl End {
-    fn label(&self) -> &'static str {
+    pub fn label(&self) -> &'static str {
         match self {
             End::Reached => "last step",
             End::AtRest => "at rest",
@@ -136,17 +154,6 @@ impl Run {
             stable_overlap: if assembly.solver.allow_unstable { f64::INFINITY } else { simulation.stable_overlap() },
             simulation,
         }
-    }
-
-    /// What is said of many snapshots before they are written.
-    pub fn flood(&self, end: u64) -> Option<String> {
-        let Amount { files, bytes } = Forecast::new(self.simulation.assembly(), &self.schedule, end).of_snapshots;
-        (files > MANY.files || bytes > MANY.bytes).then(|| {
-            format!(
-                "snapshots will be {files} files, {}; longer output.snapshots or fewer output.formats make them less",
-                size(bytes)
-            )
-        })
     }
 
     pub fn drive(&mut self) -> packstone::Result<End> {
