@@ -39,6 +39,7 @@ use crate::{
 use lists::NeighbourLists;
 use nscd::Nscd;
 use runner::Runner;
+use start::Guides;
 use stops::Known;
 use works::Totals;
 
@@ -145,7 +146,8 @@ impl Simulation {
         assembly.validate()?;
         assembly.fold_ends();
         let (Setup { state, plans, dt_bound }, engine, notice) = set_up(&assembly, &options)?;
-        let runner = Runner::new(engine, state, Known::of(&assembly, dt_bound));
+        let guides = Guides::of(&assembly);
+        let runner = Runner::new(engine, state, Known::of(&assembly, dt_bound), guides);
         Ok(Simulation {
             lists: NeighbourLists::new(&assembly, &runner.state, &options)?,
             stepper: match assembly.solver.method {

@@ -102,6 +102,7 @@ impl Nscd {
     /// # Errors
     /// [`Error::Run`] if a grain is lost or moves too fast; the state is then the last good one.
     pub fn advance(&mut self, plans: &Plans, runner: &mut Runner, lists: &mut NeighbourLists) -> Result<()> {
+        lists.see_walls(runner.guide_walls(1)?);
         let mut step = Step::new(self, runner, lists);
         plans.chunk.walk(&mut step)?;
         let (passes, end, solved, best) = (step.passes, step.end, step.solved, step.best);
@@ -251,6 +252,8 @@ impl Step<'_> {
         let used_up = self.lists.are_used_up();
         if used_up {
             self.lists.set_margin(&mut self.runner.state.params);
+            // Positions may be multiples of more now.
+            self.runner.guide_walls(1)?;
             self.lists.make_room_for_history(self.runner)?;
         }
         Ok(used_up)

@@ -5,7 +5,7 @@ use super::drive::{Run, SoFar, listen};
 use packstone::{
     Error,
     io::{Record, Results, Resumed, folder, names, record, schedule::Schedule, write_state},
-    scene::{Assembly, Continued, Scene, Shift, Surface, grain_file::Moment},
+    scene::{Assembly, Continued, Scene, Shift, grain_file::Moment},
     simulation::{Checkpoint, ContactHistory, EngineChoice, Options, Other, Simulation},
 };
 use std::path::{Path, PathBuf};
@@ -228,15 +228,8 @@ pub fn go_on(scene: &Scene, folder: &Path, options: Options) -> anyhow::Result<R
     let given = given.map_or_else(|| Ok(old_scene.clone()), |name| Scene::load(&from.join(name), &[]))?;
     let (step, time) = (simulation.step(), simulation.time());
     let (grains, clumps) = (simulation.grains()?, simulation.clumps()?);
-    let shifts = old.walls.iter().zip(simulation.walls()?).map(|(before, now)| Shift {
-        wall: before.name.clone(),
-        by: match (before.surface, now.surface) {
-            (Surface::Plane { point, normal }, Surface::Plane { point: now, .. }) => (now - point).dot(normal) * normal,
-            (Surface::Cylinder { center, .. }, Surface::Cylinder { center: now, .. }) => now - center,
-            _ => unreachable!("a wall stays what it is"),
-        },
-    });
-    let shifts: Vec<Shift> = shifts.collect();
+    let walls = simulation.walls()?;
+    let shifts: Vec<Shift> = old.walls.iter().zip(&walls).map(|(before, now)| Shift::between(before, now)).collect();
     let contacts = simulation.contact_history()?;
     let moment = Moment { step, time, grains: &grains, clumps: &clumps };
     let temporary = tempfile::tempdir()?;
