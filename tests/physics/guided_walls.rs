@@ -88,6 +88,33 @@ fn a_grain_rides_on_a_floor_that_swings() {
     }
 }
 
+/// A rigid grain goes with it, to the gap that is taken for a contact, also where a table jerks the floor down.
+#[test]
+fn a_rigid_grain_goes_with_its_floor() {
+    for dimension in [2, 3] {
+        for bench in engines() {
+            let n = up(dimension);
+            let (amplitude, frequency, dt) = (1e-4, 10.0, 4e-4);
+            let mut scene = rigid(dimension, dt, 0.0, 1e-6);
+            scene.gravity = -G * n;
+            scene.walls = vec![plane(-n * R, n)];
+            let oscillation = Some(Oscillation { amplitude: amplitude * n, frequency, interval: None });
+            let table = vec![(0.0, DVec3::ZERO), (0.05, amplitude * n), (0.1, DVec3::ZERO)];
+            scene.walls[0].motion = Motion { oscillation, table, ..Motion::default() };
+            scene.grains = vec![grain(0.0, 0.0, 0.0)];
+            let mut simulation = bench.start(&scene);
+            for _ in 0..8 {
+                simulation.advance((0.2 / frequency / dt) as u64).unwrap();
+                let t = simulation.time();
+                let height = simulation.grains().unwrap()[0].position.dot(n);
+                let of_table = amplitude * (1.0 - (t / 0.05 - 1.0).abs()).max(0.0);
+                let expected = amplitude * (TAU * frequency * t).sin() + of_table;
+                close("height", height, expected, R, 1e-4);
+            }
+        }
+    }
+}
+
 /// A ball that rolls on a turntable goes in a circle, with 2/7 of the spin of the table (Weltner 1979).
 #[test]
 fn a_ball_circles_on_a_turntable() {
