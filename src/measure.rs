@@ -76,7 +76,7 @@ const WORK_FLOORS: &[MemberFloors] = &[(&array::WORKS, works_at_rest)];
 fn works_at_rest(s: &State) -> Vec<f64> {
     let force = largest_force(s);
     let speed = |v: f64, spin: f64, radius: f64| v + spin.abs() * radius;
-    let walls = s.wall.iter().map(|w| speed(w.velocity.length(), w.spin, w.radius)).fold(0.0, f64::max);
+    let walls = s.wall.iter().map(|w| speed(w.velocity.length(), w.spin.0.length(), w.radius)).fold(0.0, f64::max);
     let fixed = |i: &usize| s.velocity[*i].inverse_mass == 0.0;
     let fastest = |i: usize| speed(s.velocity[i].v.length(), spin_of(s, i).length(), s.position[i].radius);
     let fixed = (0..s.sizes.bodies).filter(fixed).map(fastest).fold(0.0, f64::max);

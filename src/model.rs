@@ -156,6 +156,8 @@ pub struct Model {
     pub large_grains: bool,
     /// Optional stage: a wall translates, so that walls are integrated too.
     pub moving_walls: bool,
+    /// Optional stage instead: one moves otherwise, so that all walls are where the host says.
+    pub guided_walls: bool,
     /// Optional stages: dissipation and works are added up in every step.
     pub works: bool,
     /// Optional stages: contact dynamics updates contacts colour by colour, and not all at once.
@@ -213,7 +215,8 @@ impl Model {
             walls: if assembly.walls.is_empty() { Walls::None } else { Walls::Some },
             levels: if assembly.size_levels().len() == 1 { Levels::One } else { Levels::Several },
             large_grains: assembly.large_grains() > 0,
-            moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO),
+            moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO || w.is_guided()),
+            guided_walls: assembly.walls.iter().any(scene::Wall::is_guided),
             works: assembly.output.works && !rigid,
             colored: solver == Some(Solver::ColouredAccelerated),
             solved_on_host: solver.is_some_and(Solver::is_of_host),
@@ -361,9 +364,11 @@ impl Model {
                         // Smooth rigid grains are all alike.
                         let alike = rigid && rotation == Rotation::None;
                         for &materials in if alike { &[Materials::One] } else { Materials::ALL } {
-                            for (walls, moving_walls) in
-                                [(Walls::None, false), (Walls::Some, false), (Walls::Some, true)]
-                            {
+                            let some = Walls::Some;
+                            let guided = (some, true, true);
+                            let walls =
+                                [(Walls::None, false, false), (some, false, false), (some, true, false), guided];
+                            for (walls, moving_walls, guided_walls) in walls {
                                 let twists = twists(dimension, method, tangential, rolling);
                                 let variants = variants(method, grains);
                                 // The grid knows nothing of a law.
@@ -400,6 +405,7 @@ impl Model {
                                         levels,
                                         large_grains,
                                         moving_walls,
+                                        guided_walls,
                                         works: !rigid,
                                         colored,
                                         solved_on_host: false,

@@ -13,6 +13,8 @@ mod invariants;
 mod law;
 mod levels;
 mod materials;
+mod motion;
+mod moved;
 mod neighbours;
 mod origin;
 mod overrides;
@@ -36,10 +38,10 @@ pub use continued::{Continued, KeptWalls, Shift};
 pub use inputs::Input;
 pub use law::{Dashpot, Hertz, MaterialBuilder, Pair, PairBuilder, Rolling};
 pub use levels::SizeLevel;
+pub use motion::{Motion, Oscillation, Turning};
 pub(crate) use neighbours::Neighbours;
 pub use schema::{Face, Format, Placement, Twist};
 pub use shape::{Kind, Member, Shape};
-pub use stages::Stage;
 
 use std::{path::Path, time::SystemTime};
 
@@ -62,6 +64,16 @@ pub struct Scene {
     stages: Vec<Stage>,
     /// Of a later stage: how many of its single grains and populations all stages have. The others are added by it.
     common: Option<(usize, usize)>,
+}
+
+/// A part of a run of a scene.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    pub name: String,
+    /// Whether the stages after it wait for what it asks for, such as rest.
+    pub required: bool,
+    /// The scene with the values of the stage.
+    pub scene: Scene,
 }
 
 impl Scene {

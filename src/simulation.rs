@@ -41,6 +41,7 @@ use crate::{
 use lists::NeighbourLists;
 use nscd::Nscd;
 use runner::Runner;
+use start::Guides;
 use stops::Known;
 use works::Totals;
 
@@ -193,7 +194,8 @@ impl Simulation {
         engine: Box<dyn Engine>,
         notice: String,
     ) -> Result<Simulation> {
-        let runner = Runner::new(engine, state, Known::of(&assembly, dt_bound));
+        let guides = Guides::of(&assembly);
+        let runner = Runner::new(engine, state, Known::of(&assembly, dt_bound), guides);
         Ok(Simulation {
             lists: NeighbourLists::new(&assembly, &runner.state, &options)?,
             stepper: match assembly.solver.method {

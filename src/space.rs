@@ -2,11 +2,14 @@
 
 pub mod boundary;
 pub mod dimension;
+mod guide_walls;
 mod move_walls;
 pub mod precision;
 pub mod walls;
 
 use crate::{
+    model::Model,
+    plan::{Plan, plan, run},
     stage::*,
     state::{State, Wall, array},
 };
@@ -26,6 +29,14 @@ pub static MOVE_WALLS: Stage = Stage {
     check: Check { floors: &[(&[&array::WALL], largest_wall_displacement)], ..Check::ROUNDING },
     ..Stage::new("space", "move_walls", move_walls::move_walls, |sizes| sizes.walls)
 };
+
+/// Walls that move as the host says.
+pub static GUIDE_WALLS: Stage = Stage::new("space", "guide_walls", guide_walls::guide_walls, |sizes| sizes.walls);
+
+/// Walls to the end of the step.
+pub fn motion(model: &Model) -> Plan {
+    plan([run(&MOVE_WALLS).when(model.moving_walls && !model.guided_walls), run(&GUIDE_WALLS).when(model.guided_walls)])
+}
 
 /// A low part is what is left of a step, m, when whole quanta are taken off.
 fn largest_wall_displacement(s: &State) -> f64 {

@@ -20,7 +20,7 @@ pub use records::{
     LargeContacts, Level, LowBits, Orientation, Packed, Pair, Params, PartialSums, Position, PositionLow, ResidualSums,
     RollingPair, RotationIterations, Spin, Velocity, VelocityLow, Wall, Works,
 };
-pub use sizes::{GROUP, Length, Lifetime, Sizes, TILE};
+pub use sizes::{GROUP, Length, Lifetime, PATH_STEPS, Sizes, TILE};
 use std::{
     fmt,
     hash::{Hash, Hasher},
@@ -321,6 +321,9 @@ fn colored(m: &Model) -> bool {
 fn colored_with_large(m: &Model) -> bool {
     m.colored && m.large_grains
 }
+fn guided(m: &Model) -> bool {
+    m.guided_walls
+}
 fn walled(m: &Model) -> bool {
     m.walls == Walls::Some
 }
@@ -367,6 +370,7 @@ state! {
     MATERIAL material: u32, BodiesAndWalls, Scene, Number, "index, by number", mixed;
     PAIR pair: Pair, MaterialsSquared, Scene, -, "", mixed;
     WALL wall: Wall, Walls, State, -, "", walled;
+    WALL_PATH wall_path: Wall, WallPaths, Scene, -, "after each step of a chunk", guided;
     LEVEL level: Level, Levels, Scene, -, "of the grid", always;
     CELL_RANK cell_rank: u32, Bodies, Scratch, Number, "order inside the cell", always;
     SORTED sorted: u32, Bodies, Scratch, Number, "index before the sort", always;

@@ -332,9 +332,10 @@ fn height(assembly: &Assembly) -> f64 {
 
 /// The speed of the fastest grain or wall, and of a fall as far as grains may, m/s.
 fn fastest(assembly: &Assembly) -> f64 {
+    let extent = assembly.extent();
     let surface = |wall: &Wall| match wall.surface {
-        Surface::Cylinder { radius, .. } => wall.velocity.length() + wall.spin.abs() * radius,
-        Surface::Plane { .. } => wall.velocity.length(),
+        Surface::Cylinder { radius, .. } => wall.top_speed(extent) + wall.spin.abs() * radius,
+        Surface::Plane { .. } => wall.top_speed(extent),
     };
     let grains = -smallest(&assembly.grains, |grain| -grain.velocity.length());
     assembly.walls.iter().map(surface).fold(grains.max(0.0), f64::max)

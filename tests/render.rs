@@ -3,7 +3,7 @@
 use encase::ShaderType;
 use glam::DVec3;
 use packstone::render::{self, ColorBy, Picture, View, colors, draw};
-use packstone::scene::{Domain, Surface, Wall};
+use packstone::scene::{Domain, Motion, Surface, Wall};
 
 type Pixel = [u8; 4];
 
@@ -47,7 +47,7 @@ fn picture(dimension: usize, grains: &[(DVec3, f64, [f32; 3])]) -> Picture {
 
 fn floor(normal: DVec3) -> Wall {
     let surface = Surface::Plane { point: DVec3::ZERO, normal };
-    Wall { name: "floor".into(), surface, velocity: DVec3::ZERO, spin: 0.0, material: 0 }
+    Wall { name: "floor".into(), surface, velocity: DVec3::ZERO, spin: 0.0, motion: Motion::default(), material: 0 }
 }
 
 fn pixels((device, queue): &(wgpu::Device, wgpu::Queue), picture: &Picture) -> Vec<Pixel> {

@@ -282,33 +282,80 @@ fn kills_leave_no_trace() {
             child = packstone(&["run", "--resume", &cut]);
         }
         ends(child);
-        for entry in fs::read_dir(folder.path().join(&whole)).unwrap() {
-            let name = entry.unwrap().file_name().into_string().unwrap();
-            let of = |folder_of: &str| {
-                let content = fs::read(folder.path().join(folder_of).join(&name));
-                content.unwrap_or_else(|e| panic!("{folder_of}/{name}: {e}"))
-            };
-            match &*name {
-                // Times, the command line, and when there were checkpoints.
-                "run.json" | "scene.toml" | "checkpoint.bin" | ".packstone" => {}
-                "history.csv" => assert_eq!(without_speeds(&of(&whole)), without_speeds(&of(&cut)), "{cut}"),
-                "summary.json" => {
-                    let summary = |folder: &str| {
-                        let mut summary: serde_json::Value = serde_json::from_slice(&of(folder)).unwrap();
-                        let keys = summary.as_object_mut().unwrap();
-                        ["wall_seconds", "particle_steps_per_second"]
-                            .iter()
-                            .for_each(|key| assert!(keys.remove(*key).is_some()));
-                        summary
-                    };
-                    assert_eq!(summary(&whole), summary(&cut), "{cut}");
-                }
-                _ => assert!(of(&whole) == of(&cut), "{cut}/{name}"),
-            }
-        }
+        assert_alike(&folder.path().join(&whole), &place);
     }
     println!("{kills} kills");
     assert!(kills >= if allowed { 8 } else { 16 }, "only {kills} runs were killed before they ended");
+}
+
+/// All files of a result are those of another one, but for times, the command line, and when there were checkpoints.
+fn assert_alike(whole: &Path, cut: &Path) {
+    for entry in fs::read_dir(whole).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        let [whole, cut] = [whole, cut].map(|folder| folder.join(&name));
+        let of = |path: &Path| fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        match &*name {
+            "run.json" | "scene.toml" | "scene.given.toml" | "checkpoint.bin" | ".packstone" => {}
+            _ if whole.is_dir() => assert_alike(&whole, &cut),
+            "history.csv" => assert_eq!(without_speeds(&of(&whole)), without_speeds(&of(&cut)), "{}", cut.display()),
+            "summary.json" => {
+                let summary = |path: &Path| {
+                    let mut summary: serde_json::Value = serde_json::from_slice(&of(path)).unwrap();
+                    let keys = summary.as_object_mut().unwrap();
+                    ["wall_seconds", "particle_steps_per_second"]
+                        .iter()
+                        .for_each(|key| assert!(keys.remove(*key).is_some()));
+                    summary
+                };
+                assert_eq!(summary(&whole), summary(&cut), "{}", cut.display());
+            }
+            _ => assert!(of(&whole) == of(&cut), "{}", cut.display()),
+        }
+    }
+}
+
+/// Killed in every stage, as it begins and in its middle, a run in stages goes on in that stage and leaves the same.
+#[test]
+fn kills_in_stages_leave_no_trace() {
+    const STAGES: &str = r#"
+[[stage]]
+name = "fall"
+[[stage]]
+name = "slip"
+material.glass.friction = 0.1
+[[stage]]
+name = "press"
+wall.lid.velocity = [0, -0.05]
+wall.lid.oscillation = { amplitude = [0, 1e-4], frequency = 50 }
+"#;
+    let place = Place::new();
+    fs::write(place.path("stages.toml"), SETTLE.to_owned() + STAGES).unwrap();
+    let run = ["run", "stages.toml", "--engine=cpu", "--time=0.3"];
+    place.packstone(&[&run[..], &["--out=whole"]].concat(), 0);
+    let mut arguments = [&run[..], &["--out=cut", "--set=output.checkpoint=0.01"]].concat();
+    let mut kills = 0;
+    for (k, seen) in
+        ["fall/partial/checkpoint.bin", "slip", "slip/partial/checkpoint.bin", "press/partial/checkpoint.bin"]
+            .into_iter()
+            .enumerate()
+    {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_packstone"));
+        command.current_dir(place.0.path()).args(&arguments).stdout(Stdio::null()).stderr(Stdio::null());
+        let mut child = command.spawn().unwrap();
+        while !place.path("cut/partial/stages").join(seen).exists() && child.try_wait().unwrap().is_none() {
+            sleep(Duration::from_millis(1));
+        }
+        sleep(Duration::from_millis(7 * k as u64));
+        child.kill().unwrap();
+        kills += u32::from(child.wait().unwrap().code().is_none());
+        arguments = vec!["run", "--resume", "cut"];
+    }
+    assert!(kills >= 3, "only {kills} runs were killed before they ended");
+    let said = place.packstone(&arguments, 0);
+    assert!(said.contains("goes on from step") || kills < 4, "{said}");
+    assert_alike(&place.path("whole"), &place.path("cut"));
+    let stages = place.summary("cut")["stages"].as_array().unwrap().len();
+    assert_eq!((stages, place.path("cut/partial").exists()), (3, false));
 }
 
 /// The rows of a history without the last column.

@@ -203,9 +203,22 @@ fn walls(model: &Model, edge: f64, materials: usize) -> Vec<Wall> {
         surface,
         velocity,
         spin: if matches!(surface, Surface::Cylinder { .. }) { 2.0 } else { 0.0 },
+        motion: match model.guided_walls {
+            true => motion(model, &surface),
+            false => Motion::default(),
+        },
         material: (k % materials) as u32,
     };
     surfaces.into_iter().enumerate().map(wall).collect()
+}
+
+/// All that walls can do.
+fn motion(model: &Model, surface: &Surface) -> Motion {
+    let periodic = model.boundary == Boundary::Periodic;
+    let axis = if model.dims() == 2 || matches!(surface, Surface::Cylinder { .. }) { DVec3::Z } else { DVec3::X };
+    let turning = (!periodic).then_some(Turning { point: DVec3::new(0.01, 0.02, 0.0), axis, rate: 1.5 });
+    let oscillation = Some(Oscillation { amplitude: DVec3::Y * 1e-5, frequency: 300.0, interval: None });
+    Motion { oscillation, turning, table: vec![(0.0, DVec3::ZERO), (1.0, DVec3::Y * 0.01)], ..Motion::default() }
 }
 
 /// The alternatives of a model, with moving walls as one more.
@@ -220,7 +233,7 @@ fn choices(model: &Model) -> Vec<String> {
     };
     slots
         .chain([
-            format!("moving_walls={}", model.moving_walls),
+            format!("moving_walls={}, guided={}", model.moving_walls, model.guided_walls),
             format!("relaxation={relaxation}"),
             format!("large={}", model.large_grains),
         ])

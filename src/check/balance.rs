@@ -115,7 +115,7 @@ pub fn balances(simulation: &mut Simulation, steps: u64) -> Result<Vec<Balance>>
     let (mut sample, mut dissipated) = (start, 0.0);
     let model = *simulation.model();
     let rigid = model.method == Method::ContactDynamics;
-    let walls_move = simulation.assembly().walls.iter().any(|wall| wall.velocity != DVec3::ZERO);
+    let walls_move = simulation.assembly().walls.iter().any(|wall| wall.velocity != DVec3::ZERO || wall.is_guided());
     let mut accounts = vec![[Account::default(); 4]; before.len()];
     for _ in 0..steps {
         let loads = if rigid { Vec::new() } else { loads(simulation, &before)? };
@@ -202,7 +202,7 @@ fn largest_of(values: &[f64]) -> f64 {
 /// Whether walls or fixed grains do work on grains.
 fn works(simulation: &Simulation) -> bool {
     let assembly = simulation.assembly();
-    let walls = assembly.walls.iter().any(|wall| wall.velocity != DVec3::ZERO || wall.spin != 0.0);
+    let walls = assembly.walls.iter().any(|wall| wall.velocity != DVec3::ZERO || wall.spin != 0.0 || wall.is_guided());
     walls || assembly.grains.iter().any(|g| g.fixed && (g.velocity != DVec3::ZERO || g.spin != DVec3::ZERO))
 }
 

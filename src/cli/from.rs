@@ -5,7 +5,7 @@ use super::last::{Last, last};
 use packstone::{
     Error,
     io::{folder, write_state},
-    scene::{Assembly, Continued, Grain, Scene, Shift, Surface, grain_file::Moment},
+    scene::{Assembly, Continued, Grain, Scene, Shift, grain_file::Moment},
     simulation::{ContactHistory, Options, Other, Simulation},
 };
 use std::path::Path;
@@ -40,17 +40,8 @@ impl From {
         let given = given.map_or_else(|| Ok(old_scene.clone()), |name| Scene::load(&from.join(name), &[]))?;
         let (step, time) = (simulation.step(), simulation.time());
         let (grains, clumps) = (simulation.grains()?, simulation.clumps()?);
-        let shifts = old.walls.iter().zip(simulation.walls()?).map(|(before, now)| Shift {
-            wall: before.name.clone(),
-            by: match (before.surface, now.surface) {
-                (Surface::Plane { point, normal }, Surface::Plane { point: now, .. }) => {
-                    (now - point).dot(normal) * normal
-                }
-                (Surface::Cylinder { center, .. }, Surface::Cylinder { center: now, .. }) => now - center,
-                _ => unreachable!("a wall stays what it is"),
-            },
-        });
-        let shifts: Vec<Shift> = shifts.collect();
+        let walls = simulation.walls()?;
+        let shifts: Vec<Shift> = old.walls.iter().zip(&walls).map(|(before, now)| Shift::between(before, now)).collect();
         let contacts = simulation.contact_history()?;
         drop(simulation);
         let moment = Moment { step, time, grains: &grains, clumps: &clumps };

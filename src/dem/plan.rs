@@ -6,7 +6,7 @@ use crate::{
     body::plan::{exchange, exchange_velocities},
     model::{Grains, Model},
     plan::*,
-    space::MOVE_WALLS,
+    space,
 };
 
 /// Contact forces and leapfrog.
@@ -15,7 +15,7 @@ pub fn step(model: &Model) -> Plan {
     plan([
         plan([run(&ADVANCE), run(&ADVANCE_LARGE).when(model.large_grains)]).when(!clumps),
         plan([run(&MEMBER_FORCES), run(&INTEGRATE_CLUMPS), run(&PLACE_MEMBERS)]).when(clumps),
-        run(&MOVE_WALLS).when(model.moving_walls),
+        space::motion(model),
         exchange(model),
     ])
 }

@@ -391,6 +391,7 @@ impl Surroundings {
             },
             velocity: wall.velocity,
             spin: wall.spin,
+            motion: scene::Motion::default(),
             material: 0,
         };
         self.walls.iter().map(wall).collect()

@@ -10,7 +10,7 @@ use crate::{
     },
     plan::*,
     solve::momentum::POWER_ITERATIONS,
-    space::MOVE_WALLS,
+    space,
     state::array::*,
 };
 
@@ -123,7 +123,7 @@ pub fn motion(model: &Model) -> Plan {
     plan([
         run(&MOVE_SPHERES).when(!clumps),
         plan([run(&MEMBER_IMPULSES), run(&MOVE_CLUMPS), run(&MOVE_MEMBERS)]).when(clumps),
-        run(&MOVE_WALLS).when(model.moving_walls),
+        space::motion(model),
         exchange(model),
     ])
 }

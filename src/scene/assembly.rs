@@ -2,6 +2,7 @@
 //! Everything below `scene` in the crate reads this and nothing else of the scene file.
 
 use super::law::Pair;
+use super::motion::Motion;
 use super::schema::Twist;
 use super::shape::Shape;
 use crate::{memory, solve};
@@ -112,6 +113,8 @@ pub struct Wall {
     pub velocity: DVec3,
     /// Spin of a cylinder about its axis, rad/s; 0 for planes.
     pub spin: f64,
+    /// What else there is of its motion.
+    pub motion: Motion,
     /// Index into `materials`.
     pub material: u32,
 }
@@ -182,6 +185,11 @@ impl Assembly {
     pub fn members(&self, k: usize) -> Range<usize> {
         let end = self.clumps.get(k + 1).map_or(self.grains.len(), |next| next.first as usize);
         self.clumps[k].first as usize..end
+    }
+
+    /// How far the farthest grain is from the origin, m.
+    pub fn extent(&self) -> f64 {
+        self.grains.iter().map(|grain| grain.position.length() + grain.radius).fold(0.0, f64::max)
     }
 
     /// The clump of every grain; empty in a scene without clumps.

@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::check::AXES;
 use super::origin::GoingOn;
 use super::schema::{self, Population, WallKind};
-use super::{Scene, walls};
+use super::{Scene, Surface, Wall, walls};
 use crate::{Error, Result};
 
 /// How far a wall of an [`Assembly`](super::Assembly) has moved, m.
@@ -18,7 +18,32 @@ use crate::{Error, Result};
 pub struct Shift {
     pub wall: String,
     pub by: DVec3,
+    /// Of a plane that has turned.
+    pub normal: Option<DVec3>,
 }
+
+impl Shift {
+    /// From where a wall was to where it is.
+    pub fn between(before: &Wall, now: &Wall) -> Shift {
+        let (by, normal) = match (before.surface, now.surface) {
+            (Surface::Plane { point, normal }, Surface::Plane { point: to, normal: turned }) => {
+                let along = (to - point).dot(normal);
+                match () {
+                    () if (turned - normal).length() > ROUNDING => (to - point, Some(turned)),
+                    // Planes have no place along themselves.
+                    () if along.abs() <= ROUNDING * point.length() => (DVec3::ZERO, None),
+                    () => (along * normal, None),
+                }
+            }
+            (Surface::Cylinder { center, .. }, Surface::Cylinder { center: to, .. }) => (to - center, None),
+            _ => unreachable!("a wall stays what it is"),
+        };
+        Shift { wall: before.name.clone(), by, normal }
+    }
+}
+
+/// Parts of a coordinate that nothing has moved by.
+const ROUNDING: f64 = 1e-14;
 
 /// A scene with the grains of another one.
 #[derive(Clone, Debug)]
@@ -188,12 +213,23 @@ fn differences(part: &toml::Value, other: &toml::Value) -> String {
 
 /// A wall without what may change while it stays where it is.
 fn place(wall: &schema::Wall) -> toml::Value {
-    table(&schema::Wall { velocity: None, spin: None, material: String::new(), ..wall.clone() })
+    table(&schema::Wall {
+        material: String::new(),
+        velocity: None,
+        spin: None,
+        start: None,
+        stop: None,
+        oscillation: None,
+        turning: None,
+        table: None,
+        ..wall.clone()
+    })
 }
 
 /// Bring a wall to where `old` has moved to: whether it has.
 fn carry(wall: &mut schema::Wall, old: &schema::Wall, name: &str, shifts: &[Shift]) -> bool {
     let of = |name: &str| shifts.iter().find(|shift| shift.wall == name).map(|shift| shift.by);
+    let turned = shifts.iter().find(|shift| shift.wall == name).and_then(|shift| shift.normal);
     let add = |point: &mut Option<Vec<f64>>, by: DVec3| {
         point.iter_mut().flatten().zip(by.to_array()).for_each(|(x, by)| *x += by);
     };
@@ -201,7 +237,13 @@ fn carry(wall: &mut schema::Wall, old: &schema::Wall, name: &str, shifts: &[Shif
     (wall.point, wall.center) = (old.point.clone(), old.center.clone());
     (wall.lower, wall.upper) = (old.lower.clone(), old.upper.clone());
     match wall.kind {
-        WallKind::Plane => add(&mut wall.point, of(name).unwrap_or_default()),
+        WallKind::Plane => {
+            wall.normal = old.normal.clone();
+            if let Some((normal, turned)) = wall.normal.as_mut().zip(turned) {
+                normal.iter_mut().zip(turned.to_array()).for_each(|(x, now)| *x = now);
+            }
+            add(&mut wall.point, of(name).unwrap_or_default());
+        }
         WallKind::Cylinder => add(&mut wall.center, of(name).unwrap_or_default()),
         WallKind::Box => {
             // A face that is not there moves with the one opposite.
@@ -257,7 +299,7 @@ radius = 0.1
         let new = OLD.replace("velocity = [0, 0, -1]", "velocity = [0, 0, 0]").replace("1e3", "2e3")
             + "[[population]]\nmaterial = \"glass\"\ncount = 2\nradius = 0.2\n\
                [[grain]]\nmaterial = \"glass\"\nposition = [0.5, 0.5, 0.5]\nradius = 0.1\n";
-        let shift = |wall: &str, by| Shift { wall: wall.to_owned(), by };
+        let shift = |wall: &str, by| Shift { wall: wall.to_owned(), by, normal: None };
         let shifts = [shift("box z-", DVec3::new(0.0, 0.0, 0.25)), shift("lid", DVec3::new(0.0, 0.0, -0.5))];
         let Continued { scene, singles, notices, .. } =
             scene(&new).continued(&scene(OLD), &scene(OLD), Path::new("/start.bin"), &shifts).unwrap();

@@ -17,7 +17,7 @@ pub struct Input {
 }
 
 impl Scene {
-    /// The files that the scene reads, in any of its stages: tables, meshes, binary files, sieve curves.
+    /// The files that the scene reads, in any of its stages: tables, meshes, binary files, sieve curves, motions.
     pub fn inputs(&self) -> Vec<Input> {
         let mut inputs = self.own_inputs();
         for stage in &self.stages {
@@ -40,6 +40,9 @@ impl Scene {
         for (k, shape) in self.file.shape.iter().enumerate() {
             add(format!("shape.{k}.file"), shape.file.as_ref());
             add(format!("shape.{k}.mesh"), shape.mesh.as_ref());
+        }
+        for (k, wall) in self.file.wall.iter().enumerate() {
+            add(format!("wall.{k}.table"), wall.table.as_ref());
         }
         for (k, population) in self.file.population.iter().enumerate() {
             add(format!("population.{k}.file"), population.file.as_ref());

@@ -88,6 +88,29 @@ pub struct Wall {
     pub center: Option<Vec<f64>>,
     pub radius: Option<f64>,
     pub spin: Option<f64>,
+    pub start: Option<f64>,
+    pub stop: Option<f64>,
+    pub oscillation: Option<Oscillation>,
+    pub turning: Option<Turning>,
+    pub table: Option<String>,
+}
+
+/// To and fro; one period in every `interval`, s, if that is given.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Oscillation {
+    pub amplitude: Vec<f64>,
+    pub frequency: f64,
+    pub interval: Option<f64>,
+}
+
+/// About an axis through a point.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Turning {
+    pub point: Vec<f64>,
+    pub axis: Option<Vec<f64>>,
+    pub rate: f64,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]

@@ -4,18 +4,8 @@ use toml_edit::{DocumentMut, Table, value};
 
 use super::origin::{Origin, Override};
 use super::overrides::{Parsed, merge};
-use super::{Assembly, Scene, schema, validate};
+use super::{Assembly, Scene, Stage, schema, validate};
 use crate::{Error, Result};
-
-/// A part of a run.
-#[derive(Clone, Debug)]
-pub struct Stage {
-    pub name: String,
-    /// Whether the stages after it wait for what it asks for, such as rest.
-    pub required: bool,
-    /// The scene with the values of the stage.
-    pub scene: Scene,
-}
 
 impl Stage {
     /// A key of its scene, in the notation of `--set`, as the file of all stages has it, whose scene is `file`.
@@ -221,7 +211,7 @@ solver = { damping = 3 }
                     let like = scene.assemble();
                     let check = |number| scene.outline_of(number, like.as_ref().unwrap()).err();
                     let found = like.as_ref().err().map(Error::to_string);
-                    found.or_else(|| (0..scene.stages().len()).find_map(check).map(|e| e.to_string())).unwrap()
+                    found.or_else(|| (0..scene.stages().len()).rev().find_map(check).map(|e| e.to_string())).unwrap()
                 }
             };
             assert!(words.iter().all(|word| message.contains(word)), "{set:?}: {message}");

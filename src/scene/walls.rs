@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::check::{AXES, Check, show_list};
+use super::motion::{Motion, motion};
 use super::schema::{self, WallKind};
 use super::{Domain, Surface, Wall};
 use crate::Result;
@@ -37,7 +38,12 @@ impl Maker<'_> {
         let spin = self.wall.spin.unwrap_or(0.0);
         let material = self.check.material(&self.at("material"), &self.wall.material)?;
         let velocity = self.check.vector_or_zero(&self.at("velocity"), self.wall.velocity.as_deref())?;
-        let mut push = |name, surface| out.push(Wall { name, surface, velocity, spin, material });
+        let motion = motion(self.wall, &self.key, self.check)?;
+        for axis in (0..self.check.dimension).filter(|axis| turns_across(&motion, *axis)) {
+            self.not_periodic(axis)?;
+        }
+        let mut push =
+            |name, surface| out.push(Wall { name, surface, velocity, spin, motion: motion.clone(), material });
         match self.wall.kind {
             WallKind::Plane => push(name, self.plane()?),
             WallKind::Cylinder => push(name, self.cylinder()?),
@@ -73,7 +79,7 @@ impl Maker<'_> {
         };
         let own: Vec<&str> = keys.iter().filter(|(_, kind, _)| *kind == wall.kind).map(|(field, ..)| *field).collect();
         let message = format!(
-            "is no key of a {}; allowed are kind, name, material, velocity, {}",
+            "is no key of a {}; allowed are kind, name, material, velocity, start, stop, oscillation, turning, table, {}",
             kind_name(wall.kind),
             own.join(", ")
         );
@@ -153,6 +159,11 @@ impl Maker<'_> {
     }
 }
 
+/// Whether a wall that turns does not keep the direction of an axis.
+pub fn turns_across(motion: &Motion, axis: usize) -> bool {
+    motion.turning.is_some_and(|turning| (turning.axis - DVec3::AXES[axis] * turning.axis[axis]).length() > ROUNDING)
+}
+
 /// The wall called `key` needs an axis that is open.
 pub fn not_periodic(key: &str, axis: usize, domain: &Domain, check: &Check) -> Result<()> {
     if !domain.periodic[axis] {
@@ -189,6 +200,9 @@ pub fn check_apart(walls: &[Wall], smallest: f64, check: &Check) -> Result<()> {
 
 /// Whether two surfaces that face the same way are no further apart than `near`, and remain so.
 fn stay_together(a: &Wall, b: &Wall, near: f64) -> bool {
+    if a.motion != b.motion {
+        return false;
+    }
     let apart = a.velocity - b.velocity;
     match (a.surface, b.surface) {
         (Surface::Plane { point: p, normal: n }, Surface::Plane { point: q, normal: m }) => {

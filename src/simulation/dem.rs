@@ -15,6 +15,7 @@ pub fn advance(plans: &Plans, runner: &mut Runner, lists: &mut NeighbourLists, s
         lists.set_margin(&mut runner.state.params);
     }
     let steps = if runner.step == 0 { 1 } else { steps.clamp(1, u64::from(lists.steps())) as u32 };
+    lists.see_walls(runner.guide_walls(steps)?);
     let counters = lists.run(plans, runner, steps)?;
     runner.overlaps_deeply = counters.deep_overlaps > 0;
     if counters.lost_body > 0 {

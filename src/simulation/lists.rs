@@ -9,7 +9,7 @@ use crate::{
     record::record,
     scene::{Assembly, Wall},
     space::precision::{extent_of, follow_extent, quantum},
-    state::{ARRAYS, Array, Counters, Length, Params, State},
+    state::{ARRAYS, Array, Counters, Length, PATH_STEPS, Params, State},
 };
 
 /// Steps that lists should live: long enough that making them does not matter, short enough that they need not reach
@@ -61,20 +61,37 @@ pub struct NeighbourLists {
     start: Params,
     /// The coarsest quantum of positions in single precision, m.
     coarsest: Option<f64>,
-    /// Of the fastest wall in a step, m.
-    wall_displacement_per_step: f64,
+    walls: Vec<Wall>,
+    /// How far grains are from the origin at time 0, m.
+    first_extent: f64,
+    /// Whether the host says where they go.
+    guided: bool,
     least_entries: usize,
     /// Steps that lists may serve at most.
     most_steps: u32,
     pub state: ListState,
 }
 
+/// A period of a wall has as many steps, or more.
+const STEPS_OF_PERIOD: f64 = 20.0;
+
 /// Of the fastest wall in a step, m.
 ///
 /// # Errors
-/// [`Error::Scene`] if that is more than lists can follow.
+/// [`Error::Scene`] if that is more than lists can follow, or a period is too short for the steps.
 pub fn wall_displacement(assembly: &Assembly, p: &Params) -> Result<f64> {
-    let speed = |w: &Wall| w.velocity.length();
+    for wall in &assembly.walls {
+        if let Some(period) = wall.motion.oscillation.map(|oscillation| 1.0 / oscillation.frequency)
+            && period < STEPS_OF_PERIOD * p.dt
+        {
+            return Err(Error::Scene(format!(
+                "wall {} oscillates with a period of {period:e} s, less than {STEPS_OF_PERIOD} steps of {:e} s: use a smaller solver.dt",
+                wall.name, p.dt
+            )));
+        }
+    }
+    let extent = assembly.extent();
+    let speed = |w: &Wall| w.approach_speed(extent);
     let Some(wall) = assembly.walls.iter().max_by(|a, b| speed(a).total_cmp(&speed(b))) else { return Ok(0.0) };
     let displacement = speed(wall) * p.dt;
     if displacement > p.step_limit {
@@ -104,6 +121,7 @@ impl NeighbourLists {
     /// # Errors
     /// [`Error::Scene`] if a wall is too fast.
     pub fn new(assembly: &Assembly, state: &State, options: &Options) -> Result<NeighbourLists> {
+        wall_displacement(assembly, &state.params)?;
         let (params, entries) = (&state.params, state.sizes.entries);
         let largest_margin = params.margin - params.reach;
         let single = state.model.precision == Precision::Single;
@@ -112,9 +130,14 @@ impl NeighbourLists {
             coarsest: single.then_some(quantum(0.25 * state.range)),
             largest_margin,
             smallest_margin: (SMALLEST_MARGIN * largest_margin / assembly.solver.margin).min(largest_margin),
-            wall_displacement_per_step: wall_displacement(assembly, params)?,
+            walls: assembly.walls.clone(),
+            first_extent: assembly.extent(),
+            guided: state.model.guided_walls,
             least_entries: options.entries.unwrap_or(0),
-            most_steps: options.longest_chunk.max(1),
+            most_steps: match state.model.guided_walls {
+                true => options.longest_chunk.clamp(1, PATH_STEPS as u32),
+                false => options.longest_chunk.max(1),
+            },
             state: ListState {
                 wall_extent: 0.25 * extent_of(params.quantum),
                 entries,
@@ -164,12 +187,25 @@ impl NeighbourLists {
         if let Some(coarsest) = self.coarsest {
             follow_extent(p, self.state.extent.max(self.state.wall_extent), coarsest);
         }
-        let fastest = self.state.displacement_per_step.max(self.wall_displacement_per_step).max(f64::MIN_POSITIVE);
+        let of_walls = self.wall_displacement(p);
+        let fastest = self.state.displacement_per_step.max(of_walls).max(f64::MIN_POSITIVE);
         let margin = (2.0 * fastest * LIFE / BOLDNESS).clamp(self.smallest_margin, self.largest_margin);
         (p.margin, p.displacement_limit) = (p.reach + margin, 0.5 * margin);
-        let walls = p.displacement_limit / self.wall_displacement_per_step;
+        let walls = p.displacement_limit / of_walls;
         let steps = (BOLDNESS * p.displacement_limit / fastest).min(walls).min(f64::from(self.most_steps));
         self.state.steps_planned = (steps as u32).max(1);
+    }
+
+    /// Of the fastest wall in a step, where grains are, m.
+    fn wall_displacement(&self, p: &Params) -> f64 {
+        // The farthest coordinate, and how far its grain may still go.
+        let extent = 3f64.sqrt() * self.state.extent.max(self.first_extent) + self.largest_margin;
+        self.walls.iter().map(|wall| wall.approach_speed(extent) * p.dt).fold(0.0, f64::max)
+    }
+
+    /// Guided walls will be so far from the origin, m.
+    pub fn see_walls(&mut self, extent: f64) {
+        self.state.wall_extent = self.state.wall_extent.max(extent);
     }
 
     /// Steps until they have to be made anew; if they have to be now, those after that.
@@ -264,7 +300,9 @@ impl NeighbourLists {
         self.state.active_contacts = counters.active_contacts;
         self.state.steps_served += counters.steps_done;
         self.state.extent = f64::from(f32::from_bits(counters.max_coordinate)) * p.quantum;
-        self.state.wall_extent += f64::from(counters.steps_done) * self.wall_displacement_per_step;
+        if !self.guided {
+            self.state.wall_extent += f64::from(counters.steps_done) * self.wall_displacement(p);
+        }
         let displacement = f64::from(f32::from_bits(counters.max_displacement));
         self.state.margin_used_up = !(displacement <= 1.0);
         if self.state.steps_served > 0 {

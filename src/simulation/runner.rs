@@ -1,6 +1,9 @@
 //! What runs: a state, the engine that holds it, and the operations that wait to be submitted.
 
-use super::stops::{self, Known};
+use super::{
+    start::Guides,
+    stops::{self, Known},
+};
 use crate::{
     engine::{ALL, Engine, PIECE},
     error::{Error, Result},
@@ -27,11 +30,30 @@ pub struct Runner {
     queue: Vec<Op>,
     /// What messages say of the scene.
     known: Known,
+    /// Where the host says where walls go.
+    guides: Option<Guides>,
 }
 
 impl Runner {
-    pub fn new(engine: Box<dyn Engine>, state: State, known: Known) -> Runner {
-        Runner { engine, state, step: 0, overlaps_deeply: false, remembering: false, queue: Vec::new(), known }
+    pub fn new(engine: Box<dyn Engine>, state: State, known: Known, guides: Option<Guides>) -> Runner {
+        Runner {
+            engine,
+            state,
+            step: 0,
+            overlaps_deeply: false,
+            remembering: false,
+            queue: Vec::new(),
+            known,
+            guides,
+        }
+    }
+
+    /// Tell the engine where walls go in the next steps, if the host says so: how far they get from the origin, m.
+    pub fn guide_walls(&mut self, steps: u32) -> Result<f64> {
+        let Some(guides) = &self.guides else { return Ok(0.0) };
+        let (path, farthest) = guides.path(&self.state, self.step, steps);
+        self.engine.write(&[&WALL_PATH], 0, &path)?;
+        Ok(farthest)
     }
 
     /// The parameters of the next step.

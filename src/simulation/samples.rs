@@ -223,8 +223,16 @@ impl Simulation {
             self.runner.read(&[&WALL])?;
             for (wall, now) in walls.iter_mut().zip(&self.runner.state.wall) {
                 match &mut wall.surface {
-                    Surface::Plane { point, .. } => *point = now.point + now.low,
+                    Surface::Plane { point, normal } => {
+                        *point = now.point + now.low;
+                        if wall.motion.turning.is_some() {
+                            *normal = now.normal + now.normal_low;
+                        }
+                    }
                     Surface::Cylinder { center, .. } => *center = now.point + now.low,
+                }
+                if wall.is_guided() {
+                    (wall.velocity, wall.spin) = (now.velocity, now.spin.0.z);
                 }
             }
         }

@@ -9,15 +9,15 @@ use crate::{
     contact::{materials::parameters, rolling},
     engine::PIECE,
     error::{Error, Result},
-    model::{Grains, Precision},
+    model::{Grains, Method, Precision},
     scene::{self, Assembly, Grain, Surface},
     space::{
         boundary::wrap,
         precision::{Point, SplitOrientation, add_rotation, arm_end, quantised},
     },
     state::{
-        ARRAYS, Array, Column, Length, Orientation, Packed, Position, PositionLow, Sizes, Spin, State, Velocity,
-        VelocityLow, Wall, array::*, present,
+        ARRAYS, Array, Column, Length, Orientation, PATH_STEPS, Packed, Position, PositionLow, Sizes, Spin, State,
+        Velocity, VelocityLow, Wall, array::*, present,
     },
     time_step,
     units::Quantity,
@@ -49,6 +49,9 @@ const OF_CLUMPS: [&Array; 11] = [
 pub fn fill_small(state: &mut State, assembly: &Assembly) {
     if (WALL.needed)(&state.model) {
         state.wall = walls(state, assembly);
+    }
+    if let Some(guides) = Guides::of(assembly) {
+        state.wall_path = guides.path(state, 0, PATH_STEPS as u32).0.wall_path;
     }
     if (PAIR.needed)(&state.model) {
         state.pair = assembly.pairs.iter().map(parameters).collect();
@@ -207,32 +210,76 @@ fn fill_clumps(state: &mut State, assembly: &Assembly, piece: &Piece) {
     }
 }
 
+/// Walls of which the host says where they go.
+pub struct Guides {
+    walls: Vec<scene::Wall>,
+    middle: DVec3,
+}
+
+impl Guides {
+    /// None where walls move with velocities that never change, or not at all.
+    pub fn of(assembly: &Assembly) -> Option<Guides> {
+        let guided = assembly.walls.iter().any(scene::Wall::is_guided);
+        guided.then(|| Guides { walls: assembly.walls.clone(), middle: middle(assembly) })
+    }
+
+    /// A state with the walls after each of the steps that follow on `step`, and how far they get from the origin, m.
+    pub fn path(&self, like: &State, step: u64, steps: u32) -> (State, f64) {
+        let dt = like.params.dt;
+        let mut path =
+            State { units: like.units, range: like.range, ..State::bare(like.model, like.sizes, like.params) };
+        for next in (step + 1..).take(steps as usize) {
+            path.wall_path.extend(self.walls.iter().map(|wall| guided(like, wall, self.middle, next as f64 * dt)));
+        }
+        let farthest = path.wall_path.iter().map(|wall| wall.point.abs().max_element()).fold(0.0, f64::max);
+        (path, farthest)
+    }
+}
+
+/// The walls at time 0.
 fn walls(state: &State, assembly: &Assembly) -> Vec<Wall> {
-    let single = state.model.precision == Precision::Single;
     let middle = middle(assembly);
     let wall = |given: &scene::Wall| {
         let point = anchor(&given.surface, middle);
-        let (normal, radius) = match given.surface {
-            Surface::Plane { normal, .. } => (normal, 0.0),
-            Surface::Cylinder { radius, .. } => (DVec3::ZERO, radius),
-        };
-        let whole = if single { quantised(&state.params, point) } else { point };
-        let low = point - whole;
-        let number = |x| if single { state.units.rounded(Quantity::Number, x) } else { x };
-        let whole_normal = normal.map(number);
-        let whole_radius = if single { state.units.rounded(Quantity::Length, radius) } else { radius };
-        Wall {
-            point: whole,
-            low,
-            normal: whole_normal,
-            normal_low: normal - whole_normal,
-            velocity: given.velocity,
-            radius: whole_radius,
-            radius_low: radius - whole_radius,
-            spin: given.spin,
+        match given.is_guided() {
+            true => guided(state, given, middle, 0.0),
+            false => device_wall(state, &given.surface, point, given.velocity, given.spin * DVec3::Z),
         }
     };
     assembly.walls.iter().map(wall).collect()
+}
+
+/// A wall at a time, with its mean velocity in the step before, as grains have theirs; in contact dynamics in the one that
+/// follows, at whose end contacts are solved.
+fn guided(state: &State, wall: &scene::Wall, middle: DVec3, time: f64) -> Wall {
+    let dt = state.params.dt;
+    let ahead = if state.model.method == Method::ContactDynamics { dt } else { 0.0 };
+    let (now, moving) = (wall.at(time, dt), wall.at(time + ahead, dt));
+    let point = anchor(&now.surface, middle);
+    device_wall(state, &now.surface, point, moving.velocity_at(point), moving.spin)
+}
+
+/// A wall as kernels have it.
+fn device_wall(state: &State, surface: &Surface, point: DVec3, velocity: DVec3, spin: DVec3) -> Wall {
+    let single = state.model.precision == Precision::Single;
+    let (normal, radius) = match *surface {
+        Surface::Plane { normal, .. } => (normal, 0.0),
+        Surface::Cylinder { radius, .. } => (DVec3::ZERO, radius),
+    };
+    let whole = if single { quantised(&state.params, point) } else { point };
+    let number = |x| if single { state.units.rounded(Quantity::Number, x) } else { x };
+    let whole_normal = normal.map(number);
+    let whole_radius = if single { state.units.rounded(Quantity::Length, radius) } else { radius };
+    Wall {
+        point: whole,
+        low: point - whole,
+        normal: whole_normal,
+        normal_low: normal - whole_normal,
+        velocity,
+        radius: whole_radius,
+        radius_low: radius - whole_radius,
+        spin: Spin(spin),
+    }
 }
 
 /// The middle of the box around the grains.

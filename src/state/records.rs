@@ -104,7 +104,7 @@ record!(
         velocity: DVec3 [Velocity],
         radius: f64 [Length],
         radius_low: f64 [Length],
-        spin: f64 [Rate],
+        spin: Spin [Rate],
     }
 );
 record!(

@@ -11,6 +11,9 @@ pub const GROUP: usize = 64;
 const BODIES_OF_ROW: usize = 16;
 const MOST_ROWS: usize = 1 << 16;
 
+/// Steps of a chunk, at most, for which the host says where walls go.
+pub const PATH_STEPS: usize = 256;
+
 /// What the length of an array follows from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Length {
@@ -21,6 +24,8 @@ pub enum Length {
     Clumps,
     ClumpsPlusOne,
     Walls,
+    /// Walls for each of [`PATH_STEPS`].
+    WallPaths,
     MaterialsSquared,
     Levels,
     CellsPlusOne,
@@ -147,6 +152,7 @@ impl Sizes {
             Length::Clumps => self.clumps,
             Length::ClumpsPlusOne => self.clumps + 1,
             Length::Walls => self.walls,
+            Length::WallPaths => self.walls * PATH_STEPS,
             Length::MaterialsSquared => self.materials * self.materials,
             Length::Levels => self.levels,
             Length::CellsPlusOne => self.cells + 1,

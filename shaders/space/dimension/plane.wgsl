@@ -72,11 +72,6 @@ fn from_horizontal(x: Real2) -> Vec {
     return x;
 }
 
-/// A spin about the axis out of the plane, rad/s.
-fn vertical_spin(w: Real) -> Spin {
-    return w;
-}
-
 /// The part of a spin across a direction in the plane: all of it.
 fn across_spin(w: Spin, n: Vec) -> Spin {
     return w;

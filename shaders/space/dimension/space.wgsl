@@ -75,11 +75,6 @@ fn from_horizontal(x: Real2) -> Vec {
     return Vec(x, 0);
 }
 
-/// A spin about the vertical axis, rad/s.
-fn vertical_spin(w: Real) -> Spin {
-    return Spin(0, 0, w);
-}
-
 /// The part of a spin across a direction: rolling without cross_terms.
 fn across_spin(w: Spin, n: Vec) -> Spin {
     return w - dot(w, n) * n;

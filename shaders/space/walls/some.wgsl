@@ -10,7 +10,7 @@ struct Wall {
     velocity: Vec, // m/s
     radius: Real,  // m: of the cylinder; 0 marks a plane
     radius_low: Real, // m: what it has beyond
-    spin: Real,    // rad/s: of the cylinder about its axis
+    spin: Spin,    // rad/s: of the cylinder about its axis, and of a wall that turns
 }
 
 var<storage, read_write> wall: array<Wall>; // walls
@@ -56,7 +56,11 @@ fn outward(arm: Real2) -> Vec {
 fn wall_normal_before(w: u32, x_before: Vec) -> Vec {
     let s = wall[w];
     if (s.radius == 0) {
-        return -s.normal;
+        if (spin_squared(s.spin) == 0) {
+            return -s.normal;
+        }
+        let before = s.normal - params.history_dt * spin_velocity(s.spin, s.normal);
+        return -before / sqrt(dot(before, before));
     }
     return outward(horizontal(x_before + params.history_dt * s.velocity - s.point));
 }
@@ -64,11 +68,10 @@ fn wall_normal_before(w: u32, x_before: Vec) -> Vec {
 /// Velocity of the wall's material at a point of its surface, m/s.
 fn wall_velocity(w: u32, point: Vec) -> Vec {
     let s = wall[w];
-    let arm = horizontal(point) - horizontal(s.point);
-    return s.velocity + from_horizontal(s.spin * Real2(-arm.y, arm.x));
+    return s.velocity + spin_velocity(s.spin, point - s.point);
 }
 
 /// The spin of a grain relative to the wall, rad/s.
 fn relative_to_wall(spin: Spin, w: u32) -> Spin {
-    return spin - vertical_spin(wall[w].spin);
+    return spin - wall[w].spin;
 }

@@ -4,8 +4,8 @@ use crate::{
     gpu::adapters,
     model::Precision,
     scene::{
-        Assembly, Clump, Domain, Grain, Material, Member, Method, Output, Pair, Relaxation, Shape, Solver, Stop,
-        Surface, TimeStep, Twist, Wall,
+        Assembly, Clump, Domain, Grain, Material, Member, Method, Motion, Output, Pair, Relaxation, Shape, Solver,
+        Stop, Surface, TimeStep, Twist, Wall,
     },
     simulation::{EngineChoice, Options, Simulation},
     solve,
@@ -232,7 +232,7 @@ pub fn cylinder(radius: f64) -> Wall {
 }
 
 fn wall(name: &str, surface: Surface) -> Wall {
-    Wall { name: name.to_owned(), surface, velocity: DVec3::ZERO, spin: 0.0, material: 0 }
+    Wall { name: name.to_owned(), surface, velocity: DVec3::ZERO, spin: 0.0, motion: Motion::default(), material: 0 }
 }
 
 /// Mass of the default material, kg.

@@ -140,7 +140,7 @@ impl Staged {
         // As it was kept, whatever becomes of the files that it was read from.
         let scene = Scene::load(&results.scene(), &[])?;
         let (mut ended, mut spoilt, mut doubtful) = (Ended::Complete, false, false);
-        for number in range {
+        for number in range.clone() {
             let stage = &scene.stages()[number];
             let stopped = |why: &dyn std::fmt::Display| Ended::Stopped(format!("stage {}: {why}", stage.name));
             tell(format!("stage {} ({} of {})", stage.name, number + 1, scene.stages().len()));
@@ -165,7 +165,7 @@ impl Staged {
                 break;
             }
             if let (Some(missed), Some(next)) =
-                (summary.and_then(|summary| summary.missed), scene.stages().get(number + 1))
+                (summary.and_then(|summary| summary.missed), scene.stages()[..range.end].get(number + 1))
                 && stage.required
             {
                 complain(format!(

@@ -53,6 +53,11 @@ impl WallBuilder {
             center: None,
             radius: None,
             spin: None,
+            start: None,
+            stop: None,
+            oscillation: None,
+            turning: None,
+            table: None,
         }
     }
 
@@ -106,8 +111,33 @@ impl WallBuilder {
         self
     }
 
+    /// To and fro: amplitude × sin(2π frequency t), m and 1/s; one period in every `interval`, s, if that is given.
+    #[must_use]
+    pub fn oscillation(mut self, amplitude: impl Into<PerAxis>, frequency: f64, interval: Option<f64>) -> Self {
+        self.0.oscillation = Some(schema::Oscillation { amplitude: per_axis(amplitude), frequency, interval });
+        self
+    }
+
+    /// Turning about an axis through a point, m, with this rate, rad/s; in two dimensions the axis is that out of the plane.
+    #[must_use]
+    pub fn turning(mut self, point: impl Into<PerAxis>, axis: Option<[f64; 3]>, rate: f64) -> Self {
+        self.0.turning = Some(schema::Turning { point: per_axis(point), axis: axis.map(|axis| axis.to_vec()), rate });
+        self
+    }
+
+    /// A CSV file with the columns time, s, and x, y, z: how far it is from where it began, m.
+    #[must_use]
+    pub fn table(mut self, file: &str) -> Self {
+        self.0.table = Some(file.to_owned());
+        self
+    }
+
     setters! {
         /// Rotation of a cylinder about its axis, rad/s. Default: 0.
         spin: f64;
+        /// When all of its motion begins, s. Default: 0.
+        start: f64;
+        /// When it ends, s. Default: never.
+        stop: f64;
     }
 }

@@ -1,0 +1,17 @@
+// twin: src/space/guide_walls.rs
+// Walls that move as the host says, n to n + 1. In the plan only if a wall moves otherwise than with a velocity that
+// never changes.
+var<storage, read> wall_path: array<Wall>; // of all walls, after each step of the chunk
+var<storage, read> halt: u32;
+
+@compute @workgroup_size(WG)
+fn guide_walls(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let w = linear(gid, groups);
+    if (w >= params.walls || halt >= HALTED) {
+        return;
+    }
+    var next = wall_path[halt * params.walls + w];
+    next.radius = wall[w].radius;
+    next.radius_low = wall[w].radius_low;
+    wall[w] = next;
+}
