@@ -328,9 +328,8 @@ name = "press"
 wall.lid.velocity = [0, -0.05]
 wall.lid.oscillation = { amplitude = [0, 1e-4], frequency = 50 }
 "#;
-    let place = Place::new();
-    fs::write(place.path("stages.toml"), SETTLE.to_owned() + STAGES).unwrap();
-    let run = ["run", "stages.toml", "--engine=cpu", "--time=0.3"];
+    let place = Place::new(&(SETTLE.to_owned() + STAGES));
+    let run = ["run", "scene.toml", "--engine=cpu", "--time=0.3"];
     place.packstone(&[&run[..], &["--out=whole"]].concat(), 0);
     let mut arguments = [&run[..], &["--out=cut", "--set=output.checkpoint=0.01"]].concat();
     let mut kills = 0;
@@ -339,9 +338,7 @@ wall.lid.oscillation = { amplitude = [0, 1e-4], frequency = 50 }
             .into_iter()
             .enumerate()
     {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_packstone"));
-        command.current_dir(place.0.path()).args(&arguments).stdout(Stdio::null()).stderr(Stdio::null());
-        let mut child = command.spawn().unwrap();
+        let mut child = place.command(&arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         while !place.path("cut/partial/stages").join(seen).exists() && child.try_wait().unwrap().is_none() {
             sleep(Duration::from_millis(1));
         }
@@ -351,7 +348,7 @@ wall.lid.oscillation = { amplitude = [0, 1e-4], frequency = 50 }
         arguments = vec!["run", "--resume", "cut"];
     }
     assert!(kills >= 3, "only {kills} runs were killed before they ended");
-    let said = place.packstone(&arguments, 0);
+    let said = place.errors(&arguments, 0);
     assert!(said.contains("goes on from step") || kills < 4, "{said}");
     assert_alike(&place.path("whole"), &place.path("cut"));
     let stages = place.summary("cut")["stages"].as_array().unwrap().len();

@@ -41,7 +41,8 @@ impl From {
         let (step, time) = (simulation.step(), simulation.time());
         let (grains, clumps) = (simulation.grains()?, simulation.clumps()?);
         let walls = simulation.walls()?;
-        let shifts: Vec<Shift> = old.walls.iter().zip(&walls).map(|(before, now)| Shift::between(before, now)).collect();
+        let shifts: Vec<Shift> =
+            old.walls.iter().zip(&walls).map(|(before, now)| Shift::between(before, now)).collect();
         let contacts = simulation.contact_history()?;
         drop(simulation);
         let moment = Moment { step, time, grains: &grains, clumps: &clumps };

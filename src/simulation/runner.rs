@@ -36,16 +36,7 @@ pub struct Runner {
 
 impl Runner {
     pub fn new(engine: Box<dyn Engine>, state: State, known: Known, guides: Option<Guides>) -> Runner {
-        Runner {
-            engine,
-            state,
-            step: 0,
-            overlaps_deeply: false,
-            remembering: false,
-            queue: Vec::new(),
-            known,
-            guides,
-        }
+        Runner { engine, state, step: 0, overlaps_deeply: false, remembering: false, queue: Vec::new(), known, guides }
     }
 
     /// Tell the engine where walls go in the next steps, if the host says so: how far they get from the origin, m.
