@@ -64,6 +64,7 @@ struct Params {
     period_low: Vec,               // m, what the period has beyond a multiple of the quantum, in single precision
     inverse_period: Vec,           // 1/m, 0 along an open axis
     cell_origin: Vec,              // m; the lower face of the domain along a periodic axis
+    narrowest: Real,               // m, faces of a cell that deforms must not come closer
     dt: Real,                      // s
     history_dt: Real,              // s, since the history of contacts was last written: dt, but 0 in the first step
     damping: Real,                 // xi, 1/s
@@ -117,6 +118,7 @@ struct Counters {
     active_contacts: atomic<u32>,   // contacts with a history at the end of the chunk, each counted once
     restored_contacts: atomic<u32>, // contacts whose history the new lists took over
     unlisted: atomic<u32>,          // neighbours that found no entry: 0, or a defect
+    narrow_cell: atomic<u32>,       // 1 if the cell would become too narrow for its largest grains
 }
 
 var<storage, read_write> counters: Counters;

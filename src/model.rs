@@ -58,8 +58,8 @@ slot!(
     Dimension in "space/dimension" { Plane = "plane", Space = "space" }
 );
 slot!(
-    /// Whether any axis is periodic.
-    Boundary in "space/boundary" { Open = "open", Periodic = "periodic" }
+    /// Whether any axis is periodic, and whether the cell between periodic faces deforms, or is tilted; owns that cell.
+    Boundary in "space/boundary" { Open = "open", Periodic = "periodic", Deforming = "deforming" }
 );
 /// How contacts act, and with them a step: the chapters `dem` and `nscd`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -180,7 +180,11 @@ impl Model {
         Model {
             precision,
             dimension: if assembly.dimension == 2 { Dimension::Plane } else { Dimension::Space },
-            boundary: if assembly.domain.periodic.contains(&true) { Boundary::Periodic } else { Boundary::Open },
+            boundary: match () {
+                () if assembly.deforms() => Boundary::Deforming,
+                () if assembly.domain.periodic.contains(&true) => Boundary::Periodic,
+                () => Boundary::Open,
+            },
             method,
             normal: match pairs[0].hertz {
                 _ if rigid => Normal::Rigid,

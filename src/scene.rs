@@ -4,6 +4,7 @@ mod apportion;
 mod assembly;
 mod bodies;
 pub mod builder;
+mod cell;
 mod check;
 mod continued;
 mod formats;
@@ -24,6 +25,7 @@ mod setters;
 mod shape;
 mod sheet;
 mod table;
+mod targets;
 mod validate;
 mod walls;
 
@@ -31,6 +33,7 @@ pub use assembly::{
     Assembly, Clump, Domain, Grain, Material, Method, Output, Relaxation, Solver, Stop, Surface, TimeStep, Wall,
 };
 pub use builder::SceneBuilder;
+pub use cell::{COMPONENTS, Cell};
 pub use continued::{Continued, Shift};
 pub use inputs::Input;
 pub use law::{Dashpot, Hertz, MaterialBuilder, Pair, PairBuilder, Rolling};

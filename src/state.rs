@@ -8,14 +8,16 @@ mod records;
 mod sizes;
 
 use crate::{
-    model::{Grains, History, Levels, Materials, Method, Model, Precision, Rolling, Rotation, Tangential, Walls},
+    model::{
+        Boundary, Grains, History, Levels, Materials, Method, Model, Precision, Rolling, Rotation, Tangential, Walls,
+    },
     units::{Quantity, Units},
 };
 pub use crate::{record::Element, solve::momentum::SolverState};
 pub use column::Column;
 use glam::DVec3;
 pub use records::{
-    ColorCursor, ColoredContact, ColoringState, ContactColor, ContactGeometry, Counters, InverseEffectiveMass,
+    Cell, ColorCursor, ColoredContact, ColoringState, ContactColor, ContactGeometry, Counters, InverseEffectiveMass,
     LargeContacts, Level, LowBits, Orientation, Packed, Pair, Params, PartialSums, Position, PositionLow, ResidualSums,
     RollingPair, RotationIterations, Spin, Velocity, VelocityLow, Wall, Works,
 };
@@ -315,6 +317,9 @@ fn colored(m: &Model) -> bool {
 fn colored_with_large(m: &Model) -> bool {
     m.colored && m.large_grains
 }
+fn deforming(m: &Model) -> bool {
+    m.boundary == Boundary::Deforming
+}
 fn walled(m: &Model) -> bool {
     m.walls == Walls::Some
 }
@@ -361,6 +366,8 @@ state! {
     MATERIAL material: u32, BodiesAndWalls, Scene, Number, "index, by number", mixed;
     PAIR pair: Pair, MaterialsSquared, Scene, -, "", mixed;
     WALL wall: Wall, Walls, State, -, "", walled;
+    CELL cell: Cell, One, State, -, "", deforming;
+    CELL_NEXT cell_next: Cell, One, Scratch, -, "", deforming;
     LEVEL level: Level, Levels, Scene, -, "of the grid", always;
     CELL_RANK cell_rank: u32, Bodies, Scratch, Number, "order inside the cell", always;
     SORTED sorted: u32, Bodies, Scratch, Number, "index before the sort", always;

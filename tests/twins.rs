@@ -68,7 +68,7 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
     // Deep inside of a large grain contacts would be too violent to be followed.
     let large: Vec<Grain> = grains.iter().filter(|g| g.radius > 4e-3).copied().collect();
     grains.retain(|g| large.iter().all(|l| l == g || l.position.distance(g.position) > l.radius + 0.5 * g.radius));
-    let periodic = model.boundary == Boundary::Periodic;
+    let (periodic, deforming) = (model.boundary != Boundary::Open, model.boundary == Boundary::Deforming);
     let axis = |a: usize| periodic && a < dims && a != 1;
     let bounds = |value: f64, open: f64| DVec3::from_array(std::array::from_fn(|a| if axis(a) { value } else { open }));
     let rigid = model.method == MethodSlot::ContactDynamics;
@@ -93,11 +93,22 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
     };
     let mut scene = Assembly {
         dimension: dims,
-        gravity: if dims == 2 { DVec3::new(0.0, -9.81, 0.0) } else { DVec3::new(0.0, 0.3, -9.81) },
+        gravity: match dims {
+            2 => DVec3::new(0.0, -9.81, 0.0),
+            // None along an axis that deforms.
+            _ => DVec3::new(0.0, 0.3, if deforming { 0.0 } else { -9.81 }),
+        },
         domain: Domain {
             lower: bounds(0.0, f64::NEG_INFINITY),
             upper: bounds(edge, f64::INFINITY),
             periodic: std::array::from_fn(axis),
+            // Almost so much that it is turned back.
+            tilt: if deforming && dims == 3 { DVec3::Y * 0.4999 * edge } else { DVec3::ZERO },
+        },
+        cell: match (deforming, dims) {
+            (false, _) => Cell::default(),
+            (true, 2) => Cell { strain_rate: [-3.0, 0.0, 0.0, 0.0, 0.0, 0.0] },
+            (true, _) => Cell { strain_rate: [-3.0, 0.0, 1.0, 0.0, 20.0, 0.0] },
         },
         materials: (0..materials)
             .map(|k| Material { name: format!("m{k}"), density: 2000.0 + 500.0 * k as f64 })
@@ -382,7 +393,7 @@ fn steps_of_a_boulder_are_those_of_the_twins() {
         Grain { radius, position, velocity: -0.01 * n, fixed: false, ..boulder }
     };
     scene.grains = std::iter::once(boulder).chain((0..count as usize).map(around)).collect();
-    scene.domain = Domain { lower: DVec3::NEG_INFINITY, upper: DVec3::INFINITY, periodic: [false; 3] };
+    scene.domain = Domain { lower: DVec3::NEG_INFINITY, upper: DVec3::INFINITY, ..Domain::default() };
     steps_are_those_of_the_twins(&scene);
 }
 

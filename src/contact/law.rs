@@ -21,6 +21,7 @@ use crate::{
     },
     scene,
     space::{
+        boundary::past_flow,
         dimension::{moment, spin_dot},
         walls::{relative_to_wall, wall_normal_before, wall_separation, wall_velocity},
     },
@@ -182,10 +183,10 @@ impl GrainPair {
 /// Grain j seen from grain i.
 #[inline(always)]
 pub fn grain_pair(s: &State, i: usize, here: &Body, j: usize, old: History) -> GrainPair {
-    let there = body(s, j);
+    let (there, branch) = (body(s, j), branch_vector(s, i, j));
     GrainPair {
-        branch: branch_vector(s, i, j),
-        v: here.velocity.v - there.velocity.v,
+        branch,
+        v: past_flow(s, here.velocity.v - there.velocity.v, branch),
         spin: here.spin,
         spin_to: there.spin,
         old,

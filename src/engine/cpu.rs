@@ -14,7 +14,7 @@ use crate::{
         found::{self, Found},
     },
     plan::Op,
-    space::MOVE_WALLS,
+    space::{DEFORM_CELL, MOVE_WALLS},
     stage::Stage,
     state::{Array, Counters, Params, State},
 };
@@ -74,7 +74,7 @@ fn stand_in(stage: &Stage, blocks: &mut Blocks, s: &mut State) -> bool {
         () if *stage == DISPLACEMENT_CHECK => displacement_check_of_blocks(blocks, s),
         () if *stage == MEASURE => measure::blocks::measure(blocks, s),
         () if *stage == ADD_WORKS => measure::blocks::add_works(blocks, s),
-        () if [&INTEGRATE_CLUMPS, &PLACE_MEMBERS, &MOVE_WALLS].contains(&stage) => (stage.twin)(s),
+        () if [&INTEGRATE_CLUMPS, &PLACE_MEMBERS, &MOVE_WALLS, &DEFORM_CELL].contains(&stage) => (stage.twin)(s),
         () => return false,
     }
     true

@@ -13,7 +13,7 @@ use crate::{
     },
     contact::contacts::{closed_contacts, contacts_of_clump},
     model::Grains,
-    space::dimension::spin_dot,
+    space::{boundary::past_flow, dimension::spin_dot},
     state::State,
 };
 use glam::{DVec3, DVec4};
@@ -51,7 +51,8 @@ pub fn damping_correction(s: &State, c: usize, q: DVec4, v: DVec3, w: DVec3) -> 
     for member_id in member_ids(s, c) {
         let i = s.index_of_id[member_id] as usize;
         let here = body(s, i);
-        let change = v + surface_velocity(w, arm_of(s, q, member_id)) - here.velocity.v;
+        let arm = arm_of(s, q, member_id);
+        let change = past_flow(s, v + surface_velocity(w, arm), arm) - here.velocity.v;
         for (_, contact) in closed_contacts(s, i, &here, contact_of) {
             sum -= contact.damping.dot(change + surface_velocity(w - here.spin, contact.arm));
             sum -= spin_dot(contact.couple_damping, w - here.spin);

@@ -1,6 +1,6 @@
 //! What a simulation hands out: sums, grains, clumps, forces and walls now.
 
-use super::{Simulation, columns::Columns, contacts::Other};
+use super::{Simulation, columns::Columns, contacts::Other, runner::is_kept};
 use crate::{
     body::grains::{self, same_grain},
     contact::overlap::gaps,
@@ -8,9 +8,12 @@ use crate::{
     measure::{Sample, mass_of_clump, masses},
     model::{Grains, Rotation},
     plan::swap_again,
-    scene::{Clump, Grain, Surface, Wall},
-    space::precision::{low_of, position_low_of, spin_low_of},
-    state::{Array, RotationIterations, array::*, present},
+    scene::{Clump, Domain, Grain, Surface, Wall},
+    space::{
+        dimension::{inverse_above, product_above},
+        precision::{low_of, position_low_of, spin_low_of},
+    },
+    state::{Array, Cell, RotationIterations, array::*, present},
     units::Quantity,
 };
 use glam::{DQuat, DVec3, DVec4};
@@ -60,7 +63,7 @@ impl Simulation {
     /// [`Error::Device`](crate::Error::Device) if the device is lost.
     pub fn deepest_overlap(&mut self) -> Result<Option<(f64, u32, Other)>> {
         self.refresh()?;
-        let arrays = [&POSITION, &POSITION_LOW, &ID, &CLUMP_OF_ID, &LIST_START, &NEIGHBOUR, &WALL];
+        let arrays = [&POSITION, &POSITION_LOW, &ID, &CLUMP_OF_ID, &LIST_START, &NEIGHBOUR, &WALL, &CELL];
         let arrays = present(self.model(), &arrays);
         let s = self.runner.read(&arrays)?;
         let bodies = s.sizes.bodies;
@@ -73,8 +76,7 @@ impl Simulation {
             let other = s.id.get(j).map_or(Other::Wall((j - bodies) as u32), |id| Other::Grain(*id));
             (overlap, s.id[i], other)
         });
-        // The mirror has walls at all times.
-        self.runner.state.release(&arrays.into_iter().filter(|array| **array != WALL).collect::<Vec<_>>());
+        self.runner.state.release(&arrays.into_iter().filter(|array| !is_kept(array)).collect::<Vec<_>>());
         Ok(found)
     }
 
@@ -209,6 +211,50 @@ impl Simulation {
             }
         };
         Ok(balances.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)))
+    }
+
+    /// The domain now: its cell may have deformed.
+    ///
+    /// # Errors
+    /// [`Error::Device`](crate::Error::Device) if the device is lost.
+    pub fn domain(&mut self) -> Result<Domain> {
+        let mut domain = self.assembly.domain;
+        if let Some(cell) = self.cell()? {
+            let length = cell.length + cell.length_low;
+            for axis in (0..3).filter(|axis| domain.periodic[*axis]) {
+                domain.upper[axis] = domain.lower[axis] + length[axis];
+            }
+            domain.tilt = cell.tilt.0 + cell.tilt_low.0;
+        }
+        Ok(domain)
+    }
+
+    /// Strain of the cell so far, component by component as [`Cell::strain_rate`](crate::scene::Cell::strain_rate): true
+    /// strains along the axes, and shears (how far faces have moved past each other, over their distance now). None of a
+    /// cell that does not deform.
+    ///
+    /// # Errors
+    /// [`Error::Device`](crate::Error::Device) if the device is lost.
+    pub fn strain(&mut self) -> Result<Option<[f64; 6]>> {
+        let Some(cell) = self.cell()? else { return Ok(None) };
+        let start = self.assembly.domain;
+        let closed = |length: DVec3| DVec3::select(length.cmpeq(DVec3::ZERO), DVec3::ONE, length);
+        let (period, length) = (closed(self.params().period), closed(cell.length + cell.length_low));
+        // The edges as if no tilt had been turned back, and what has made them of those of the start.
+        let tilt = product_above(length, cell.tilt.0 + cell.tilt_low.0, DVec3::ONE, cell.turned_back.0);
+        let grown = length / period;
+        let inverse = inverse_above(period, start.tilt);
+        let shear = product_above(length, tilt, 1.0 / period, inverse) / DVec3::new(grown.z, grown.z, grown.y);
+        let normal = grown.map(f64::ln);
+        Ok(Some([normal.x, normal.y, normal.z, shear.x, shear.y, shear.z]))
+    }
+
+    /// The cell as a device has it, if it may deform.
+    fn cell(&mut self) -> Result<Option<Cell>> {
+        if !(CELL.needed)(self.model()) {
+            return Ok(None);
+        }
+        Ok(Some(self.runner.read(&[&CELL])?.cell[0]))
     }
 
     /// Walls now.

@@ -11,7 +11,7 @@ use crate::{
     contact::{blocks, cohesion, materials::parameters},
     error::Result,
     memory,
-    model::{self, Model, Precision},
+    model::{self, Boundary, Model, Precision},
     plans::Plans,
     scene::{Assembly, Clump, Grain, Method},
     solve,
@@ -156,6 +156,7 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> (Params, Vec<Level>) {
         margin: reach + margin,
         displacement_limit: 0.5 * margin,
         step_limit: 0.5 * margin.min(smallest),
+        narrowest: assembly.narrowest(),
         wall_depth: time_step::depth_beyond_walls(assembly),
         turn_limit: time_step::MOST_TURN,
         gap_band: GAP_BAND * smallest,
@@ -223,7 +224,7 @@ fn set_domain(p: &mut Params, assembly: &Assembly, model: &Model, range: f64) {
         if domain.periodic[axis] {
             p.period[axis] = upper - lower;
             p.inverse_period[axis] = 1.0 / p.period[axis];
-            if model.precision == Precision::Single {
+            if model.precision == Precision::Single && model.boundary == Boundary::Periodic {
                 let whole = quantised(p, p.period)[axis];
                 (p.period_low[axis], p.period[axis]) = (p.period[axis] - whole, whole);
             }

@@ -108,6 +108,21 @@ record!(
     }
 );
 record!(
+    /// The periodic cell (`shaders/space/boundary/deforming.wgsl`).
+    Cell {
+        length: DVec3 [Length],
+        length_low: DVec3 [Length],
+        tilt: Spin [Length],
+        tilt_low: Spin [Length],
+        turned_back: Spin,
+        stretch: DVec3,
+        stretch_tilt: Spin,
+        rate: DVec3 [Rate],
+        shear_rate: Spin [Rate],
+        largest_rate: f64 [Rate],
+    }
+);
+record!(
     /// A level of the grid (`shaders/neighbours/grid.wgsl`).
     Level { inverse_cell: DVec3 [InverseLength], radius: f64 [Length], cells: UVec3, first_cell: u32, strip: u32 }
 );
@@ -122,6 +137,7 @@ record!(
         active_contacts: u32,
         restored_contacts: u32,
         unlisted: u32,
+        narrow_cell: u32,
     }
 );
 record!(
@@ -208,6 +224,7 @@ record!(
         period_low: DVec3 [Length],
         inverse_period: DVec3 [InverseLength],
         cell_origin: DVec3 [Length],
+        narrowest: f64 [Length],
         dt: f64 [Time],
         history_dt: f64 [Time],
         damping: f64 [Rate],
