@@ -65,6 +65,12 @@ struct Params {
     inverse_period: Vec,           // 1/m, 0 along an open axis
     cell_origin: Vec,              // m; the lower face of the domain along a periodic axis
     narrowest: Real,               // m, faces of a cell that deforms must not come closer
+    stress: Vec,                   // Pa (N/m), targets of the servo of the cell: xx, yy, zz; compression is positive
+    stress_above: Spin,            // Pa (N/m): yz, xz, xy
+    controlled: Vec,               // 1 where there is a target, else 0
+    controlled_above: Spin,
+    servo_time: Real,              // s
+    most_rate: Real,               // 1/s, that the servo sets
     dt: Real,                      // s
     history_dt: Real,              // s, since the history of contacts was last written: dt, but 0 in the first step
     damping: Real,                 // xi, 1/s
@@ -103,6 +109,7 @@ struct Params {
     entries: u32,                  // length of the lists; the engine fills these three in
     history: u32,                  // length of the history
     colors: u32,                   // of contacts, that there are schedules for
+    servo_steps: u32,              // from one look of the servo to the next
     step: u32,                     // steps done before this chunk, less multiples of 2^32
 }
 

@@ -156,6 +156,8 @@ pub struct Model {
     pub large_grains: bool,
     /// Optional stage: a wall translates, so that walls are integrated too.
     pub moving_walls: bool,
+    /// Optional stages: a servo brings the stress of the cell to a target.
+    pub servo: bool,
     /// Optional stages: dissipation and works are added up in every step.
     pub works: bool,
     /// Optional stages: contact dynamics updates contacts colour by colour, and not all at once.
@@ -218,6 +220,7 @@ impl Model {
             levels: if assembly.size_levels().len() == 1 { Levels::One } else { Levels::Several },
             large_grains: assembly.large_grains() > 0,
             moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO),
+            servo: assembly.cell.stress != [None; 6],
             works: assembly.output.works && !rigid,
             colored: solver == Some(Solver::ColouredAccelerated),
             solved_on_host: solver.is_some_and(Solver::is_of_host),
@@ -404,6 +407,7 @@ impl Model {
                                         levels,
                                         large_grains,
                                         moving_walls,
+                                        servo: boundary == Boundary::Deforming && walls == Walls::None && !rigid,
                                         works: !rigid,
                                         colored,
                                         solved_on_host: false,

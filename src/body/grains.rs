@@ -85,6 +85,17 @@ pub fn arm_of(s: &State, q: DVec4, member_id: usize) -> DVec3 {
     rotate(q, s.member_offset[member_id].0)
 }
 
+/// From the centre of the grain of body i to the body, m.
+pub fn arm_in_grain(s: &State, i: usize) -> DVec3 {
+    match s.model.grains {
+        Grains::Spheres => DVec3::ZERO,
+        Grains::Clumps => {
+            let c = s.clump_of_id[s.id[i] as usize] as usize;
+            arm_of(s, clump(s, c).orientation, s.id[i] as usize)
+        }
+    }
+}
+
 /// Force and moment, about the clump's centre, of what `member_force` and `member_torque` hold for its members.
 pub fn clump_load(s: &State, c: usize, q: DVec4) -> ForceTorque {
     let mut sum = ForceTorque::default();

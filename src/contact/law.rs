@@ -62,6 +62,8 @@ pub struct Contact {
     pub force: DVec3,
     /// m, from its centre to the contact point.
     pub arm: DVec3,
+    /// m, from its centre to that of the other grain.
+    pub branch: DVec3,
     /// N m, about its centre: of the force, and the couple of rolling resistance.
     pub torque: DVec3,
     /// N m, on the other grain about its own centre; a wall has none.
@@ -245,7 +247,7 @@ pub fn grain_contact(law: Law, m: &GrainPair, was_active: bool) -> Contact {
     let Arms { arm, arm_to } = arms(m, separation);
     let f = contact_force(law, &m.pair, &c, m.old);
     let torque_to = with_couple(law, moment(arm_to, -f.force), -f.couple);
-    Contact { torque_to, ..seen(law, arm, active, separation.gap, f) }
+    Contact { torque_to, branch: m.branch, ..seen(law, arm, active, separation.gap, f) }
 }
 
 /// What the laws are told of grain i and wall w.
@@ -291,6 +293,7 @@ fn seen(law: Law, arm: DVec3, active: bool, gap: f64, f: ContactForce) -> Contac
         is_active: active,
         force: f.force,
         arm,
+        branch: DVec3::ZERO,
         torque: with_couple(law, moment(arm, f.force), f.couple),
         torque_to: DVec3::ZERO,
         damping: f.damping,

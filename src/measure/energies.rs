@@ -13,7 +13,10 @@ use crate::{
     },
     contact::contacts::{closed_contacts, contacts_of_clump},
     model::Grains,
-    space::{boundary::past_flow, dimension::spin_dot},
+    space::{
+        boundary::past_flow,
+        dimension::{outer_above, spin_dot},
+    },
     state::State,
 };
 use glam::{DVec3, DVec4};
@@ -36,6 +39,8 @@ pub fn energies(s: &State, here: &Body, sum: &ForceTorque, drag: &ForceTorque) -
         net_force: (sum.force + mass * p.gravity).length(),
         // Dashpots know the velocities of half a step ago, but it is those of now that they work against.
         dissipation: 2.0 * p.damping * kinetic - late,
+        flux: mass * v * v,
+        flux_above: outer_above(mass * v, v),
     }
 }
 
@@ -78,5 +83,7 @@ pub fn energies_of_clump(s: &State, c: usize) -> Energies {
         potential: -p.gravity.dot(here.center.x + here.center.low) / inverse_mass,
         net_force: (all.force + p.gravity / inverse_mass).length(),
         dissipation: 2.0 * p.damping * kinetic + damping_correction(s, c, here.orientation, v, spin),
+        flux: v * v / inverse_mass,
+        flux_above: outer_above(v / inverse_mass, v),
     }
 }

@@ -167,7 +167,8 @@ pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, entry: usize) -> C
     let Separation { gap, n } = separation_with(s, i, here, j);
     let force = impulse * (1.0 / s.params.dt);
     let arm = (here.position.radius + 0.5 * gap) * n;
-    Contact { gap, is_active: true, force, arm, torque: moment(arm, force), ..Contact::default() }
+    let branch = s.position.get(j).map_or(DVec3::ZERO, |there| (here.position.radius + there.radius + gap) * n);
+    Contact { gap, is_active: true, force, arm, branch, torque: moment(arm, force), ..Contact::default() }
 }
 
 /// Gap and normal of grain i and neighbour j, which may be a wall.

@@ -7,10 +7,23 @@ use glam::{DMat3, DVec3};
 pub const COMPONENTS: [&str; 6] = ["xx", "yy", "zz", "yz", "xz", "xy"];
 
 /// How a cell deforms.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
     /// 1/s, component by component, see [`COMPONENTS`]: true (logarithmic) strains, and shears, per time.
     pub strain_rate: [f64; 6],
+    /// Pa (in two dimensions N/m), targets of a servo, which then sets the rate; compression is positive.
+    pub stress: [Option<f64>; 6],
+    /// Most of the rates that the servo sets, over d √(ρ/p) with the mean diameter and density, and the largest target.
+    pub inertial_number: f64,
+    /// Part of a missing stress that the servo adds in a step.
+    pub gain: f64,
+}
+
+impl Default for Cell {
+    /// A cell that keeps its form.
+    fn default() -> Cell {
+        Cell { strain_rate: [0.0; 6], stress: [None; 6], inertial_number: 1e-3, gain: 1e-3 }
+    }
 }
 
 impl Cell {
@@ -26,8 +39,13 @@ impl Cell {
         (DVec3::new(at(0, 0), at(1, 1), at(2, 2)), DVec3::new(at(1, 2), at(0, 2), at(0, 1)))
     }
 
-    /// No distance shrinks faster, over its length, 1/s.
-    pub fn largest_rate(&self) -> f64 {
-        self.strain_rate.iter().map(|rate| rate * rate).sum::<f64>().sqrt()
+    /// Whether the servo has a target for a component.
+    pub fn is_controlled(&self) -> bool {
+        self.stress != [None; 6]
+    }
+
+    /// The largest target, Pa (N/m).
+    pub fn largest_stress(&self) -> f64 {
+        self.stress.iter().flatten().map(|stress| stress.abs()).fold(0.0, f64::max)
     }
 }

@@ -68,6 +68,9 @@ pub struct Tilt {
 #[serde(deny_unknown_fields, default)]
 pub struct Cell {
     pub strain_rate: Components,
+    pub stress: Components,
+    pub inertial_number: Option<f64>,
+    pub gain: Option<f64>,
 }
 
 /// Of a strain of the cell, or its rate: `xy` is what moves along x with the distance along y.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::check::{AXES, Check, show};
-use super::{Assembly, COMPONENTS, Cell};
+use super::{Assembly, COMPONENTS, Cell, Grain, Method};
 use crate::Result;
 
 /// Axis along which a component moves, and along which its distance is.
@@ -15,6 +15,38 @@ impl Assembly {
         self.cell != Cell::default() || self.domain.tilt != DVec3::ZERO
     }
 
+    /// The most that the servo of the cell makes of a rate, 1/s.
+    pub fn most_rate(&self) -> f64 {
+        let grains = self.grains.len() as f64;
+        let diameter = 2.0 * self.mean_radius();
+        let density = |grain: &Grain| self.materials[grain.material as usize].density;
+        let density = self.grains.iter().map(density).sum::<f64>() / grains;
+        match self.cell.is_controlled() {
+            true => self.cell.inertial_number * (self.cell.largest_stress() / density).sqrt() / diameter,
+            false => 0.0,
+        }
+    }
+
+    /// No distance in the cell shrinks faster, over its length, 1/s.
+    pub fn largest_rate(&self) -> f64 {
+        let most = self.most_rate();
+        let rate = |(rate, stress): (&f64, &Option<f64>)| if stress.is_some() { most } else { *rate };
+        self.cell.strain_rate.iter().zip(&self.cell.stress).map(rate).map(|rate| rate * rate).sum::<f64>().sqrt()
+    }
+
+    /// Whether a stress, component by component, is what the servo of the cell is asked for, if it is.
+    pub fn has_target_stress(&self, stress: Option<[Option<f64>; 6]>) -> bool {
+        const CLOSE: f64 = 0.01;
+        let most = CLOSE * self.cell.largest_stress();
+        let of_component = |k: usize| match self.cell.stress[k] {
+            Some(target) => {
+                stress.is_some_and(|stress| stress[k].is_some_and(|stress| (stress - target).abs() <= most))
+            }
+            None => true,
+        };
+        (0..6).all(of_component)
+    }
+
     /// Of the cell, m³ (m²).
     fn cell_volume(&self) -> f64 {
         let size = self.domain.upper - self.domain.lower;
@@ -22,7 +54,7 @@ impl Assembly {
     }
 
     /// Volumes of all grains, m³ (m²), overlaps counted twice.
-    fn grain_volume(&self) -> f64 {
+    pub fn grain_volume(&self) -> f64 {
         let of = |radius: f64| match self.dimension {
             2 => std::f64::consts::PI * radius * radius,
             _ => 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3),
@@ -78,6 +110,7 @@ pub fn check_cell(assembly: &Assembly, check: &Check) -> Result<()> {
             return Err(check.origin.wrong(&key, message));
         }
     }
+    check_servo(assembly, check)?;
     for (k, target) in stop.strain.iter().enumerate() {
         let (key, rate) = (format!("stop.strain.{}", COMPONENTS[k]), cell.strain_rate[k]);
         if let Some(target) = *target
@@ -86,6 +119,12 @@ pub fn check_cell(assembly: &Assembly, check: &Check) -> Result<()> {
             let rule = format!("is never met with cell.strain_rate.{} = {}", COMPONENTS[k], show(rate));
             return Err(check.origin.bad(&key, show(target), rule));
         }
+    }
+    if let Some(target) = stop.packing_fraction
+        && cell.is_controlled()
+    {
+        let rule = "is for a cell whose rates are given (cell.strain_rate); one with a target stress comes to a fraction of its own";
+        return Err(check.origin.bad("stop.packing_fraction", show(target), rule));
     }
     if let Some(target) = stop.packing_fraction {
         let key = "stop.packing_fraction";
@@ -102,6 +141,38 @@ pub fn check_cell(assembly: &Assembly, check: &Check) -> Result<()> {
                 show(rate)
             );
             return Err(check.origin.bad(key, show(target), rule));
+        }
+    }
+    Ok(())
+}
+
+/// Targets of a servo, and its numbers.
+fn check_servo(assembly: &Assembly, check: &Check) -> Result<()> {
+    let Assembly { domain, cell, gravity, .. } = assembly;
+    check.positive("cell.inertial_number", cell.inertial_number, "")?;
+    check.fraction("cell.gain", cell.gain)?;
+    for (k, axes) in AXES_OF.into_iter().enumerate() {
+        let key = format!("cell.stress.{}", COMPONENTS[k]);
+        let Some(stress) = cell.stress[k] else { continue };
+        check.finite(&key, DVec3::X * stress)?;
+        if cell.strain_rate[k] != 0.0 {
+            return Err(check
+                .origin
+                .wrong(&key, format!("cell.strain_rate.{} is given, too; one of them has to go", COMPONENTS[k])));
+        }
+        if k < 3 {
+            check.positive(&key, stress, " of Pa (N/m in two dimensions); compression is positive")?;
+        }
+        if assembly.solver.method != Method::DiscreteElements {
+            return Err(check.origin.wrong(&key, "is for method = \"dem\" only"));
+        }
+        if !(0..check.dimension).all(|axis| domain.periodic[axis]) || axes[1] >= check.dimension {
+            return Err(check
+                .origin
+                .wrong(&key, "all axes of the cell must be periodic, and the component one of them"));
+        }
+        if *gravity != DVec3::ZERO {
+            return Err(check.origin.wrong(&key, "gravity must be 0, or the stress is not the same everywhere"));
         }
     }
     Ok(())

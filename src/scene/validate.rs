@@ -38,7 +38,13 @@ pub fn assemble(file: &File, origin: &Origin) -> Result<Assembly> {
         None => DVec3::ZERO - 9.81 * DVec3::AXES[dimension - 1],
     };
     let domain = domain(file.domain.as_ref(), check)?;
-    let cell = Cell { strain_rate: file.cell.strain_rate.array().map(Option::unwrap_or_default) };
+    let usual = Cell::default();
+    let cell = Cell {
+        strain_rate: file.cell.strain_rate.array().map(Option::unwrap_or_default),
+        stress: file.cell.stress.array(),
+        inertial_number: file.cell.inertial_number.unwrap_or(usual.inertial_number),
+        gain: file.cell.gain.unwrap_or(usual.gain),
+    };
     let walls = walls(&file.wall, &domain, check)?;
     let solver = solver(&file.solver, check)?;
     let stop = stop(&file.stop, check)?;

@@ -93,7 +93,7 @@ fn wall_displacement(assembly: &Assembly, p: &Params) -> Result<f64> {
 /// [`Error::Scene`] if that is more than lists can follow.
 fn check_flow(assembly: &Assembly, p: &Params) -> Result<()> {
     let largest = assembly.grains.iter().map(|g| g.radius).fold(0.0, f64::max);
-    let rate = assembly.cell.largest_rate();
+    let rate = assembly.largest_rate();
     let most = p.step_limit / (largest + 0.5 * p.margin);
     if rate * p.dt > most {
         return Err(Error::Scene(format!(

@@ -5,12 +5,13 @@ use crate::{
     body::grains::{self, same_grain},
     contact::overlap::gaps,
     error::Result,
-    measure::{Sample, mass_of_clump, masses},
+    measure::{CellSample, Sample, mass_of_clump, masses},
     model::{Grains, Rotation},
     plan::swap_again,
     scene::{Clump, Domain, Grain, Surface, Wall},
     space::{
-        dimension::{inverse_above, product_above},
+        boundary::flow_power,
+        dimension::{inverse_above, product_above, volume_of},
         precision::{low_of, position_low_of, spin_low_of},
     },
     state::{Array, Cell, RotationIterations, array::*, present},
@@ -36,6 +37,7 @@ impl Simulation {
         self.runner.read(&[&PARTIAL_SUMS])?;
         let free = self.free;
         let sample = Sample::new(self.step(), self.time(), free, &self.runner.state.partial_sums);
+        let sample = self.with_cell(sample)?;
         let Some(solved) = self.solver_statistics() else {
             return match &mut self.works {
                 Some(works) => works.complete(&mut self.runner, &self.plans.forget_works, sample),
@@ -247,6 +249,19 @@ impl Simulation {
         let shear = product_above(length, tilt, 1.0 / period, inverse) / DVec3::new(grown.z, grown.z, grown.y);
         let normal = grown.map(f64::ln);
         Ok(Some([normal.x, normal.y, normal.z, shear.x, shear.y, shear.z]))
+    }
+
+    /// The sample with what there is to say of a cell that may deform.
+    fn with_cell(&mut self, sample: Sample) -> Result<Sample> {
+        let Some(cell) = self.cell()? else { return Ok(sample) };
+        let strain = self.strain()?.unwrap_or_default();
+        let length = cell.length + cell.length_low;
+        let volume = Some(volume_of(self.model().dimension, length)).filter(|volume| *volume > 0.0);
+        let of_sample = CellSample::new(&sample, strain, volume, self.assembly.grain_volume());
+        let part = |of: &[f64; 6]| (DVec3::new(of[0], of[1], of[2]), DVec3::new(of[3], of[4], of[5]));
+        let ((virial, above), (flux, flux_above)) = (part(&sample.virial), part(&sample.flux));
+        let cell_power = flow_power(&self.runner.state, virial - flux, above - flux_above);
+        Ok(Sample { cell_power, cell: Some(of_sample), ..sample })
     }
 
     /// The cell as a device has it, if it may deform.

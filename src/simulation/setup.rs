@@ -16,7 +16,7 @@ use crate::{
     scene::{Assembly, Clump, Grain, Method},
     solve,
     space::precision::{QUANTA_OF_SLACK, extent_of, quantised, quantum, set_quantum, split},
-    state::{Level, Params, Sizes, State},
+    state::{Level, Params, Sizes, Spin, State},
     time_step,
     units::{Quantity, Units, power_of_two},
 };
@@ -128,6 +128,7 @@ fn units(assembly: &Assembly, model: &Model, dt: f64, dt_bound: f64) -> Units {
         length: power_of_two(assembly.mean_radius()),
         mass: power_of_two(mean_mass),
         time: power_of_two(if rigid || !dt_bound.is_finite() { dt } else { dt_bound.max(dt) }),
+        flat: assembly.dimension == 2,
         elastic: model.normal == model::Normal::Hertz,
         rates: model.damping == model::Damping::MassScaled,
         rigid,
@@ -168,12 +169,28 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> (Params, Vec<Level>) {
         materials: assembly.materials.len() as u32,
         ..Params::default()
     };
+    set_servo(&mut p, assembly);
     set_relaxation(&mut p, assembly, model.precision, mean_radius);
     set_quanta(&mut p, assembly, model, largest);
     let range = range(&p, model, assembly);
     set_domain(&mut p, assembly, model, range);
     let levels = grid::levels(&mut p, assembly, model, range);
     (p, levels)
+}
+
+/// Steps from one look of the servo of the cell to the next: few beside the time in which grains answer.
+const SERVO_STEPS: u32 = 10;
+
+/// Of the servo of the cell.
+fn set_servo(p: &mut Params, assembly: &Assembly) {
+    let stress = assembly.cell.stress.map(Option::unwrap_or_default);
+    let controlled = assembly.cell.stress.map(|stress| f64::from(u8::from(stress.is_some())));
+    let halves = |x: [f64; 6]| (DVec3::new(x[0], x[1], x[2]), Spin(DVec3::new(x[3], x[4], x[5])));
+    (p.stress, p.stress_above) = halves(stress);
+    (p.controlled, p.controlled_above) = halves(controlled);
+    p.servo_time = p.dt / assembly.cell.gain;
+    p.most_rate = assembly.most_rate();
+    p.servo_steps = SERVO_STEPS;
 }
 
 /// Of contact dynamics.

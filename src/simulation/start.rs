@@ -225,7 +225,7 @@ fn cell(state: &State, assembly: &Assembly) -> Cell {
         tilt_low: Spin(tilt - split(tilt)),
         rate,
         shear_rate: Spin(shear_rate),
-        largest_rate: assembly.cell.largest_rate(),
+        largest_rate: (rate.length_squared() + shear_rate.length_squared()).sqrt(),
         ..Cell::default()
     };
     stretched(p, cell)

@@ -123,6 +123,14 @@ pub fn reduced_reach(s: &State, reach: f64) -> DVec3 {
     }
 }
 
+/// Work of the flow on what has this virial, per time, W.
+pub fn flow_power(s: &State, virial: DVec3, virial_above: DVec3) -> f64 {
+    match s.model.boundary {
+        Boundary::Deforming => s.cell[0].rate.dot(virial) + s.cell[0].shear_rate.0.dot(virial_above),
+        _ => 0.0,
+    }
+}
+
 /// The whole periods in `k`, if there are any: mostly there are none, and to see that takes one branch, as the numbers
 /// from 0 to 1 are those with bits below those of 1.
 #[inline(always)]

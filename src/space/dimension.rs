@@ -149,6 +149,19 @@ pub fn last_above(above: DVec3, v: DVec3) -> DVec3 {
     DVec3::new(above.y * v.z, 0.0, 0.0)
 }
 
+/// Above the diagonal of the outer product of two vectors.
+#[inline(always)]
+pub fn outer_above(a: DVec3, b: DVec3) -> DVec3 {
+    DVec3::new(a.y * b.z, a.x * b.z, a.x * b.y)
+}
+
+pub fn volume_of(dimension: Dimension, length: DVec3) -> f64 {
+    match dimension {
+        Dimension::Plane => length.x * length.y,
+        Dimension::Space => length.x * length.y * length.z,
+    }
+}
+
 /// Above the diagonal of a product.
 pub fn product_above(a: DVec3, a_above: DVec3, b: DVec3, b_above: DVec3) -> DVec3 {
     DVec3::new(

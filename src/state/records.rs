@@ -120,6 +120,8 @@ record!(
         rate: DVec3 [Rate],
         shear_rate: Spin [Rate],
         largest_rate: f64 [Rate],
+        stress: DVec3 [Stress],
+        stress_above: Spin [Stress],
     }
 );
 record!(
@@ -155,11 +157,16 @@ record!(
         overlap: f64,
         sides: u32,
         single_sides: u32,
+        virial: DVec3 [Energy],
+        virial_above: Spin [Energy],
+        flux: DVec3 [Energy],
+        flux_above: Spin [Energy],
+        stiffness: f64 [Energy],
     }
 );
 record!(
     /// Dissipation and works since the host has read them (`shaders/measure/sums.wgsl`).
-    Works { dissipated: f64 [Energy], walls: f64 [Energy], fixed: f64 [Energy] }
+    Works { dissipated: f64 [Energy], walls: f64 [Energy], fixed: f64 [Energy], cell: f64 [Energy] }
 );
 record!(
     /// A contact of a step of contact dynamics (this and the next: `shaders/nscd/contact.wgsl`).
@@ -225,6 +232,12 @@ record!(
         inverse_period: DVec3 [InverseLength],
         cell_origin: DVec3 [Length],
         narrowest: f64 [Length],
+        stress: DVec3 [Stress],
+        stress_above: Spin [Stress],
+        controlled: DVec3,
+        controlled_above: Spin,
+        servo_time: f64 [Time],
+        most_rate: f64 [Rate],
         dt: f64 [Time],
         history_dt: f64 [Time],
         damping: f64 [Rate],
@@ -263,6 +276,7 @@ record!(
         entries: u32,
         history: u32,
         colors: u32,
+        servo_steps: u32,
         step: u32,
     }
 );

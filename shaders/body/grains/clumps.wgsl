@@ -112,6 +112,12 @@ fn arm_of(q: Orientation, member_id: u32) -> Vec {
     return rotate(q, unpacked(member_offset[member_id]));
 }
 
+/// From the centre of the clump of body i to the body, m.
+fn arm_in_grain(i: u32) -> Vec {
+    let c = clump_of_id[id[i]];
+    return arm_of(orientation[c] + orientation_low_of(c), id[i]);
+}
+
 /// Force and moment, about the clump's centre, of what `member_force` and `member_torque` hold for its members.
 fn clump_load(c: u32, q: Orientation) -> ForceTorque {
     var sum = ForceTorque();

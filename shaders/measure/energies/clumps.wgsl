@@ -52,5 +52,6 @@ fn energies_of_clump(c: u32) -> Energies {
     let spin = global_spin(here.inverse_moments, here.orientation, w);
     // Dashpots know the velocities of half a step ago, but it is those of now that they work against.
     let dissipation = 2 * params.damping * kinetic + damping_correction(c, here.orientation, v, spin);
-    return Energies(kinetic, potential, sqrt(dot(total, total)), dissipation);
+    let momentum = v / inverse_mass;
+    return Energies(kinetic, potential, sqrt(dot(total, total)), dissipation, momentum * v, outer_above(momentum, v));
 }

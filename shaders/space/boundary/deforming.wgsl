@@ -16,9 +16,11 @@ struct Cell {
     rate: Vec,             // 1/s, gradient of the flow: dv_x/dx, dv_y/dy, dv_z/dz
     shear_rate: Spin,      // 1/s: dv_y/dz, dv_x/dz, dv_x/dy
     largest_rate: Real,    // 1/s, no distance shrinks faster, over its length
+    stress: Vec,           // Pa (N/m), of contacts, when a servo last looked: xx, yy, zz; compression is positive
+    stress_above: Spin,    // Pa (N/m): yz, xz, xy
 }
 
-var<storage, read> cell: Cell;
+var<storage, read_write> cell: Cell;
 var<storage, read_write> cell_next: Cell;
 
 /// An upper triangular matrix, of the numbers on its diagonal and above it, times a vector.
@@ -68,4 +70,9 @@ fn reduced(x: Vec) -> Vec {
 /// How far points there can be from it that are no further than this from x, m.
 fn reduced_reach(reach: Real) -> Vec {
     return reach * row_lengths(cell.stretch, cell.stretch_tilt);
+}
+
+/// Work of the flow on what has this virial, per time, W.
+fn flow_power(virial: Vec, virial_above: Spin) -> Real {
+    return dot(cell.rate, virial) + spin_dot(cell.shear_rate, virial_above);
 }

@@ -35,3 +35,8 @@ fn reduced(x: Vec) -> Vec {
 fn reduced_reach(reach: Real) -> Vec {
     return Vec(reach);
 }
+
+/// Work of the flow on what has this virial, per time.
+fn flow_power(virial: Vec, virial_above: Spin) -> Real {
+    return 0;
+}

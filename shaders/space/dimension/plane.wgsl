@@ -241,6 +241,15 @@ fn last_above(above: Spin, v: Vec) -> Vec {
     return Vec();
 }
 
+/// Above the diagonal of the outer product of two vectors.
+fn outer_above(a: Vec, b: Vec) -> Spin {
+    return a.x * b.y;
+}
+
+fn volume_of(length: Vec) -> Real {
+    return length.x * length.y;
+}
+
 /// Above the diagonal of a product.
 fn product_above(a: Vec, a_above: Spin, b: Vec, b_above: Spin) -> Spin {
     return a.x * b_above + a_above * b.y;

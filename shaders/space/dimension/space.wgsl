@@ -271,6 +271,15 @@ fn last_above(above: Spin, v: Vec) -> Vec {
     return Vec(above.y * v.z, 0, 0);
 }
 
+/// Above the diagonal of the outer product of two vectors.
+fn outer_above(a: Vec, b: Vec) -> Spin {
+    return Spin(a.y * b.z, a.x * b.z, a.x * b.y);
+}
+
+fn volume_of(length: Vec) -> Real {
+    return length.x * length.y * length.z;
+}
+
 /// Above the diagonal of a product.
 fn product_above(a: Vec, a_above: Spin, b: Vec, b_above: Spin) -> Spin {
     return Spin(

@@ -43,4 +43,26 @@ impl CellBuilder {
         component.set(&mut self.0.strain_rate, rate);
         self
     }
+
+    /// Target of a component of the stress, Pa (in two dimensions N/m), to which a servo brings it; compression is
+    /// positive.
+    #[must_use]
+    pub fn stress(mut self, component: Component, stress: f64) -> Self {
+        component.set(&mut self.0.stress, stress);
+        self
+    }
+
+    /// Inertial number up to which the servo goes. Default: 1e-3.
+    #[must_use]
+    pub fn inertial_number(mut self, number: f64) -> Self {
+        self.0.inertial_number = Some(number);
+        self
+    }
+
+    /// Part of a missing stress that the servo adds in a step, in (0, 1]. Default: 1e-3.
+    #[must_use]
+    pub fn gain(mut self, gain: f64) -> Self {
+        self.0.gain = Some(gain);
+        self
+    }
 }
