@@ -71,6 +71,7 @@ struct Params {
     controlled_above: Spin,
     servo_time: Real,              // s
     most_rate: Real,               // 1/s, that the servo sets
+    least_rigidity: Real,          // Pa s (N s/m), that it takes a modulus times its time for
     dt: Real,                      // s
     history_dt: Real,              // s, since the history of contacts was last written: dt, but 0 in the first step
     damping: Real,                 // xi, 1/s

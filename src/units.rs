@@ -26,8 +26,9 @@ pub enum Quantity {
     Power,
     Stiffness,
     Modulus,
-    /// Of disks of unit thickness, N/m.
+    /// Of disks of unit thickness, N/m and N s/m.
     Stress,
+    Viscosity,
     /// k_N, or E* of the Hertz law.
     NormalStiffness,
     /// k_T, or G* of Mindlin's law.
@@ -61,6 +62,7 @@ impl Quantity {
             Quantity::Stiffness => "N/m",
             Quantity::Modulus | Quantity::Stress => "Pa",
             Quantity::NormalStiffness | Quantity::TangentialStiffness => "N/m or Pa",
+            Quantity::Viscosity => "Pa s",
             Quantity::Dashpot => "1 or 1/s",
             Quantity::Load => "N or N s",
             Quantity::LoadTorque => "N m or N m s",
@@ -117,6 +119,7 @@ impl Units {
             Quantity::Modulus => force / (length * length),
             Quantity::Stress if flat => force / length,
             Quantity::Stress => force / (length * length),
+            Quantity::Viscosity => time * self.of(Quantity::Stress),
             Quantity::NormalStiffness | Quantity::TangentialStiffness => {
                 self.of(if elastic { Quantity::Modulus } else { Quantity::Stiffness })
             }

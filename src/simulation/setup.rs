@@ -181,6 +181,9 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> (Params, Vec<Level>) {
 /// Steps from one look of the servo of the cell to the next: few beside the time in which grains answer.
 const SERVO_STEPS: u32 = 10;
 
+/// Rates over their limit that the servo still tells apart: there is hardly a contact then.
+const STEEPEST_APPROACH: f64 = 1e3;
+
 /// Of the servo of the cell.
 fn set_servo(p: &mut Params, assembly: &Assembly) {
     let stress = assembly.cell.stress.map(Option::unwrap_or_default);
@@ -190,6 +193,7 @@ fn set_servo(p: &mut Params, assembly: &Assembly) {
     (p.controlled, p.controlled_above) = halves(controlled);
     p.servo_time = p.dt / assembly.cell.gain;
     p.most_rate = assembly.most_rate();
+    p.least_rigidity = assembly.cell.largest_stress() / (STEEPEST_APPROACH * p.most_rate).max(f64::MIN_POSITIVE);
     p.servo_steps = SERVO_STEPS;
 }
 

@@ -238,6 +238,7 @@ record!(
         controlled_above: Spin,
         servo_time: f64 [Time],
         most_rate: f64 [Rate],
+        least_rigidity: f64 [Viscosity],
         dt: f64 [Time],
         history_dt: f64 [Time],
         damping: f64 [Rate],
