@@ -64,6 +64,14 @@ struct Params {
     period_low: Vec,               // m, what the period has beyond a multiple of the quantum, in single precision
     inverse_period: Vec,           // 1/m, 0 along an open axis
     cell_origin: Vec,              // m; the lower face of the domain along a periodic axis
+    narrowest: Real,               // m, faces of a cell that deforms must not come closer
+    stress: Vec,                   // Pa (N/m), targets of the servo of the cell: xx, yy, zz; compression is positive
+    stress_above: Spin,            // Pa (N/m): yz, xz, xy
+    controlled: Vec,               // 1 where there is a target, else 0
+    controlled_above: Spin,
+    servo_time: Real,              // s
+    most_rate: Real,               // 1/s, that the servo sets
+    least_rigidity: Real,          // Pa s (N s/m), that it takes a modulus times its time for
     dt: Real,                      // s
     history_dt: Real,              // s, since the history of contacts was last written: dt, but 0 in the first step
     damping: Real,                 // xi, 1/s
@@ -103,6 +111,7 @@ struct Params {
     entries: u32,                  // length of the lists; the engine fills these three in
     history: u32,                  // length of the history
     colors: u32,                   // of contacts, that there are schedules for
+    servo_steps: u32,              // from one look of the servo to the next
     step: u32,                     // steps done before this chunk, less multiples of 2^32
 }
 
@@ -119,6 +128,7 @@ struct Counters {
     restored_contacts: atomic<u32>, // contacts whose history the new lists took over
     unlisted: atomic<u32>,          // neighbours that found no entry: 0, or a defect
     deep_overlaps: atomic<u32>,     // 1 if a contact overlaps by more than `deep_overlap`, after which no step is done
+    narrow_cell: atomic<u32>,       // 1 if the cell would become too narrow for its largest grains
 }
 
 var<storage, read_write> counters: Counters;

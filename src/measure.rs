@@ -12,15 +12,18 @@ pub(crate) mod energies;
 #[expect(clippy::module_inception, reason = "the kernel is called so")]
 mod measure;
 mod measure_clumps;
+mod measure_for_servo;
 mod packing;
 pub(crate) mod plan;
+mod servo;
 mod sizes;
 pub(crate) mod sums;
 mod synchronise;
 mod synchronise_clumps;
 
 pub use analysis::{
-    Sample, angular_momentum, angular_momentum_of_clumps, backbone, mass_of_clump, masses, momentum, momentum_of_clumps,
+    CellSample, Sample, angular_momentum, angular_momentum_of_clumps, backbone, mass_of_clump, masses, momentum,
+    momentum_of_clumps,
 };
 pub use packing::{PackingFraction, overall_packing_fraction, packing_fraction};
 
@@ -35,9 +38,11 @@ use crate::{
         overlap::{largest_force, largest_torque},
     },
     model::Method,
+    space::dimension::volume_of,
     stage::*,
-    state::{self, Element, PartialSums, State, Works, array},
+    state::{self, Cell, Element, PartialSums, Spin, State, Works, array},
 };
+use glam::DVec3;
 
 /// Grains at rest: what contacts do one by one.
 const FLOORS: &[Floor] = &[
@@ -67,7 +72,20 @@ fn at_rest(s: &State) -> PartialSums {
     // Of rigid grains those within the band that is taken for contact.
     let smallest = s.position.iter().map(|here| here.radius).fold(f64::INFINITY, f64::min);
     let overlap = if s.model.method == Method::ContactDynamics { s.params.gap_band / smallest } else { 0.0 };
-    PartialSums { kinetic, net_force, dissipation, sliding: dissipation, overlap, ..PartialSums::default() }
+    let largest = s.position.iter().map(|here| here.radius).fold(0.0, f64::max);
+    let (virial, flux) = (net_force * largest, 2.0 * kinetic);
+    PartialSums {
+        kinetic,
+        net_force,
+        dissipation,
+        sliding: dissipation,
+        overlap,
+        virial: DVec3::splat(virial),
+        virial_above: Spin(DVec3::splat(virial)),
+        flux: DVec3::splat(flux),
+        flux_above: Spin(DVec3::splat(flux)),
+        ..PartialSums::default()
+    }
 }
 
 /// The same of works: what a step does at least to a grain that balances.
@@ -81,7 +99,14 @@ fn works_at_rest(s: &State) -> Vec<f64> {
     let fastest = |i: usize| speed(s.velocity[i].v.length(), spin_of(s, i).length(), s.position[i].radius);
     let fixed = (0..s.sizes.bodies).filter(fixed).map(fastest).fold(0.0, f64::max);
     let dt = s.params.dt;
-    let works = Works { dissipated: dt * at_rest(s).dissipation, walls: dt * force * walls, fixed: dt * force * fixed };
+    let largest = s.position.iter().map(|here| here.radius).fold(0.0, f64::max);
+    let flow = s.cell.first().map_or(0.0, |cell| 2.0 * largest * cell.largest_rate);
+    let works = Works {
+        dissipated: dt * at_rest(s).dissipation,
+        walls: dt * force * walls,
+        fixed: dt * force * fixed,
+        cell: dt * force * flow,
+    };
     works.lanes(s.model.dims())
 }
 
@@ -90,6 +115,36 @@ pub static MEASURE: Stage = Stage {
     check: Check { member_floors: SUM_FLOORS, ..Check::FORCES },
     ..Stage::new("measure", "measure", measure::measure, state::Sizes::partial_sums)
 };
+
+/// The same before every so many steps.
+pub static MEASURE_FOR_SERVO: Stage = Stage {
+    check: Check { member_floors: SUM_FLOORS, ..Check::FORCES },
+    ..Stage::new("measure", "measure_for_servo", measure_for_servo::measure_for_servo, state::Sizes::partial_sums)
+};
+
+/// The servo of the cell.
+pub static SERVO: Stage = Stage {
+    dispatch: Dispatch::OneGroup,
+    check: Check { member_floors: &[(&array::CELL, floors_of_servo)], ..Check::ROUNDING },
+    ..Stage::new("measure", "servo", servo::servo, |_| 1)
+};
+
+/// Stresses may cancel, of those that are there or asked for.
+fn floors_of_servo(s: &State) -> Vec<f64> {
+    let (p, cell) = (&s.params, &s.cell[0]);
+    let most = |of: fn(&PartialSums) -> f64| s.partial_sums.iter().map(of).sum::<f64>();
+    let virial = most(|row| row.virial.abs().max_element());
+    let stress = virial / volume_of(s.model.dimension, cell.length);
+    let splat = |x: f64| DVec3::splat(x);
+    let floors = Cell {
+        rate: splat(p.most_rate),
+        shear_rate: Spin(splat(p.most_rate)),
+        stress: splat(stress),
+        stress_above: Spin(splat(stress)),
+        ..Cell::default()
+    };
+    floors.lanes(s.model.dims())
+}
 
 /// Velocities at the time of the positions.
 pub static SYNCHRONISE: Stage = Stage {

@@ -58,8 +58,8 @@ slot!(
     Dimension in "space/dimension" { Plane = "plane", Space = "space" }
 );
 slot!(
-    /// Whether any axis is periodic.
-    Boundary in "space/boundary" { Open = "open", Periodic = "periodic" }
+    /// Whether any axis is periodic, and whether the cell between periodic faces deforms, or is tilted; owns that cell.
+    Boundary in "space/boundary" { Open = "open", Periodic = "periodic", Deforming = "deforming" }
 );
 /// How contacts act, and with them a step: the chapters `dem` and `nscd`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -158,6 +158,8 @@ pub struct Model {
     pub moving_walls: bool,
     /// Optional stage instead: one moves otherwise, so that all walls are where the host says.
     pub guided_walls: bool,
+    /// Optional stages: a servo brings the stress of the cell to a target.
+    pub servo: bool,
     /// Optional stages: dissipation and works are added up in every step.
     pub works: bool,
     /// Optional stages: contact dynamics updates contacts colour by colour, and not all at once.
@@ -182,7 +184,11 @@ impl Model {
         Model {
             precision,
             dimension: if assembly.dimension == 2 { Dimension::Plane } else { Dimension::Space },
-            boundary: if assembly.domain.periodic.contains(&true) { Boundary::Periodic } else { Boundary::Open },
+            boundary: match () {
+                () if assembly.deforms() => Boundary::Deforming,
+                () if assembly.domain.periodic.contains(&true) => Boundary::Periodic,
+                () => Boundary::Open,
+            },
             method,
             normal: match pairs[0].hertz {
                 _ if rigid => Normal::Rigid,
@@ -217,6 +223,7 @@ impl Model {
             large_grains: assembly.large_grains() > 0,
             moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO || w.is_guided()),
             guided_walls: assembly.walls.iter().any(scene::Wall::is_guided),
+            servo: assembly.cell.stress != [None; 6],
             works: assembly.output.works && !rigid,
             colored: solver == Some(Solver::ColouredAccelerated),
             solved_on_host: solver.is_some_and(Solver::is_of_host),
@@ -406,6 +413,7 @@ impl Model {
                                         large_grains,
                                         moving_walls,
                                         guided_walls,
+                                        servo: boundary == Boundary::Deforming && walls == Walls::None && !rigid,
                                         works: !rigid,
                                         colored,
                                         solved_on_host: false,

@@ -38,7 +38,10 @@ impl Plans {
                 let step = dem::plan::step(model);
                 (
                     dem::plan::start(model),
-                    neighbours::plan::chunk(model, &plan([measure::plan::works(model), step.clone()])),
+                    neighbours::plan::chunk(
+                        model,
+                        &plan([measure::plan::servo(model), measure::plan::works(model), step.clone()]),
+                    ),
                     step,
                 )
             }

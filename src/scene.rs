@@ -4,6 +4,7 @@ mod apportion;
 mod assembly;
 mod bodies;
 pub mod builder;
+mod cell;
 mod check;
 mod continued;
 mod formats;
@@ -27,6 +28,7 @@ mod shape;
 mod sheet;
 mod stages;
 mod table;
+mod targets;
 mod validate;
 mod walls;
 
@@ -34,6 +36,7 @@ pub use assembly::{
     Assembly, Clump, Domain, Grain, Material, Method, Output, Relaxation, Solver, Stop, Surface, TimeStep, Wall,
 };
 pub use builder::SceneBuilder;
+pub use cell::{COMPONENTS, Cell};
 pub use continued::{Continued, KeptWalls, Shift};
 pub use inputs::Input;
 pub use law::{Dashpot, Hertz, MaterialBuilder, Pair, PairBuilder, Rolling};

@@ -35,9 +35,11 @@ use crate::{
     model::{Model, Precision},
     plan::Op,
     plans::Plans,
-    scene::{Assembly, Method},
+    scene::{Assembly, Domain, Method},
     state::{Array, Params, Sizes, State, array::*, present},
 };
+use std::borrow::Cow;
+
 use lists::NeighbourLists;
 use nscd::Nscd;
 use runner::Runner;
@@ -222,7 +224,7 @@ impl Simulation {
         lists.rewind(&mut runner.state.params);
         start::fill_small(&mut runner.state, assembly);
         let Runner { engine, state, .. } = runner;
-        engine.write(&present(&state.model, &[&WALL]), 0, state)?;
+        engine.write(&present(&state.model, &[&WALL, &CELL]), 0, state)?;
         start::fill(state, assembly, &mut |arrays, first, piece| engine.write(arrays, first, piece))?;
         // Lists without entries leave no history.
         let counted = present(&runner.state.model, &[&LIST_START, &ROTATION_ITERATIONS]);
@@ -332,6 +334,13 @@ impl Simulation {
 
     pub fn assembly(&self) -> &Assembly {
         &self.assembly
+    }
+    /// The scene with its cell as it is now, see [`Simulation::domain`].
+    pub fn assembly_in(&self, domain: Domain) -> Cow<'_, Assembly> {
+        match domain == self.assembly.domain {
+            true => Cow::Borrowed(&self.assembly),
+            false => Cow::Owned(Assembly { domain, ..self.assembly.clone() }),
+        }
     }
     pub fn model(&self) -> &Model {
         &self.runner.state.model

@@ -1,6 +1,7 @@
 //! Space: dimension, boundaries, walls, and how single precision keeps positions.
 
 pub mod boundary;
+pub mod deform_cell;
 pub mod dimension;
 mod guide_walls;
 mod move_walls;
@@ -11,7 +12,7 @@ use crate::{
     model::Model,
     plan::{Plan, plan, run},
     stage::*,
-    state::{State, Wall, array},
+    state::{Cell, Element, Spin, State, Wall, array},
 };
 
 use glam::DVec3;
@@ -22,6 +23,27 @@ pub struct Separation {
     /// m, < 0 is overlap (erratum E1).
     pub gap: f64,
     pub n: DVec3,
+}
+
+/// The periodic cell.
+pub static DEFORM_CELL: Stage = Stage {
+    check: Check { member_floors: &[(&array::CELL_NEXT, floors_of_cell)], ..Check::ROUNDING },
+    ..Stage::new("space", "deform_cell", deform_cell::deform_cell, |_| 1)
+};
+
+/// Low parts are what is left of a step, m, when whole quanta are taken off; a tilt may be no more than that.
+fn floors_of_cell(s: &State) -> Vec<f64> {
+    let (p, cell) = (&s.params, &s.cell[0]);
+    let step = (p.dt * cell.largest_rate * cell.length.max_element()).max(p.quantum);
+    let parts = |floor: f64| DVec3::splat(floor);
+    let floors = Cell {
+        length_low: parts(step),
+        tilt: Spin(parts(step)),
+        tilt_low: Spin(parts(step)),
+        stretch_tilt: Spin(parts(step / cell.length.max_element())),
+        ..Cell::default()
+    };
+    floors.lanes(s.model.dims())
 }
 
 /// Moving walls.

@@ -9,14 +9,16 @@ mod sizes;
 
 use crate::{
     error::Result,
-    model::{Grains, History, Levels, Materials, Method, Model, Precision, Rolling, Rotation, Tangential, Walls},
+    model::{
+        Boundary, Grains, History, Levels, Materials, Method, Model, Precision, Rolling, Rotation, Tangential, Walls,
+    },
     units::{Quantity, Units},
 };
 pub use crate::{record::Element, solve::momentum::SolverState};
 pub use column::Column;
 use glam::DVec3;
 pub use records::{
-    ColorCursor, ColoredContact, ColoringState, ContactColor, ContactGeometry, Counters, InverseEffectiveMass,
+    Cell, ColorCursor, ColoredContact, ColoringState, ContactColor, ContactGeometry, Counters, InverseEffectiveMass,
     LargeContacts, Level, LowBits, Orientation, Packed, Pair, Params, PartialSums, Position, PositionLow, ResidualSums,
     RollingPair, RotationIterations, Spin, Velocity, VelocityLow, Wall, Works,
 };
@@ -324,6 +326,10 @@ fn colored_with_large(m: &Model) -> bool {
 fn guided(m: &Model) -> bool {
     m.guided_walls
 }
+
+fn deforming(m: &Model) -> bool {
+    m.boundary == Boundary::Deforming
+}
 fn walled(m: &Model) -> bool {
     m.walls == Walls::Some
 }
@@ -371,6 +377,8 @@ state! {
     PAIR pair: Pair, MaterialsSquared, Scene, -, "", mixed;
     WALL wall: Wall, Walls, State, -, "", walled;
     WALL_PATH wall_path: Wall, WallPaths, Scene, -, "after each step of a chunk", guided;
+    CELL cell: Cell, One, State, -, "", deforming;
+    CELL_NEXT cell_next: Cell, One, Scratch, -, "", deforming;
     LEVEL level: Level, Levels, Scene, -, "of the grid", always;
     CELL_RANK cell_rank: u32, Bodies, Scratch, Number, "order inside the cell", always;
     SORTED sorted: u32, Bodies, Scratch, Number, "index before the sort", always;

@@ -299,7 +299,9 @@ fn longest_stride(assembly: &Assembly) -> f64 {
     let grains = &assembly.grains;
     let smallest = smallest(grains, |grain| grain.radius);
     let mean = grains.iter().map(|grain| grain.radius).sum::<f64>() / grains.len() as f64;
-    let stride = PLANNED * 0.5 * smallest.min(assembly.solver.margin * mean) / fastest(assembly);
+    let largest = -self::smallest(grains, |grain| -grain.radius);
+    let closing = assembly.largest_rate() * (largest + 0.5 * assembly.solver.margin * mean);
+    let stride = PLANNED * 0.5 * smallest.min(assembly.solver.margin * mean) / (fastest(assembly) + closing);
     let spin = assembly.clumps.iter().map(|c| c.spin.length()).fold(0.0, f64::max);
     stride.min(PLANNED * MOST_TURN / spin)
 }

@@ -26,6 +26,9 @@ pub enum Quantity {
     Power,
     Stiffness,
     Modulus,
+    /// Of disks of unit thickness, N/m and N s/m.
+    Stress,
+    Viscosity,
     /// k_N, or E* of the Hertz law.
     NormalStiffness,
     /// k_T, or G* of Mindlin's law.
@@ -57,8 +60,9 @@ impl Quantity {
             Quantity::Energy => "J",
             Quantity::Power => "W",
             Quantity::Stiffness => "N/m",
-            Quantity::Modulus => "Pa",
+            Quantity::Modulus | Quantity::Stress => "Pa",
             Quantity::NormalStiffness | Quantity::TangentialStiffness => "N/m or Pa",
+            Quantity::Viscosity => "Pa s",
             Quantity::Dashpot => "1 or 1/s",
             Quantity::Load => "N or N s",
             Quantity::LoadTorque => "N m or N m s",
@@ -73,6 +77,8 @@ pub struct Units {
     pub length: f64,
     pub mass: f64,
     pub time: f64,
+    /// Whether grains are disks of unit thickness.
+    pub flat: bool,
     /// Whether stiffnesses are moduli.
     pub elastic: bool,
     /// Whether dashpots are rates.
@@ -84,14 +90,14 @@ pub struct Units {
 impl Default for Units {
     /// SI units.
     fn default() -> Units {
-        Units { length: 1.0, mass: 1.0, time: 1.0, elastic: false, rates: false, rigid: false }
+        Units { length: 1.0, mass: 1.0, time: 1.0, flat: false, elastic: false, rates: false, rigid: false }
     }
 }
 
 impl Units {
     /// The unit of a quantity, in SI units: a power of two.
     pub fn of(&self, quantity: Quantity) -> f64 {
-        let Units { length, mass, time, elastic, rates, rigid } = *self;
+        let Units { length, mass, time, flat, elastic, rates, rigid } = *self;
         let velocity = length / time;
         let force = mass * velocity / time;
         match quantity {
@@ -111,6 +117,9 @@ impl Units {
             Quantity::Power => force * velocity,
             Quantity::Stiffness => force / length,
             Quantity::Modulus => force / (length * length),
+            Quantity::Stress if flat => force / length,
+            Quantity::Stress => force / (length * length),
+            Quantity::Viscosity => time * self.of(Quantity::Stress),
             Quantity::NormalStiffness | Quantity::TangentialStiffness => {
                 self.of(if elastic { Quantity::Modulus } else { Quantity::Stiffness })
             }

@@ -37,7 +37,7 @@ fn periodic(dimension: usize, edges: DVec3, n: [i32; 3], basis: &[DVec3]) -> Ass
     let size = DVec3::from_array(n.map(f64::from)) * edges;
     let upper = if dimension == 2 { DVec3::new(size.x, size.y, f64::INFINITY) } else { size };
     let lower = if dimension == 2 { DVec3::new(0.0, 0.0, f64::NEG_INFINITY) } else { DVec3::ZERO };
-    scene.domain = Domain { lower, upper, periodic: [true, true, dimension == 3] };
+    scene.domain = Domain { lower, upper, periodic: [true, true, dimension == 3], ..Domain::default() };
     for cell in cells {
         for b in basis {
             let x = (DVec3::from_array(cell.map(f64::from)) + *b) * edges;

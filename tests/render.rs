@@ -39,7 +39,7 @@ fn picture(dimension: usize, grains: &[(DVec3, f64, [f32; 3])]) -> Picture {
         radii: grains.iter().map(|grain| grain.1).collect(),
         colors: grains.iter().map(|grain| grain.2).collect(),
         walls: Vec::new(),
-        domain: Domain { lower: -DVec3::INFINITY, upper: DVec3::INFINITY, periodic: [false; 3] },
+        domain: Domain { lower: -DVec3::INFINITY, upper: DVec3::INFINITY, ..Domain::default() },
         width: 160,
         height: 120,
     }

@@ -36,6 +36,11 @@ fn scenes() -> Vec<(&'static str, Assembly, u64)> {
     };
     let mut periodic = example("hard/gas.toml", &["output.works=true"]);
     periodic.solver.allow_overlap = true;
+    let mut sheared = example("hard/gas.toml", &["output.works=true"]);
+    sheared.solver.allow_overlap = true;
+    sheared.cell.strain_rate[..2].fill(-30.0);
+    sheared.cell.strain_rate[5] = 100.0;
+    sheared.domain.tilt.z = 0.4999 * (sheared.domain.upper.x - sheared.domain.lower.x);
     let mut moving = example("heap_2d.toml", &[]);
     moving.walls[0].velocity.y = 0.05;
     let mut beads = example("elastic_beads.toml", &column);
@@ -43,6 +48,7 @@ fn scenes() -> Vec<(&'static str, Assembly, u64)> {
     vec![
         ("disks on a moving floor", moving, 1000),
         ("works in a periodic box", periodic, 150),
+        ("a cell that shears", sheared, 150),
         ("elastic spheres that roll", beads, 150),
         ("spheres of two sizes", example("hard/size_ratio.toml", &[]), 150),
         ("clumps", example("hard/dimer_bed.toml", &[]), 150),

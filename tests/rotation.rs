@@ -524,7 +524,12 @@ fn a_turned_scene_goes_the_same_way() {
 #[test]
 fn clumps_go_around_periods() {
     let mut inside = oblique();
-    inside.domain = Domain { lower: DVec3::splat(-8.0 * R), upper: DVec3::splat(8.0 * R), periodic: [true; 3] };
+    inside.domain = Domain {
+        lower: DVec3::splat(-8.0 * R),
+        upper: DVec3::splat(8.0 * R),
+        periodic: [true; 3],
+        ..Domain::default()
+    };
     let mut across = inside.clone();
     let shift = DVec3::new(8.0 * R, 7.5 * R, -8.0 * R);
     let wrap = |x: DVec3| x - 16.0 * R * (x / (16.0 * R) + 0.5).floor();

@@ -68,8 +68,8 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
     // Deep inside of a large grain contacts would be too violent to be followed.
     let large: Vec<Grain> = grains.iter().filter(|g| g.radius > 4e-3).copied().collect();
     grains.retain(|g| large.iter().all(|l| l == g || l.position.distance(g.position) > l.radius + 0.5 * g.radius));
-    let periodic = model.boundary == Boundary::Periodic;
-    let axis = |a: usize| periodic && a < dims && a != 1;
+    let (periodic, deforming) = (model.boundary != Boundary::Open, model.boundary == Boundary::Deforming);
+    let axis = |a: usize| periodic && a < dims && (a != 1 || model.servo);
     let bounds = |value: f64, open: f64| DVec3::from_array(std::array::from_fn(|a| if axis(a) { value } else { open }));
     let rigid = model.method == MethodSlot::ContactDynamics;
     let hertz = model.normal == NormalSlot::Hertz;
@@ -91,13 +91,27 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
             DampingSlot::MassScaled => Dashpot::MassScaled(3000.0),
         },
     };
+    let stress = [None, Some(3e3), None, None, None, Some(-2e3)];
+    let servo = if model.servo { Cell { stress, ..Cell::default() } } else { Cell::default() };
     let mut scene = Assembly {
         dimension: dims,
-        gravity: if dims == 2 { DVec3::new(0.0, -9.81, 0.0) } else { DVec3::new(0.0, 0.3, -9.81) },
+        gravity: match dims {
+            _ if model.servo => DVec3::ZERO,
+            2 => DVec3::new(0.0, -9.81, 0.0),
+            // None along an axis that deforms.
+            _ => DVec3::new(0.0, 0.3, if deforming { 0.0 } else { -9.81 }),
+        },
         domain: Domain {
             lower: bounds(0.0, f64::NEG_INFINITY),
             upper: bounds(edge, f64::INFINITY),
             periodic: std::array::from_fn(axis),
+            // Almost so much that it is turned back.
+            tilt: if deforming && dims == 3 { DVec3::Y * 0.4999 * edge } else { DVec3::ZERO },
+        },
+        cell: match (deforming, dims) {
+            (false, _) => Cell::default(),
+            (true, 2) => Cell { strain_rate: [-3.0, 0.0, 0.0, 0.0, 0.0, 0.0], ..servo },
+            (true, _) => Cell { strain_rate: [-3.0, 0.0, 1.0, 0.0, 20.0, 0.0], ..servo },
         },
         materials: (0..materials)
             .map(|k| Material { name: format!("m{k}"), density: 2000.0 + 500.0 * k as f64 })
@@ -274,7 +288,8 @@ fn twins_agree(options: Options, every: usize) {
         assert_eq!(Model::of(&scene, precision), model, "the scene must ask for the model it is made for");
         // Lists one after the other, and side by side.
         let options = Options { lists_abreast: Some([1, 8, 32][k % 3]), ..options };
-        let report: Result<Report> = check(&scene, options, 3, 3, 0);
+        // A servo looks before the tenth step.
+        let report: Result<Report> = check(&scene, options, if model.servo { 9 } else { 3 }, 3, 0);
         match report {
             Err(e) if packstone::gpu::adapters().is_empty() && without_gpu(&e) => return,
             Err(e) if e.to_string().contains("has no images for arrays") => return println!("skipped: {e}"),
@@ -398,7 +413,7 @@ fn steps_of_a_boulder_are_those_of_the_twins() {
         Grain { radius, position, velocity: -0.01 * n, fixed: false, ..boulder }
     };
     scene.grains = std::iter::once(boulder).chain((0..count as usize).map(around)).collect();
-    scene.domain = Domain { lower: DVec3::NEG_INFINITY, upper: DVec3::INFINITY, periodic: [false; 3] };
+    scene.domain = Domain { lower: DVec3::NEG_INFINITY, upper: DVec3::INFINITY, ..Domain::default() };
     steps_are_those_of_the_twins(&scene);
 }
 

@@ -66,9 +66,9 @@ fn grain_state(i: u32, here: Body, j: u32, p: OrientedPair) -> ContactState {
     let arm_to = -(p.radius_to + 0.5 * gap) * n;
     let other = velocity[j];
     let spin = spin_of(j);
-    let v = select(here.velocity.v - other.v, other.v - here.velocity.v, p.back);
-    let surface = surface_velocity(select(here.spin, spin, p.back), arm);
     let branch = p.branch.x + p.branch.low;
+    let v = past_flow(select(here.velocity.v - other.v, other.v - here.velocity.v, p.back), branch);
+    let surface = surface_velocity(select(here.spin, spin, p.back), arm);
     var c = ContactState();
     c.gap = gap;
     c.opening = -lengthened(branch, params.history_dt * v);

@@ -8,7 +8,13 @@ fn velocity_change(velocity: Velocity, force: Vec) -> Vec {
     }
     let half = 0.5 * params.dt * params.damping;
     let acceleration = velocity.inverse_mass * force + params.gravity;
-    return (params.dt * acceleration - 2 * half * velocity.v) / (1 + half);
+    return with_flow(velocity.v, (params.dt * acceleration - 2 * half * velocity.v) / (1 + half));
+}
+
+/// A change of a velocity past the flow of the cell with what the way from faster to slower flow does to it: half of it at
+/// the velocity before, half after.
+fn with_flow(v: Vec, change: Vec) -> Vec {
+    return past_flow(change, params.dt * (v + 0.5 * change));
 }
 
 /// From 0 to -1/2, m/s: without it the leapfrog loses an order of accuracy.
@@ -17,7 +23,7 @@ fn velocity_change_back(velocity: Velocity, force: Vec) -> Vec {
         return Vec();
     }
     let acceleration = velocity.inverse_mass * force + params.gravity - params.damping * velocity.v;
-    return -0.5 * params.dt * acceleration;
+    return -0.5 * params.dt * past_flow(acceleration, velocity.v);
 }
 
 /// From n - 1/2 to n, m/s: the inverse of the kick.
@@ -27,13 +33,15 @@ fn velocity_change_to_step(velocity: Velocity, force: Vec) -> Vec {
     }
     let half = 0.5 * params.dt * params.damping;
     let acceleration = velocity.inverse_mass * force + params.gravity;
-    return (0.5 * params.dt * acceleration - half * velocity.v) / (1 + half);
+    let change = (0.5 * params.dt * acceleration - half * velocity.v) / (1 + half);
+    return past_flow(change, 0.5 * params.dt * (velocity.v + change));
 }
 
 /// What contacts do to grain i moves it by a step. Whether this has to be the last one, as `commit_position` says.
 fn leap(i: u32, here: Body, forces: BodyForces) -> bool {
     let spin_change = sphere_spin_change(here, forces.sum.torque);
     let v = change_velocities(i, here, velocity_change(here.velocity, forces.sum.force), spin_change);
-    let point = wrap(displaced(here.position.x, here.low.x, params.dt * v));
-    return commit_position(i, here.position, here.low, point, params.dt * sqrt(dot(v, v)), forces.crossed);
+    let point = wrap(displaced(here.position.x, here.low.x, params.dt * carried(here.position.x, v)));
+    let stride = approach(params.dt * sqrt(dot(v, v)), here.position.radius);
+    return commit_position(i, here.position, here.low, point, stride, forces.crossed);
 }

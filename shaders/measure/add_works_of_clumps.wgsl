@@ -8,5 +8,6 @@ fn add_works_of_clumps(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(n
     if (c >= params.clumps || halt >= HALTED) {
         return;
     }
-    add_to_works(first_member[c], energies_of_clump(c).dissipation, Real(0), Real(0));
+    let own = energies_of_clump(c);
+    add_to_works(first_member[c], own.dissipation, Real(0), Real(0), flow_power(-own.flux, -own.flux_above));
 }

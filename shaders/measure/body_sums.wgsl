@@ -49,17 +49,37 @@ fn with_body(before: PartialSums, i: u32) -> PartialSums {
         sum.single_sides += select(0u, 1u, single);
         if (j >= params.bodies) {
             sum.wall_power += wall_power(here, j - params.bodies, contact);
-        } else if (single) {
+            continue;
+        }
+        if (single) {
             sum.fixed_power += fixed_power(here, j, contact);
         }
+        let half = 0.5 * contact.gap;
+        let branch = contact.arm * (1 + (position[j].radius + half) / (here.position.radius + half));
+        sum.virial += share * (contact.force * branch);
+        sum.virial_above += share * outer_above(contact.force, branch);
+        // Rigid grains store nothing, and have no stiffness.
+        if (contact.gap < 0 && contact.energy > 0) {
+            let work = max(-dot(held, branch), Real(0)) / -contact.gap;
+            sum.stiffness += share * STEEPEST * work * sqrt(dot(branch, branch));
+        }
     }
+    // What acts on a member acts on the centre of its clump.
+    let arm = arm_in_grain(i);
+    sum.virial += force * arm;
+    sum.virial_above += outer_above(force, arm);
     let own = energies(here, ForceTorque(force, torque), drag);
     sum.kinetic += own.kinetic;
     sum.potential += own.potential;
     sum.net_force += own.net_force;
     sum.dissipation += own.dissipation;
+    sum.flux += own.flux;
+    sum.flux_above += own.flux_above;
     return sum;
 }
+
+/// How much steeper than a straight line from 0 forces grow with overlaps: that of elastic spheres with the power 3/2.
+const STEEPEST: Real = 1.5;
 
 /// Work that wall w does on a grain through this contact, per time, W.
 fn wall_power(here: Body, w: u32, contact: Contact) -> Real {
@@ -76,11 +96,12 @@ fn fixed_power(here: Body, j: u32, contact: Contact) -> Real {
 }
 
 /// What a step adds to the works since the host has read them.
-fn add_to_works(number: u32, dissipation: Real, wall_power: Real, fixed_power: Real) {
+fn add_to_works(number: u32, dissipation: Real, wall_power: Real, fixed_power: Real, cell_power: Real) {
     let before = works[number];
     works[number] = Works(
         before.dissipated + params.dt * dissipation,
         before.walls + params.dt * wall_power,
         before.fixed + params.dt * fixed_power,
+        before.cell + params.dt * cell_power,
     );
 }

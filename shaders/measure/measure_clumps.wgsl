@@ -14,6 +14,8 @@ fn measure_clumps(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_wo
         sum.potential += own.potential;
         sum.net_force += own.net_force;
         sum.dissipation += own.dissipation;
+        sum.flux += own.flux;
+        sum.flux_above += own.flux_above;
     }
     partial_sums[p] = sum;
 }

@@ -18,6 +18,11 @@ struct PartialSums {
     overlap: Real,       // largest overlap over the smaller radius
     sides: u32,          // contacts of free grains; one between two free grains is seen twice
     single_sides: u32,   // those of them with a wall or a fixed grain
+    virial: Vec,         // J, sum over contacts of grains of force times branch vector, xx, yy, zz
+    virial_above: Spin,  // J: yz, xz, xy
+    flux: Vec,           // J, sum over free grains of mass times velocity times velocity, xx, yy, zz
+    flux_above: Spin,    // J: yz, xz, xy
+    stiffness: Real,     // J, sum over contacts of grains of what a strain of all lengths alike does to the trace of the virial
 }
 
 /// What free grains have lost, and what others have done to them, J.
@@ -25,6 +30,7 @@ struct Works {
     dissipated: Real,
     walls: Real,
     fixed: Real,
+    cell: Real,
 }
 
 /// What a grain has by itself at step n.
@@ -33,4 +39,6 @@ struct Energies {
     potential: Real,   // J
     net_force: Real,   // N
     dissipation: Real, // W, of global damping, and what dashpots take less as velocities changed since the half step
+    flux: Vec,         // J, mass times velocity times velocity, xx, yy, zz
+    flux_above: Spin,  // J: yz, xz, xy
 }

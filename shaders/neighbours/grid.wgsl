@@ -20,9 +20,9 @@ var<storage, read_write> sorted: array<u32>; // N: the index that each grain had
 /// What is within reach by a hair is looked at too, so that rounding cannot hide a neighbour.
 const HAIR = 1.001;
 
-/// Cell of a point, by axis of the grid, before the grid wraps around.
-fn cell_of(x: Vec, inverse_cell: Vec) -> vec3<i32> {
-    let at = cell_coordinates((x - params.cell_origin) * inverse_cell);
+/// Cell of a place in the grid, by axis of the grid, before the grid wraps around.
+fn cell_of(place: Vec, inverse_cell: Vec) -> vec3<i32> {
+    let at = cell_coordinates(place * inverse_cell);
     return vec3<i32>(component(at, params.axes.x), component(at, params.axes.y), component(at, params.axes.z));
 }
 
@@ -51,7 +51,7 @@ fn once_around(c: vec3<i32>, size: vec3<i32>) -> vec3<i32> {
 /// Cell of a grain, among the cells of all levels.
 fn cell_index(here: Position) -> u32 {
     let grid = level[level_of(here.radius)];
-    let c = wrapped(cell_of(here.x, grid.inverse_cell), grid.cells);
+    let c = wrapped(cell_of(reduced(here.x), grid.inverse_cell), grid.cells);
     return row_start(grid, c.yz) + c.x;
 }
 
@@ -73,9 +73,10 @@ struct Surroundings {
 /// The cells of level k whose grains may be on the list of a grain.
 fn surroundings(here: Position, k: u32) -> Surroundings {
     let grid = level[k];
-    let reach = Vec(HAIR * (here.radius + grid.radius + params.margin + params.position_slack));
-    let lower = cell_of(here.x - reach, grid.inverse_cell);
-    let upper = cell_of(here.x + reach, grid.inverse_cell);
+    let reach = reduced_reach(HAIR * (here.radius + grid.radius + params.margin + params.position_slack));
+    let place = reduced(here.x);
+    let lower = cell_of(place - reach, grid.inverse_cell);
+    let upper = cell_of(place + reach, grid.inverse_cell);
     let count = min(vec3<u32>(upper - lower) + vec3<u32>(1u), grid.cells);
     return Surroundings(wrapped(lower, grid.cells), count, grid, vec2<u32>());
 }

@@ -157,7 +157,7 @@ fn free_velocity_change(velocity: Velocity) -> Vec {
     if (velocity.inverse_mass == 0) {
         return Vec();
     }
-    return damping_factor() * params.dt * (params.gravity - params.damping * velocity.v);
+    return damping_factor() * params.dt * past_flow(params.gravity - params.damping * velocity.v, velocity.v);
 }
 
 /// The same for the spin, rad/s.

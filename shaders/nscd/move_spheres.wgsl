@@ -26,8 +26,9 @@ fn move_sphere(i: u32, sum: ForceTorque) {
     let spin_change =
         free_spin_change(here.velocity, here.spin) + inverse_inertia(here.position, inverse_mass) * sum.torque;
     let v = change_velocities(i, here, change, spin_change);
-    let point = wrap(displaced(here.position.x, here.low.x, params.dt * v));
-    if (commit_position(i, here.position, here.low, point, params.dt * sqrt(dot(v, v)), false)) {
+    let point = wrap(displaced(here.position.x, here.low.x, params.dt * carried(here.position.x, v)));
+    let stride = approach(params.dt * sqrt(dot(v, v)), here.position.radius);
+    if (commit_position(i, here.position, here.low, point, stride, false)) {
         atomicMax(&halt, HALTED); // the host will take the step back, and walls must not have moved
     }
 }

@@ -37,10 +37,12 @@ fn setup_contacts_of(i: u32, entries: vec2<u32>) -> ListSums {
         let arm = inverse_mass.arm * touch.n;
         let arm_to = -inverse_mass.arm_to * touch.n;
         var v = Vec();
-        if (i < j) {
+        if (j >= params.bodies) {
             v = past(free, arm, there, arm_to);
+        } else if (i < j) {
+            v = past_flow(past(free, arm, there, arm_to), arm - arm_to);
         } else {
-            v = -past(there, arm_to, free, arm);
+            v = -past_flow(past(there, arm_to, free, arm), arm_to - arm);
         }
         let speed = max(max(sqrt(dot(v, v)), -bias_velocity), slack);
         let q = v - bias_velocity * touch.n;

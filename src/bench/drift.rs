@@ -78,7 +78,7 @@ fn triangle() -> Assembly {
 }
 
 fn periodic(upper: DVec3) -> Assembly {
-    Assembly { domain: Domain { lower: DVec3::ZERO, upper, periodic: [true; 3] }, ..blank(3) }
+    Assembly { domain: Domain { lower: DVec3::ZERO, upper, periodic: [true; 3], ..Domain::default() }, ..blank(3) }
 }
 
 /// Two free bodies turn by 1e-3 rad in a step.

@@ -162,7 +162,8 @@ mod tests {
     fn lattices_repeat() {
         for (lattice, contacts) in [(body_centred as fn(_, _) -> _, 8), (triangular, 6)] {
             let (places, upper) = lattice(250, 1.0);
-            let domain = Domain { lower: DVec3::ZERO, upper, periodic: upper.to_array().map(|length| length > 0.0) };
+            let periodic = upper.to_array().map(|length| length > 0.0);
+            let domain = Domain { lower: DVec3::ZERO, upper, periodic, ..Domain::default() };
             let near = |a: DVec3, b: DVec3| (domain.nearest(a - b).length() - 1.0).abs() < 1e-9;
             assert!(places.iter().all(|a| places.iter().filter(|b| near(*a, **b)).count() == contacts));
         }

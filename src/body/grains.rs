@@ -3,7 +3,7 @@
 use crate::{
     body::{ForceTorque, bodies::Velocities, rotation::surface_velocity},
     space::{
-        boundary::wrap,
+        boundary::{carried, past_flow, wrap},
         dimension::{all_equal, conjugate, largest, moment, quaternion_product, rotate, rotation_increment},
         precision::{Point, SplitOrientation, add_rotation, displaced, norm_defect, requantised, spin_tolerance},
     },
@@ -83,6 +83,17 @@ pub fn own_spin(s: &State, here: &Clump, w: DVec3) -> DVec3 {
 #[inline(always)]
 pub fn arm_of(s: &State, q: DVec4, member_id: usize) -> DVec3 {
     rotate(q, s.member_offset[member_id].0)
+}
+
+/// From the centre of the grain of body i to the body, m.
+pub fn arm_in_grain(s: &State, i: usize) -> DVec3 {
+    match s.model.grains {
+        Grains::Spheres => DVec3::ZERO,
+        Grains::Clumps => {
+            let c = s.clump_of_id[s.id[i] as usize] as usize;
+            arm_of(s, clump(s, c).orientation, s.id[i] as usize)
+        }
+    }
 }
 
 /// Force and moment, about the clump's centre, of what `member_force` and `member_torque` hold for its members.
@@ -174,7 +185,7 @@ impl Moved {
         let (v, w) = (velocities.velocity.v, velocities.spin.0);
         let start = requantised(s, here.center);
         Moved {
-            center: wrap(s, displaced(s, start.x, start.low, s.params.dt * v)),
+            center: wrap(s, displaced(s, start.x, start.low, s.params.dt * carried(s, start.x, v))),
             velocities,
             orientation: add_rotation(s, &split_orientation(s, c), orientation_increment(s, c, here, w)),
         }
@@ -198,7 +209,8 @@ pub fn set_clump_velocity(s: &mut State, c: usize, here: &Clump, next: Velocitie
     let spin = global_spin(s, here.inverse_moments, here.orientation, next.spin.0);
     for member_id in member_ids(s, c) {
         let i = s.index_of_id[member_id] as usize;
-        let v = next.velocity.v + surface_velocity(spin, arm_of(s, here.orientation, member_id));
+        let arm = arm_of(s, here.orientation, member_id);
+        let v = past_flow(s, next.velocity.v + surface_velocity(spin, arm), arm);
         s.velocity_next[i] = Velocity { v, inverse_mass: next.velocity.inverse_mass };
         s.spin_next[i].0 = spin;
     }

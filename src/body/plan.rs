@@ -20,7 +20,7 @@ pub fn exchange_bodies(model: &Model) -> Plan {
     )
 }
 
-/// For bodies and clumps, at the end of a step; and whether later steps are halted.
+/// For bodies, clumps and the cell, at the end of a step; and whether later steps are halted.
 pub fn exchange(model: &Model) -> Plan {
     let clumps = [
         (&CENTER, &CENTER_NEXT),
@@ -32,7 +32,8 @@ pub fn exchange(model: &Model) -> Plan {
         (&CLUMP_SPIN, &CLUMP_SPIN_NEXT),
         (&CLUMP_VELOCITY_LOW, &CLUMP_VELOCITY_LOW_NEXT),
     ];
-    plan([exchange_bodies(model), swap(model, clumps), swap(model, [(&HALT, &HALT_NEXT)])])
+    let rest = [(&CELL, &CELL_NEXT), (&HALT, &HALT_NEXT)];
+    plan([exchange_bodies(model), swap(model, clumps), swap(model, rest)])
 }
 
 /// Velocities alone.

@@ -15,7 +15,7 @@ use crate::{
 };
 use crate::{
     model::{Boundary, Cohesion, Damping, Normal, Rolling, Tangential, Twist},
-    space::boundary::nearest_image_of,
+    space::boundary::{nearest_image_of, past_flow},
     state::{Pair, Position, State, Velocity},
 };
 use glam::DVec3;
@@ -302,7 +302,8 @@ impl GrainPairs {
     /// From grain to grain.
     #[inline(always)]
     fn take_images(&mut self, s: &State) {
-        if s.model.boundary == Boundary::Periodic {
+        let boundary = s.model.boundary;
+        if boundary != Boundary::Open {
             for lane in 0..LANES {
                 let branch = at(&self.branch, lane);
                 set(&mut self.branch, lane, nearest_image_of(s, branch));
@@ -313,6 +314,12 @@ impl GrainPairs {
             for lane in 0..LANES {
                 let branch = at(&self.branch, lane);
                 set(&mut self.branch, lane, separated(true, branch));
+            }
+        }
+        if boundary == Boundary::Deforming {
+            for lane in 0..LANES {
+                let v = past_flow(s, at(&self.v, lane), at(&self.branch, lane));
+                set(&mut self.v, lane, v);
             }
         }
     }

@@ -21,6 +21,7 @@ use crate::{
     },
     scene,
     space::{
+        boundary::past_flow,
         dimension::{moment, spin_dot},
         walls::{relative_to_wall, wall_normal_before, wall_separation, wall_velocity},
     },
@@ -63,6 +64,8 @@ pub struct Contact {
     pub force: DVec3,
     /// m, from its centre to the contact point.
     pub arm: DVec3,
+    /// m, from its centre to that of the other grain.
+    pub branch: DVec3,
     /// N m, about its centre: of the force, and the couple of rolling resistance.
     pub torque: DVec3,
     /// N m, on the other grain about its own centre; a wall has none.
@@ -184,10 +187,10 @@ impl GrainPair {
 /// Grain j seen from grain i.
 #[inline(always)]
 pub fn grain_pair(s: &State, i: usize, here: &Body, j: usize, old: History) -> GrainPair {
-    let there = body(s, j);
+    let (there, branch) = (body(s, j), branch_vector(s, i, j));
     GrainPair {
-        branch: branch_vector(s, i, j),
-        v: here.velocity.v - there.velocity.v,
+        branch,
+        v: past_flow(s, here.velocity.v - there.velocity.v, branch),
         spin: here.spin,
         spin_to: there.spin,
         old,
@@ -247,7 +250,7 @@ pub fn grain_contact(law: Law, m: &GrainPair, was_active: bool) -> Contact {
     let f = contact_force(law, &m.pair, &c, m.old);
     let torque_to = with_couple(law, moment(arm_to, -f.force), -f.couple);
     let is_deep = is_deep(law.state, separation.gap, m.radius.min(m.radius_to));
-    Contact { torque_to, is_deep, ..seen(law, arm, active, separation.gap, f) }
+    Contact { torque_to, is_deep, branch: m.branch, ..seen(law, arm, active, separation.gap, f) }
 }
 
 /// What the laws are told of grain i and wall w.
@@ -295,6 +298,7 @@ fn seen(law: Law, arm: DVec3, active: bool, gap: f64, f: ContactForce) -> Contac
         is_deep: false,
         force: f.force,
         arm,
+        branch: DVec3::ZERO,
         torque: with_couple(law, moment(arm, f.force), f.couple),
         torque_to: DVec3::ZERO,
         damping: f.damping,

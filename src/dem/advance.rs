@@ -14,7 +14,11 @@ use crate::{
     },
     dem::leapfrog::velocity_change,
     model::Precision,
-    space::{boundary::wrap, precision::displaced, walls::is_crossed},
+    space::{
+        boundary::{approach, carried, wrap},
+        precision::displaced,
+        walls::is_crossed,
+    },
     state::{HALTED, INDEX, NONE, Position, PositionLow, Spin, State, Velocity, VelocityLow},
 };
 use rayon::prelude::*;
@@ -179,8 +183,10 @@ impl NextOfBlock<'_> {
         let changed = changed_velocities(s, i, here, change, sphere_spin_change(s, here, sum.torque, spin_change));
         let v = changed.velocity.v;
         self.velocities.store(k, changed);
-        let point = wrap(s, displaced(s, here.position.x, here.low.x, s.params.dt * v));
-        let limits = self.positions.commit_position(s, (i, k), point, s.params.dt * v.length(), *crossed);
+        let step = s.params.dt * carried(s, here.position.x, v);
+        let point = wrap(s, displaced(s, here.position.x, here.low.x, step));
+        let stride = approach(s, s.params.dt * v.length(), here.position.radius);
+        let limits = self.positions.commit_position(s, (i, k), point, stride, *crossed);
         limits.and(Limits::of_contacts(*deep))
     }
 }

@@ -8,7 +8,7 @@ use crate::{
         rotation::surface_velocity,
     },
     space::{
-        boundary::wrap,
+        boundary::{approach, past_flow, wrap},
         dimension::{arm_increment, rotation_increment, spin_squared},
         precision::{Point, arm_end},
     },
@@ -78,15 +78,15 @@ fn place_member(s: &State, i: usize) -> Placed {
     let low = s.center_low_next.get(c).copied().unwrap_or_default();
     let rest = s.orientation_low_next.get(c).map_or(DVec4::ZERO, |r| r.0);
     let center = Point { x: s.center_next[c], low };
-    let stride = s.params.dt * v + gain;
+    let middle = arm + 0.5 * gain;
     Placed {
         point: wrap(s, arm_end(s, center, s.orientation_next[c].0, rest, s.member_offset[member_id].0)),
         velocity: Velocity {
-            v: v + surface_velocity(spin, arm + 0.5 * gain),
+            v: past_flow(s, v + surface_velocity(spin, middle), middle),
             inverse_mass: before.velocity.inverse_mass,
         },
         spin: Spin(spin),
-        stride: stride.length(),
+        stride: approach(s, (s.params.dt * v + gain).length(), s.position[i].radius + arm.length()),
         hopeless: !(s.params.dt * spin_squared(spin).sqrt() <= s.params.turn_limit),
     }
 }

@@ -4,15 +4,16 @@
 use super::*;
 use crate::{
     body::plan::{exchange, exchange_velocities},
-    model::{Grains, Model},
+    model::{Boundary, Grains, Model},
     plan::*,
-    space,
+    space::{self, DEFORM_CELL},
 };
 
 /// Contact forces and leapfrog.
 pub fn step(model: &Model) -> Plan {
     let clumps = model.grains == Grains::Clumps;
     plan([
+        run(&DEFORM_CELL).when(model.boundary == Boundary::Deforming),
         plan([run(&ADVANCE), run(&ADVANCE_LARGE).when(model.large_grains)]).when(!clumps),
         plan([run(&MEMBER_FORCES), run(&INTEGRATE_CLUMPS), run(&PLACE_MEMBERS)]).when(clumps),
         space::motion(model),

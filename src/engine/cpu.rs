@@ -6,7 +6,7 @@ use crate::{
     contact::blocks::Blocks,
     dem::{self, ADVANCE, ADVANCE_LARGE, INTEGRATE_CLUMPS, MEMBER_FORCES, PLACE_MEMBERS},
     error::Result,
-    measure::{self, ADD_WORKS, MEASURE},
+    measure::{self, ADD_WORKS, MEASURE, MEASURE_FOR_SERVO, SERVO},
     model::{Method, Precision},
     neighbours::{
         COUNT_NEIGHBOURS, DISPLACEMENT_CHECK, FILL_NEIGHBOURS, ORDER_LONG_LISTS, ORDER_NEIGHBOURS,
@@ -14,7 +14,7 @@ use crate::{
         found::{self, Found},
     },
     plan::Op,
-    space::{GUIDE_WALLS, MOVE_WALLS},
+    space::{DEFORM_CELL, GUIDE_WALLS, MOVE_WALLS},
     stage::Stage,
     state::{Array, Counters, Params, State},
 };
@@ -76,8 +76,11 @@ fn stand_in(stage: &Stage, blocks: &mut Blocks, s: &mut State) -> bool {
         () if *stage == MEMBER_FORCES => dem::blocks::member_forces(blocks, s),
         () if *stage == DISPLACEMENT_CHECK => displacement_check_of_blocks(blocks, s),
         () if *stage == MEASURE => measure::blocks::measure(blocks, s),
+        () if *stage == MEASURE_FOR_SERVO => measure::blocks::measure_for_servo(blocks, s),
         () if *stage == ADD_WORKS => measure::blocks::add_works(blocks, s),
-        () if [&INTEGRATE_CLUMPS, &PLACE_MEMBERS, &MOVE_WALLS, &GUIDE_WALLS].contains(&stage) => (stage.twin)(s),
+        () if [&INTEGRATE_CLUMPS, &PLACE_MEMBERS, &MOVE_WALLS, &GUIDE_WALLS, &DEFORM_CELL, &SERVO].contains(&stage) => {
+            (stage.twin)(s)
+        }
         () => return false,
     }
     true

@@ -54,8 +54,12 @@ impl History {
 
     pub(super) fn row(&mut self, sample: &Sample, rate: f64) -> Result<()> {
         let mut writer = csv::WriterBuilder::new().has_headers(self.length == 0).from_writer(Vec::new());
-        let row = (sample, Rate { particle_steps_per_second: rate });
-        let row = writer.serialize(row).map_err(io::Error::from);
+        let rate = Rate { particle_steps_per_second: rate };
+        let row = match &sample.cell {
+            Some(cell) => writer.serialize((sample, cell, rate)),
+            None => writer.serialize((sample, rate)),
+        };
+        let row = row.map_err(io::Error::from);
         let row = row.and_then(|()| writer.into_inner().map_err(|e| io::Error::other(e.to_string())));
         let row = row.map_err(at(&self.path))?;
         let written = self.file.seek(SeekFrom::Start(self.length)).and_then(|_| self.file.write_all(&row));

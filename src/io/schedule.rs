@@ -50,10 +50,10 @@ fn whole(steps: f64) -> u64 {
     (steps * (1.0 - 1e-9)).ceil() as u64
 }
 
-/// The last step, if the scene sets a time or a number of steps.
-fn last_step(stop: &Stop, dt: f64) -> Option<u64> {
-    let of_time = stop.time.map(|time| whole(time / dt));
-    of_time.into_iter().chain(stop.steps).min()
+/// The last step, if the scene sets a time or a number of steps, or when the cell meets a target.
+fn last_step(stop: &Stop, time_of_target: Option<f64>, dt: f64) -> Option<u64> {
+    let of_time = stop.time.into_iter().chain(time_of_target).map(|time| whole(time / dt));
+    of_time.chain(stop.steps).min()
 }
 
 /// What a run does when.
@@ -67,7 +67,7 @@ pub struct Schedule {
 
 impl Schedule {
     pub fn new(assembly: &Assembly, dt: f64) -> Schedule {
-        let end = last_step(&assembly.stop, dt);
+        let end = last_step(&assembly.stop, assembly.time_of_target(), dt);
         let history = match (assembly.output.history, end) {
             (Some(seconds), _) => seconds / dt,
             (None, Some(end)) => end as f64 / 100.0,
@@ -238,10 +238,11 @@ mod tests {
 
     #[test]
     fn the_first_condition_ends_the_run() {
-        let stop = |time, steps| Stop { time, steps, equilibrium: None };
-        assert_eq!(last_step(&stop(Some(0.3), None), 0.1), Some(3));
-        assert_eq!(last_step(&stop(Some(0.25), Some(10)), 0.1), Some(3));
-        assert_eq!(last_step(&stop(Some(1e-9), None), 0.1), Some(1));
-        assert_eq!(last_step(&stop(None, None), 0.1), None);
+        let stop = |time, steps| Stop { time, steps, ..Stop::default() };
+        assert_eq!(last_step(&stop(Some(0.3), None), None, 0.1), Some(3));
+        assert_eq!(last_step(&stop(Some(0.25), Some(10)), None, 0.1), Some(3));
+        assert_eq!(last_step(&stop(Some(1e-9), None), None, 0.1), Some(1));
+        assert_eq!(last_step(&stop(None, None), None, 0.1), None);
+        assert_eq!(last_step(&stop(Some(0.3), None), Some(0.15), 0.1), Some(2));
     }
 }

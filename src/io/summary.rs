@@ -56,6 +56,9 @@ pub struct Summary {
     pub converged: bool,
     /// What the scene asks for and the last state has not: in words.
     pub missed: Option<String>,
+    /// Of the cell since the start, if it deforms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub strain: Option<Strain>,
     /// Of contact dynamics.
     #[serde(flatten)]
     pub relaxation: Option<Relaxation>,
@@ -183,6 +186,17 @@ pub struct Rotation {
     pub rotation_rounds_capped: u32,
 }
 
+/// True strains along the axes, and shears.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Strain {
+    pub xx: f64,
+    pub yy: f64,
+    pub zz: f64,
+    pub yz: f64,
+    pub xz: f64,
+    pub xy: f64,
+}
+
 /// How a run ended.
 pub struct Ending {
     pub wall_seconds: f64,
@@ -210,8 +224,9 @@ impl Summary {
         let walls = simulation.walls()?;
         let rounds = simulation.rotation_rounds()?;
         let balance = if simulation.solver_statistics().is_some() { simulation.force_balance()? } else { None };
+        let (domain, strain) = (simulation.domain()?, simulation.strain()?);
         let s = &*simulation;
-        let assembly = s.assembly();
+        let assembly = &s.assembly_in(domain);
         let (momentum, angular_momentum) = if clumps.is_empty() {
             let masses = measure::masses(assembly);
             (measure::momentum(grains, &masses), measure::angular_momentum(assembly, grains, &masses))
@@ -251,6 +266,7 @@ impl Summary {
             angular_momentum,
             converged: ending.converged,
             missed: missed(assembly, sample, &ending),
+            strain: strain.map(|[xx, yy, zz, yz, xz, xy]| Strain { xx, yy, zz, yz, xz, xy }),
             relaxation: s.solver_statistics().map(|solved| Relaxation::new(solved, balance)),
             rotation: rounds.map(|(most, capped)| Rotation {
                 clumps: clumps.len(),
@@ -316,6 +332,23 @@ struct Domain {
     lower: [Option<f64>; 3],
     upper: [Option<f64>; 3],
     periodic: [bool; 3],
+    /// Of a cell that has been sheared, m.
+    #[serde(default, skip_serializing_if = "Tilt::is_none")]
+    tilt: Tilt,
+}
+
+/// Of the third edge along y and along x, and of the second along x, m.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Tilt {
+    yz: f64,
+    xz: f64,
+    xy: f64,
+}
+
+impl Tilt {
+    fn is_none(&self) -> bool {
+        *self == Tilt::default()
+    }
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -352,14 +385,19 @@ impl Surroundings {
         };
         Surroundings {
             dimension: assembly.dimension,
-            domain: Domain { lower: bounds(domain.lower), upper: bounds(domain.upper), periodic: domain.periodic },
+            domain: Domain {
+                lower: bounds(domain.lower),
+                upper: bounds(domain.upper),
+                periodic: domain.periodic,
+                tilt: Tilt { yz: domain.tilt.x, xz: domain.tilt.y, xy: domain.tilt.z },
+            },
             walls: walls.iter().map(wall).collect(),
         }
     }
 
     /// Unbounded space without walls.
     pub fn empty(dimension: usize) -> Surroundings {
-        let domain = Domain { lower: [None; 3], upper: [None; 3], periodic: [false; 3] };
+        let domain = Domain { lower: [None; 3], upper: [None; 3], periodic: [false; 3], tilt: Tilt::default() };
         Surroundings { dimension, domain, walls: Vec::new() }
     }
 
@@ -378,6 +416,7 @@ impl Surroundings {
             lower: corner(self.domain.lower, f64::NEG_INFINITY),
             upper: corner(self.domain.upper, f64::INFINITY),
             periodic: self.domain.periodic,
+            tilt: DVec3::new(self.domain.tilt.yz, self.domain.tilt.xz, self.domain.tilt.xy),
         }
     }
 

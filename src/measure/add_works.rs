@@ -2,7 +2,8 @@
 
 use crate::{
     measure::body_sums::{add_to_works, sums_of_bodies},
-    state::{HALTED, PartialSums, State},
+    space::boundary::flow_power,
+    state::{HALTED, PartialSums, State, Works},
 };
 use rayon::prelude::*;
 
@@ -18,7 +19,13 @@ pub fn add_up(s: &mut State, of_bodies: &[PartialSums]) {
     let mut works = std::mem::take(&mut s.works);
     works.par_iter_mut().with_min_len(64).enumerate().for_each(|(number, works)| {
         let sum = &of_bodies[s.index_of_id[number] as usize];
-        add_to_works(works, s.params.dt, sum.dissipation, sum.wall_power, sum.fixed_power);
+        let powers = Works {
+            dissipated: sum.dissipation,
+            walls: sum.wall_power,
+            fixed: sum.fixed_power,
+            cell: flow_power(s, sum.virial - sum.flux, sum.virial_above.0 - sum.flux_above.0),
+        };
+        add_to_works(works, s.params.dt, &powers);
     });
     s.works = works;
 }

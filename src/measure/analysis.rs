@@ -47,6 +47,18 @@ pub struct Sample {
     pub wall_power: f64,
     #[serde(skip)]
     pub fixed_power: f64,
+    /// Work of the flow of the cell on free grains per time, W.
+    #[serde(skip)]
+    pub cell_power: f64,
+    /// Force times branch vector of all contacts, and mass times velocity times velocity of all free grains, J: component by
+    /// component as [`COMPONENTS`](crate::scene::COMPONENTS).
+    #[serde(skip)]
+    pub virial: [f64; 6],
+    #[serde(skip)]
+    pub flux: [f64; 6],
+    /// Of a cell that may deform: further columns.
+    #[serde(skip)]
+    pub cell: Option<CellSample>,
     /// Mean |contact force|, N; 0 without contacts.
     #[serde(skip)]
     pub contact_force: f64,
@@ -59,6 +71,58 @@ pub struct Sample {
     pub unsolved: bool,
 }
 
+/// What a row of the history has of a cell that may deform.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct CellSample {
+    /// True strains since the start, and shears.
+    pub strain_xx: f64,
+    pub strain_yy: f64,
+    pub strain_zz: f64,
+    pub strain_yz: f64,
+    pub strain_xz: f64,
+    pub strain_xy: f64,
+    /// Of contacts and motion, Pa (N/m); compression is positive. None unless all axes are periodic.
+    pub stress_xx: Option<f64>,
+    pub stress_yy: Option<f64>,
+    pub stress_zz: Option<f64>,
+    pub stress_yz: Option<f64>,
+    pub stress_xz: Option<f64>,
+    pub stress_xy: Option<f64>,
+    /// Volumes of grains over that of the cell, overlaps counted twice.
+    pub solid_fraction: Option<f64>,
+    /// Work of the cell on free grains since step 0, J. None unless works are added up in every step.
+    pub work_cell: Option<f64>,
+}
+
+impl CellSample {
+    /// Of a cell of this volume, m³ (m²), if it has one, around grains of these volumes.
+    pub fn new(sample: &Sample, strain: [f64; 6], volume: Option<f64>, grains: f64) -> CellSample {
+        let [strain_xx, strain_yy, strain_zz, strain_yz, strain_xz, strain_xy] = strain;
+        let stress = |k: usize| volume.map(|volume| (sample.flux[k] - sample.virial[k]) / volume);
+        CellSample {
+            strain_xx,
+            strain_yy,
+            strain_zz,
+            strain_yz,
+            strain_xz,
+            strain_xy,
+            stress_xx: stress(0),
+            stress_yy: stress(1),
+            stress_zz: stress(2),
+            stress_yz: stress(3),
+            stress_xz: stress(4),
+            stress_xy: stress(5),
+            solid_fraction: volume.map(|volume| grains / volume),
+            work_cell: None,
+        }
+    }
+
+    /// Component by component as [`COMPONENTS`](crate::scene::COMPONENTS), Pa (N/m).
+    pub fn stress(&self) -> [Option<f64>; 6] {
+        [self.stress_xx, self.stress_yy, self.stress_zz, self.stress_yz, self.stress_xz, self.stress_xy]
+    }
+}
+
 impl Sample {
     /// From the rows that the stage `measure` writes.
     pub fn new(step: u64, time: f64, free: usize, parts: &[PartialSums]) -> Sample {
@@ -68,7 +132,13 @@ impl Sample {
         let contacts = (sides - single) / 2 + single;
         let mean_net = sum(|p| p.net_force) / free.max(1) as f64;
         let mean_contact = sum(|p| p.contact_force) / contacts as f64;
+        let tensor = |of: fn(&PartialSums) -> [DVec3; 2]| {
+            let [diagonal, above] = parts.iter().map(of).fold([DVec3::ZERO; 2], |[a, b], [c, d]| [a + c, b + d]);
+            [diagonal.x, diagonal.y, diagonal.z, above.x, above.y, above.z]
+        };
         Sample {
+            virial: tensor(|p| [p.virial, p.virial_above.0]),
+            flux: tensor(|p| [p.flux, p.flux_above.0]),
             step,
             time,
             kinetic_energy: sum(|p| p.kinetic),

@@ -2,8 +2,8 @@
 
 use super::{
     add_works,
-    body_sums::{BodySums, fixed_power, is_single, share},
-    measure,
+    body_sums::{BodySums, fixed_power, is_single, share, stiffness_of},
+    measure, measure_for_servo,
 };
 use crate::{
     body::{ForceTorque, blocks::by_body, bodies::body},
@@ -16,6 +16,7 @@ use crate::{
         state::Law,
         tangential::TangentialHistory,
     },
+    space::dimension::outer_above,
     state::{HALTED, PartialSums, State},
 };
 use glam::DVec3;
@@ -28,6 +29,13 @@ thread_local!(static WORKSPACE: RefCell<Workspace<BodySums>> = RefCell::default(
 pub fn measure(blocks: &mut Blocks, s: &mut State) {
     let of_bodies = sums_of_bodies(blocks, s);
     measure::add_up(s, &of_bodies);
+}
+
+/// Stands in for the twin of `measure_for_servo`.
+pub fn measure_for_servo(blocks: &mut Blocks, s: &mut State) {
+    if measure_for_servo::is_due(s) {
+        measure(blocks, s);
+    }
 }
 
 /// Stands in for the twin of `add_works`.
@@ -58,6 +66,9 @@ struct Measured {
     contact_force: Row,
     dissipation: Row,
     sliding: Row,
+    virial: Rows,
+    virial_above: Rows,
+    stiffness: Row,
     overlap: Row,
     single: [bool; LANES],
 }
@@ -76,6 +87,9 @@ impl Kept for Measured {
         self.contact_force[lane] = share * (contact.force - contact.damping).length();
         self.dissipation[lane] = share * (contact.dashpot + contact.sliding);
         self.sliding[lane] = share * contact.sliding;
+        set(&mut self.virial, lane, share * (contact.force * contact.branch));
+        set(&mut self.virial_above, lane, share * outer_above(contact.force, contact.branch));
+        self.stiffness[lane] = share * stiffness_of(contact);
         self.overlap[lane] = -contact.gap / pair.radius.min(pair.radius_to);
         self.single[lane] = single;
     }
@@ -95,6 +109,9 @@ impl Measured {
             dissipation: self.dissipation[lane],
             sliding: self.sliding[lane],
             overlap: self.overlap[lane],
+            virial: at(&self.virial, lane),
+            virial_above: at(&self.virial_above, lane),
+            stiffness: self.stiffness[lane],
             sides: 1,
             single_sides: u32::from(self.single[lane]),
             ..BodySums::default()
@@ -131,7 +148,7 @@ impl Task for AddUp<'_> {
                 }
             }
             if here.velocity.inverse_mass != 0.0 {
-                *of_body = sums.of_body(s, &here);
+                *of_body = sums.of_body(s, i, &here);
             }
         }
     }

@@ -4,6 +4,7 @@ use crate::{
     body::{
         Body, ForceTorque,
         bodies::body,
+        grains::arm_in_grain,
         rotation::{spin_of, surface_velocity},
     },
     contact::{
@@ -14,11 +15,12 @@ use crate::{
     measure::{contacts::contact_of, energies::energies, sums::Energies},
     model::Method,
     space::{
-        dimension::{moment, spin_dot},
+        dimension::{moment, outer_above, spin_dot},
         walls::{relative_to_wall, wall_velocity},
     },
-    state::{ACTIVE, INDEX, NONE, PartialSums, State, Works},
+    state::{ACTIVE, INDEX, NONE, PartialSums, Spin, State, Works},
 };
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// What all bodies have, one after the other as they lie in memory, next to their neighbours.
@@ -55,7 +57,7 @@ fn add_body(s: &State, i: usize, sum: &mut PartialSums) {
             sums.add_opened(s, is_single(s, j), forgotten_energy(s, i, &here, j, history_of(s, entry)));
         }
     }
-    *sum = sums.of_body(s, &here);
+    *sum = sums.of_body(s, i, &here);
 }
 
 /// What contacts add up to for a free body.
@@ -71,8 +73,22 @@ pub struct BodySums {
     pub overlap: f64,
     pub wall_power: f64,
     pub fixed_power: f64,
+    pub virial: DVec3,
+    pub virial_above: DVec3,
+    pub stiffness: f64,
     pub sides: u32,
     pub single_sides: u32,
+}
+
+/// How much steeper than a straight line from 0 forces grow with overlaps: that of elastic spheres with the power 3/2.
+const STEEPEST: f64 = 1.5;
+
+/// What a contact of two grains adds to what a strain of all lengths alike does to the trace of the virial, J.
+#[inline(always)]
+pub fn stiffness_of(contact: &Contact) -> f64 {
+    let work = (contact.damping - contact.force).dot(contact.branch).max(0.0) / -contact.gap;
+    // Rigid grains store nothing, and have no stiffness.
+    if contact.gap < 0.0 && contact.energy > 0.0 { STEEPEST * work * contact.branch.length() } else { 0.0 }
 }
 
 impl BodySums {
@@ -91,6 +107,9 @@ impl BodySums {
             overlap: relative_overlap(s, here, j, contact),
             wall_power: wall.map_or(0.0, |w| wall_power(s, here, w, contact)),
             fixed_power: if single && wall.is_none() { fixed_power(s, here, j, contact) } else { 0.0 },
+            virial: share * (contact.force * contact.branch),
+            virial_above: share * outer_above(contact.force, contact.branch),
+            stiffness: share * stiffness_of(contact),
             sides: 1,
             single_sides: u32::from(single),
         }
@@ -109,6 +128,9 @@ impl BodySums {
         self.overlap = self.overlap.max(more.overlap);
         self.wall_power += more.wall_power;
         self.fixed_power += more.fixed_power;
+        self.virial += more.virial;
+        self.virial_above += more.virial_above;
+        self.stiffness += more.stiffness;
         self.sides += more.sides;
         self.single_sides += more.single_sides;
     }
@@ -128,8 +150,10 @@ impl BodySums {
 
     /// All that a free body has.
     #[inline(always)]
-    pub fn of_body(&self, s: &State, here: &Body) -> PartialSums {
+    pub fn of_body(&self, s: &State, i: usize, here: &Body) -> PartialSums {
         let own = energies(s, here, &self.contacts, &self.dashpots);
+        // What acts on a member acts on the centre of its clump.
+        let (force, arm) = (self.contacts.force, arm_in_grain(s, i));
         PartialSums {
             kinetic: own.kinetic,
             potential: own.potential,
@@ -143,6 +167,11 @@ impl BodySums {
             overlap: self.overlap,
             sides: self.sides,
             single_sides: self.single_sides,
+            virial: self.virial + force * arm,
+            virial_above: Spin(self.virial_above + outer_above(force, arm)),
+            flux: own.flux,
+            flux_above: Spin(own.flux_above),
+            stiffness: self.stiffness,
         }
     }
 }
@@ -178,6 +207,11 @@ impl PartialSums {
         self.single_sides += more.single_sides;
         self.wall_power += more.wall_power;
         self.fixed_power += more.fixed_power;
+        self.virial += more.virial;
+        self.virial_above.0 += more.virial_above.0;
+        self.flux += more.flux;
+        self.flux_above.0 += more.flux_above.0;
+        self.stiffness += more.stiffness;
     }
 }
 
@@ -187,6 +221,8 @@ pub fn add_energies(sum: &mut PartialSums, own: &Energies) {
     sum.potential += own.potential;
     sum.net_force += own.net_force;
     sum.dissipation += own.dissipation;
+    sum.flux += own.flux;
+    sum.flux_above.0 += own.flux_above;
 }
 
 /// The couple of rolling resistance of a contact, N m.
@@ -208,9 +244,10 @@ pub fn fixed_power(s: &State, here: &Body, j: usize, contact: &Contact) -> f64 {
     contact.force.dot(s.velocity[j].v + surface_velocity(spin, arm)) + spin_dot(couple(contact), spin)
 }
 
-/// What a step of this length, s, adds to the works since the host has read them.
-pub fn add_to_works(works: &mut Works, dt: f64, dissipation: f64, wall_power: f64, fixed_power: f64) {
-    works.dissipated += dt * dissipation;
-    works.walls += dt * wall_power;
-    works.fixed += dt * fixed_power;
+/// What a step of this length, s, adds to the works since the host has read them, of works per time.
+pub fn add_to_works(works: &mut Works, dt: f64, powers: &Works) {
+    works.dissipated += dt * powers.dissipated;
+    works.walls += dt * powers.walls;
+    works.fixed += dt * powers.fixed;
+    works.cell += dt * powers.cell;
 }

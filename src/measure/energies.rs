@@ -13,7 +13,10 @@ use crate::{
     },
     contact::contacts::{closed_contacts, contacts_of_clump},
     model::Grains,
-    space::dimension::spin_dot,
+    space::{
+        boundary::past_flow,
+        dimension::{outer_above, spin_dot},
+    },
     state::State,
 };
 use glam::{DVec3, DVec4};
@@ -36,6 +39,8 @@ pub fn energies(s: &State, here: &Body, sum: &ForceTorque, drag: &ForceTorque) -
         net_force: (sum.force + mass * p.gravity).length(),
         // Dashpots know the velocities of half a step ago, but it is those of now that they work against.
         dissipation: 2.0 * p.damping * kinetic - late,
+        flux: mass * v * v,
+        flux_above: outer_above(mass * v, v),
     }
 }
 
@@ -51,7 +56,8 @@ pub fn damping_correction(s: &State, c: usize, q: DVec4, v: DVec3, w: DVec3) -> 
     for member_id in member_ids(s, c) {
         let i = s.index_of_id[member_id] as usize;
         let here = body(s, i);
-        let change = v + surface_velocity(w, arm_of(s, q, member_id)) - here.velocity.v;
+        let arm = arm_of(s, q, member_id);
+        let change = past_flow(s, v + surface_velocity(w, arm), arm) - here.velocity.v;
         for (_, contact) in closed_contacts(s, i, &here, contact_of) {
             sum -= contact.damping.dot(change + surface_velocity(w - here.spin, contact.arm));
             sum -= spin_dot(contact.couple_damping, w - here.spin);
@@ -77,5 +83,7 @@ pub fn energies_of_clump(s: &State, c: usize) -> Energies {
         potential: -p.gravity.dot(here.center.x + here.center.low) / inverse_mass,
         net_force: (all.force + p.gravity / inverse_mass).length(),
         dissipation: 2.0 * p.damping * kinetic + damping_correction(s, c, here.orientation, v, spin),
+        flux: v * v / inverse_mass,
+        flux_above: outer_above(v / inverse_mass, v),
     }
 }

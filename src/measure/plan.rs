@@ -17,6 +17,11 @@ pub fn works(model: &Model) -> Plan {
     plan([run(&ADD_WORKS), run(&ADD_WORKS_OF_CLUMPS).when(model.grains == Grains::Clumps)]).when(model.works)
 }
 
+/// The servo of the cell, before a step.
+pub fn servo(model: &Model) -> Plan {
+    plan([run(&MEASURE_FOR_SERVO), run(&SERVO)]).when(model.servo)
+}
+
 /// Their sums, once the host has them.
 pub fn forget_works(model: &Model) -> Plan {
     clear([&WORKS]).when(model.works)

@@ -120,7 +120,7 @@ fn search(s: &State, i: usize, gap: f64, spans: &mut Vec<Range<u32>>, near: &mut
 #[inline(always)]
 fn are_closer_than(s: &State, here: &Position, there: &[Position; LANES], gap: f64) -> [bool; LANES] {
     let mut are = [false; LANES];
-    let periodic = s.model.boundary == Boundary::Periodic;
+    let periodic = s.model.boundary != Boundary::Open;
     for (is, there) in are.iter_mut().zip(there) {
         let d = there.x - here.x;
         let d = if periodic { nearest_image_of(s, d) } else { d };

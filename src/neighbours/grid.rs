@@ -3,11 +3,12 @@
 use crate::{
     body::{blocks::BLOCK, grains::same_grain},
     contact::geometry::closer_than,
+    model::Precision,
     neighbours::levels::level_of,
     space::dimension::cell_coordinates,
 };
 use crate::{
-    model::Precision,
+    space::boundary::{reduced, reduced_reach},
     state::{Level, Position, State},
 };
 use glam::{DVec3, IVec3, UVec3};
@@ -16,13 +17,13 @@ use rayon::prelude::*;
 /// What is within reach by a hair is looked at too, so that rounding cannot hide a neighbour.
 pub const HAIR: f64 = 1.001;
 
-/// Cell of a point, by axis of the grid, before the grid wraps around; in the precision of the model: where a grain lies
-/// on the border of two cells, rounding decides, and must decide as on the device.
+/// Cell of a place in the grid, by axis of the grid, before the grid wraps around; in the precision of the model: where a
+/// grain lies on the border of two cells, rounding decides, and must decide as on the device.
 #[inline(always)]
-fn cell_of(s: &State, x: DVec3, level: &Level) -> IVec3 {
+fn cell_of(s: &State, place: DVec3, level: &Level) -> IVec3 {
     let scaled = match s.model.precision {
-        Precision::Single => ((x.as_vec3() - s.params.cell_origin.as_vec3()) * level.inverse_cell.as_vec3()).as_dvec3(),
-        Precision::Double => (x - s.params.cell_origin) * level.inverse_cell,
+        Precision::Single => (place.as_vec3() * level.inverse_cell.as_vec3()).as_dvec3(),
+        Precision::Double => place * level.inverse_cell,
     };
     let at = cell_coordinates(scaled);
     IVec3::from_array(s.params.axes.to_array().map(|axis| at[axis as usize]))
@@ -37,7 +38,7 @@ fn wrapped(c: IVec3, cells: UVec3) -> UVec3 {
 /// Cell of a grain, among the cells of all levels.
 fn cell_index(s: &State, here: &Position) -> usize {
     let level = &s.level[level_of(s, here.radius)];
-    let c = wrapped(cell_of(s, here.x, level), level.cells);
+    let c = wrapped(cell_of(s, reduced(s, here.x), level), level.cells);
     (row_start(level, c.y, c.z) + c.x) as usize
 }
 
@@ -58,8 +59,9 @@ pub fn cells(s: &State) -> Vec<usize> {
 /// what lies around the corner.
 #[inline(always)]
 pub fn for_spans(s: &State, here: &Position, level: &Level, mut visit: impl FnMut(std::ops::Range<u32>)) {
-    let reach = DVec3::splat(HAIR * (here.radius + level.radius + s.params.margin + s.params.position_slack));
-    let (lower, upper) = (cell_of(s, here.x - reach, level), cell_of(s, here.x + reach, level));
+    let reach = reduced_reach(s, HAIR * (here.radius + level.radius + s.params.margin + s.params.position_slack));
+    let place = reduced(s, here.x);
+    let (lower, upper) = (cell_of(s, place - reach, level), cell_of(s, place + reach, level));
     let (first, cells) = (wrapped(lower, level.cells), level.cells);
     let count = ((upper - lower).as_uvec3() + UVec3::ONE).min(cells);
     let end = first.x + count.x;

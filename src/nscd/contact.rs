@@ -11,7 +11,7 @@ use crate::{
         materials::pair_of,
     },
     neighbours::lists::bodies_of_group,
-    space::{dimension::moment, precision::position_low_of, walls::wall_separation},
+    space::{boundary::past_flow, dimension::moment, precision::position_low_of, walls::wall_separation},
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -54,7 +54,7 @@ pub fn free_velocity_change(s: &State, velocity: &Velocity) -> DVec3 {
     if velocity.inverse_mass == 0.0 {
         return DVec3::ZERO;
     }
-    damping_factor(s) * s.params.dt * (s.params.gravity - s.params.damping * velocity.v)
+    damping_factor(s) * s.params.dt * past_flow(s, s.params.gravity - s.params.damping * velocity.v, velocity.v)
 }
 
 /// The same for the spin, rad/s.
@@ -167,7 +167,8 @@ pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, entry: usize) -> C
     let Separation { gap, n } = separation_with(s, i, here, j);
     let force = impulse * (1.0 / s.params.dt);
     let arm = (here.position.radius + 0.5 * gap) * n;
-    Contact { gap, is_active: true, force, arm, torque: moment(arm, force), ..Contact::default() }
+    let branch = s.position.get(j).map_or(DVec3::ZERO, |there| (here.position.radius + there.radius + gap) * n);
+    Contact { gap, is_active: true, force, arm, branch, torque: moment(arm, force), ..Contact::default() }
 }
 
 /// Gap and normal of grain i and neighbour j, which may be a wall.

@@ -10,9 +10,9 @@ use crate::{
     contact::history::set_active,
     nscd::contact::{damping_factor, free_spin_change, free_velocity_change, list_entries},
     space::{
-        boundary::wrap,
+        boundary::{approach, carried, wrap},
         dimension::moment,
-        precision::{displaced, position_low_of},
+        precision::displaced,
     },
     state::{HALTED, State},
 };
@@ -42,8 +42,10 @@ pub fn move_spheres(s: &mut State) {
         let v = changed.velocity.v;
         let velocity = &mut s.velocity_next;
         NextVelocities { velocity, spin: &mut s.spin_next, low: &mut s.velocity_low_next }.store(i, changed);
-        let point = wrap(s, displaced(s, s.position[i].x, position_low_of(s, i).x, s.params.dt * v));
-        let limits = next.commit_position(s, (i, i), point, s.params.dt * v.length(), false);
+        let step = s.params.dt * carried(s, here.position.x, v);
+        let point = wrap(s, displaced(s, here.position.x, here.low.x, step));
+        let stride = approach(s, s.params.dt * v.length(), here.position.radius);
+        let limits = next.commit_position(s, (i, i), point, stride, false);
         if limits.halt {
             s.halt[0] = HALTED; // the host will take the step back, and walls must not have moved
         }

@@ -3,14 +3,14 @@
 use super::{coloring::*, *};
 use crate::{
     body::plan::exchange,
-    model::{Grains, Model},
+    model::{Boundary, Grains, Model},
     neighbours::{
         DISPLACEMENT_CHECK,
         plan::{forget, lists},
     },
     plan::*,
     solve::momentum::POWER_ITERATIONS,
-    space,
+    space::{self, DEFORM_CELL},
     state::array::*,
 };
 
@@ -121,6 +121,7 @@ fn residual(model: &Model) -> Plan {
 pub fn motion(model: &Model) -> Plan {
     let clumps = model.grains == Grains::Clumps;
     plan([
+        run(&DEFORM_CELL).when(model.boundary == Boundary::Deforming),
         run(&MOVE_SPHERES).when(!clumps),
         plan([run(&MEMBER_IMPULSES), run(&MOVE_CLUMPS), run(&MOVE_MEMBERS)]).when(clumps),
         space::motion(model),

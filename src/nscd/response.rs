@@ -11,6 +11,7 @@ use crate::{
     contact::materials::pair_of,
     nscd::contact::{FreeMotion, damping_factor, free_spin_change, free_velocity_change, impulse_inverse_mass},
     space::{
+        boundary::past_flow,
         dimension::{conjugate, largest, moment, rotate, spin_dot, spin_squared},
         precision::{low_of, spin_low_of},
     },
@@ -41,7 +42,8 @@ pub fn free_motion(s: &State, i: usize) -> FreeMotion {
             let here = clump(s, c);
             let [low, spin_low] = lows_of(s, here.velocity.v, here.spin, s.clump_velocity_low.get(c));
             let spin = here.spin + (spin_low + s.clump_spin_next[c].0);
-            let surface = surface_velocity(spin, arm_of(s, here.orientation, member_id));
+            let arm = arm_of(s, here.orientation, member_id);
+            let surface = past_flow(s, surface_velocity(spin, arm), arm);
             FreeMotion { v: here.velocity.v, rest: low + s.clump_velocity_next[c].v + surface, spin }
         }
     }

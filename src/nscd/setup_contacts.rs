@@ -12,7 +12,10 @@ use crate::{
         },
         response::{free_motion, inverse_effective_mass_of, response, store_member_load},
     },
-    space::walls::{is_crossed, wall_velocity},
+    space::{
+        boundary::past_flow,
+        walls::{is_crossed, wall_velocity},
+    },
     state::{ACTIVE, ContactGeometry, INDEX, Packed, ResidualSums, State},
 };
 use rayon::prelude::*;
@@ -36,6 +39,7 @@ pub fn setup_contacts(s: &mut State) {
                 Some(w) => FreeMotion { v: wall_velocity(&s.wall[w], here.position.x + arm), ..FreeMotion::default() },
             };
             let v = past(&free, arm, &there, arm_to);
+            let v = if j < s.sizes.bodies { past_flow(s, v, arm - arm_to) } else { v };
             let q = v - bias_velocity * touch.n;
             s.free_contact_velocity[entry] = Packed(q);
             let speed = v.length().max(-bias_velocity).max(slack);

@@ -20,7 +20,7 @@ impl Neighbours {
     /// than `capacity` (the picture then only lacks the darkening of gaps).
     pub fn new(balls: &[Vec4], capacity: usize) -> Self {
         let reach = |ball: &Vec4| f64::from(REACH * ball.w);
-        let space = Domain { lower: DVec3::NEG_INFINITY, upper: DVec3::INFINITY, periodic: [false; 3] };
+        let space = Domain { lower: DVec3::NEG_INFINITY, upper: DVec3::INFINITY, ..Domain::default() };
         let mut spheres = scene::Neighbours::new(space, 3, balls.iter().map(reach).fold(0.0, f64::max));
         balls.iter().for_each(|ball| spheres.insert(ball.xyz().as_dvec3(), reach(ball)));
         let around = |i: usize| {

@@ -1,6 +1,7 @@
 //! What a validated scene comes down to: numbers in SI units, grains in input order, materials by index.
 //! Everything below `scene` in the crate reads this and nothing else of the scene file.
 
+use super::cell::{COMPONENTS, Cell};
 use super::law::Pair;
 use super::motion::Motion;
 use super::schema::Twist;
@@ -20,6 +21,8 @@ pub struct Assembly {
     pub gravity: DVec3,
     /// Where grains may be, and what happens at its faces.
     pub domain: Domain,
+    /// How the cell between periodic faces deforms.
+    pub cell: Cell,
     /// Materials in the order of their names; everything else refers to them by index.
     pub materials: Vec<Material>,
     /// Contact parameters of each pair of materials, row-major `materials.len()`².
@@ -43,8 +46,8 @@ pub struct Assembly {
     pub notices: Vec<String>,
 }
 
-/// Axis-aligned domain. An axis without bounds has `lower = -inf, upper = inf`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Axis-aligned domain, but for tilts. An axis without bounds has `lower = -inf, upper = inf`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Domain {
     /// Lower corner, m.
     pub lower: DVec3,
@@ -52,25 +55,61 @@ pub struct Domain {
     pub upper: DVec3,
     /// Which axes are periodic; the others are open.
     pub periodic: [bool; 3],
+    /// Of a cell that has been sheared, m: how far the third edge leads along y and along x, and the second along x.
+    pub tilt: DVec3,
 }
 
 impl Domain {
-    /// The minimum image of a difference of positions: the shortest that periods make of it.
+    /// The edge of the cell along a periodic axis, m.
+    pub fn edge(&self, axis: usize) -> DVec3 {
+        let length = self.upper[axis] - self.lower[axis];
+        match axis {
+            0 => DVec3::new(length, 0.0, 0.0),
+            1 => DVec3::new(self.tilt.z, length, 0.0),
+            _ => DVec3::new(self.tilt.y, self.tilt.x, length),
+        }
+    }
+
+    /// What the tilts are over the lengths.
+    fn slopes(&self) -> DVec3 {
+        let length = self.upper - self.lower;
+        self.tilt / DVec3::new(length.z, length.z, length.y)
+    }
+
+    /// A place in the cell, as it would be without tilts, m from the lower corner.
+    pub fn sheared_back(&self, x: DVec3) -> DVec3 {
+        let slopes = self.slopes();
+        let y = x.y - slopes.x * x.z;
+        DVec3::new(x.x - (slopes.z * y + slopes.y * x.z), y, x.z)
+    }
+
+    /// How far places as they would be without tilts can be from each other that are no further than this, m.
+    pub fn sheared_reach(&self, reach: f64) -> DVec3 {
+        let slopes = self.slopes();
+        let x = DVec3::new(1.0, slopes.z, slopes.y - slopes.z * slopes.x);
+        reach * DVec3::new(x.length(), 1.0_f64.hypot(slopes.x), 1.0)
+    }
+
+    /// The minimum image of a difference of positions: the shortest that periods make of it, if that is within half of
+    /// them.
     pub fn nearest(&self, mut difference: DVec3) -> DVec3 {
-        for axis in (0..3).filter(|axis| self.periodic[*axis]) {
-            let length = self.upper[axis] - self.lower[axis];
-            difference[axis] -= length * (difference[axis] / length).round();
+        for axis in (0..3).rev().filter(|axis| self.periodic[*axis]) {
+            let edge = self.edge(axis);
+            difference -= edge * (difference[axis] / edge[axis]).round();
         }
         difference
     }
 
     /// Bring a position back into the periods.
     pub fn fold(&self, position: &mut DVec3) {
-        for axis in (0..3).filter(|axis| self.periodic[*axis]) {
+        for axis in (0..3).rev().filter(|axis| self.periodic[*axis]) {
             let (low, high) = (self.lower[axis], self.upper[axis]);
             if position[axis] < low || position[axis] >= high {
                 let inside = low + (position[axis] - low).rem_euclid(high - low);
-                position[axis] = if inside < high { inside } else { low };
+                let inside = if inside < high { inside } else { low };
+                let edge = self.edge(axis);
+                *position -= edge * ((position[axis] - inside) / edge[axis]).round();
+                position[axis] = inside;
             }
         }
     }
@@ -201,9 +240,11 @@ impl Assembly {
 impl Assembly {
     /// A checksum of everything that a step may depend on: not of when to stop and what to write.
     pub fn checksum(&self) -> u32 {
-        let Assembly { dimension, gravity, domain, materials, pairs, walls, grains, shapes, clumps, solver, .. } = self;
+        let Assembly {
+            dimension, gravity, domain, cell, materials, pairs, walls, grains, shapes, clumps, solver, ..
+        } = self;
         let mut hasher = crc32fast::Hasher::new();
-        let rest = (dimension, gravity, domain, materials, pairs, walls, shapes, solver);
+        let rest = (dimension, gravity, domain, cell, materials, pairs, walls, shapes, solver);
         hasher.update(format!("{rest:?}").as_bytes());
         let mut numbers = |numbers: &[f64]| numbers.iter().for_each(|x| hasher.update(&x.to_le_bytes()));
         for Grain { position, velocity, spin, radius, material, fixed } in grains {
@@ -280,6 +321,10 @@ pub struct Stop {
     pub steps: Option<u64>,
     /// Unbalanced-force ratio below which the scene is at rest.
     pub equilibrium: Option<f64>,
+    /// Strains of the cell, component by component as [`Cell::strain_rate`].
+    pub strain: [Option<f64>; COMPONENTS.len()],
+    /// Of the cell: volumes of grains over its own.
+    pub packing_fraction: Option<f64>,
 }
 
 /// What a run writes.

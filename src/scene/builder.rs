@@ -1,6 +1,7 @@
 //! Scenes in code. Every builder fills the structure that a table of a scene file is read into, and the scene then
 //! passes the same checks: keys, defaults and messages are those of `docs/scene.md`.
 
+mod cell;
 mod grains;
 mod keys;
 mod shapes;
@@ -19,6 +20,7 @@ use crate::{Error, Result};
 
 use keys::per_axis;
 
+pub use cell::{CellBuilder, Component};
 pub use grains::{GrainBuilder, PopulationBuilder, Radii, Spin};
 pub use keys::PerAxis;
 pub use shapes::{Orientation, ShapeBuilder};
@@ -63,6 +65,7 @@ impl SceneBuilder {
             gravity: None,
             seed: 1,
             domain: None,
+            cell: schema::Cell::default(),
             material: BTreeMap::new(),
             pair: Vec::new(),
             wall: Vec::new(),
@@ -108,7 +111,14 @@ impl SceneBuilder {
         boundary: impl Into<Boundary>,
     ) -> Self {
         let (lower, upper) = (per_axis(lower), per_axis(upper));
-        self.file.domain = Some(schema::Domain { lower, upper, boundary: Some(boundary.into().0) });
+        self.file.domain = Some(schema::Domain { lower, upper, boundary: Some(boundary.into().0), tilt: None });
+        self
+    }
+
+    /// How the cell between periodic faces deforms. Default: not at all.
+    #[must_use]
+    pub fn cell(mut self, cell: CellBuilder) -> Self {
+        self.file.cell = cell.0;
         self
     }
 
@@ -188,6 +198,20 @@ impl SceneBuilder {
     #[must_use]
     pub fn stop_equilibrium(mut self, ratio: f64) -> Self {
         self.file.stop.equilibrium = Some(ratio);
+        self
+    }
+
+    /// Strain of the cell at which a run ends.
+    #[must_use]
+    pub fn stop_strain(mut self, component: Component, strain: f64) -> Self {
+        component.set(&mut self.file.stop.strain, strain);
+        self
+    }
+
+    /// Volumes of grains over that of the cell at which a run ends.
+    #[must_use]
+    pub fn stop_packing_fraction(mut self, fraction: f64) -> Self {
+        self.file.stop.packing_fraction = Some(fraction);
         self
     }
 

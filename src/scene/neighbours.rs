@@ -91,7 +91,7 @@ impl Neighbours {
     }
 
     fn bucket_of(&self, level: &Level, id: u32) -> usize {
-        let relative = self.spheres[id as usize].0 - self.origin();
+        let relative = self.domain.sheared_back(self.spheres[id as usize].0 - self.origin());
         let place = cell_of(relative, level.cell).to_array();
         bucket(std::array::from_fn(|axis| wrap(place[axis] as i64, level.cells[axis])), level.buckets.len())
     }
@@ -154,8 +154,8 @@ impl Neighbours {
         ahead: bool,
         test: &mut impl FnMut(u32) -> Option<T>,
     ) -> Option<T> {
-        let reach = DVec3::splat(radius + level.radius);
-        let relative = position - self.origin();
+        let reach = self.domain.sheared_reach(radius + level.radius);
+        let relative = self.domain.sheared_back(position - self.origin());
         let first = cell_of(relative - reach, level.cell);
         let last = cell_of(relative + reach, level.cell);
         let mut first = first.to_array().map(|v| v as i64);
@@ -228,7 +228,8 @@ mod tests {
         {
             for (dimension, periodic) in [(2, [false; 3]), (2, [true, true, false]), (3, [false; 3]), (3, [true; 3])] {
                 for smallest in [1.0, 0.1] {
-                    let domain = Domain { lower: DVec3::ZERO, upper: sides, periodic };
+                    let tilt = if periodic[2] { 0.45 * DVec3::new(sides.y, -sides.x, sides.x) } else { DVec3::ZERO };
+                    let domain = Domain { lower: DVec3::ZERO, upper: sides, periodic, tilt };
                     let sphere = |_| {
                         let mut x = DVec3::from_array(std::array::from_fn(|k| rng.random_range(-0.2..1.2) * sides[k]));
                         x.z *= f64::from(u8::from(dimension == 3));

@@ -20,6 +20,8 @@ pub struct File {
     pub seed: u64,
     pub domain: Option<Domain>,
     #[serde(default)]
+    pub cell: Cell,
+    #[serde(default)]
     pub material: BTreeMap<String, Material>,
     #[serde(default)]
     pub pair: Vec<Pair>,
@@ -52,6 +54,46 @@ pub struct Domain {
     pub lower: Vec<f64>,
     pub upper: Vec<f64>,
     pub boundary: Option<Boundary>,
+    pub tilt: Option<Tilt>,
+}
+
+/// How far edges of a cell lead along other axes: `xy` that along y along x.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Tilt {
+    pub yz: f64,
+    pub xz: f64,
+    pub xy: f64,
+}
+
+/// The periodic cell as it deforms.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Cell {
+    pub strain_rate: Components,
+    pub stress: Components,
+    pub inertial_number: Option<f64>,
+    pub gain: Option<f64>,
+}
+
+/// Of a strain of the cell, or its rate: `xy` is what moves along x with the distance along y.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields, default)]
+pub struct Components {
+    pub xx: Option<f64>,
+    pub yy: Option<f64>,
+    pub zz: Option<f64>,
+    pub yz: Option<f64>,
+    pub xz: Option<f64>,
+    pub xy: Option<f64>,
+}
+
+impl Components {
+    /// In the order of [`COMPONENTS`](super::COMPONENTS).
+    pub fn array(&self) -> [Option<f64>; 6] {
+        let Components { xx, yy, zz, yz, xz, xy } = *self;
+        [xx, yy, zz, yz, xz, xy]
+    }
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -375,11 +417,13 @@ pub enum TimeStep {
 }
 
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct Stop {
     pub time: Option<f64>,
     pub steps: Option<u64>,
     pub equilibrium: Option<f64>,
+    pub strain: Components,
+    pub packing_fraction: Option<f64>,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]

@@ -10,9 +10,10 @@ use super::origin::Origin;
 use super::populate::{Site, populate};
 use super::schema::{self, Boundary, Face, File, Format, Spin, Twist};
 use super::shape::{Shape, Shapes};
+use super::targets::check_cell;
 use super::walls::{check_apart, walls};
 use super::{
-    Assembly, Clump, Domain, Grain, Material, Method, Output, Relaxation, Solver, Stop, TimeStep, Wall, materials,
+    Assembly, Cell, Clump, Domain, Grain, Material, Method, Output, Relaxation, Solver, Stop, TimeStep, Wall, materials,
 };
 use crate::{Error, Result, solve};
 use std::str::FromStr;
@@ -67,12 +68,20 @@ fn without_grains(file: &File, check: &Check) -> Result<Assembly> {
         None => DVec3::ZERO - 9.81 * DVec3::AXES[file.dimension - 1],
     };
     let domain = domain(file.domain.as_ref(), check)?;
+    let usual = Cell::default();
+    let cell = Cell {
+        strain_rate: file.cell.strain_rate.array().map(Option::unwrap_or_default),
+        stress: file.cell.stress.array(),
+        inertial_number: file.cell.inertial_number.unwrap_or(usual.inertial_number),
+        gain: file.cell.gain.unwrap_or(usual.gain),
+    };
     let material =
         |(name, material): (&String, &schema::Material)| Material { name: name.clone(), density: material.density };
     Ok(Assembly {
         dimension: file.dimension,
         gravity,
         domain,
+        cell,
         materials: file.material.iter().map(material).collect(),
         pairs,
         walls: walls(&file.wall, &domain, check)?,
@@ -99,7 +108,7 @@ fn place(file: &File, assembly: &mut Assembly, check: &Check) -> Result<()> {
 }
 
 fn domain(domain: Option<&schema::Domain>, check: &Check) -> Result<Domain> {
-    let mut out = Domain { lower: DVec3::NEG_INFINITY, upper: DVec3::INFINITY, periodic: [false; 3] };
+    let mut out = Domain { lower: DVec3::NEG_INFINITY, upper: DVec3::INFINITY, ..Domain::default() };
     let Some(domain) = domain else {
         return Ok(out);
     };
@@ -117,6 +126,9 @@ fn domain(domain: Option<&schema::Domain>, check: &Check) -> Result<Domain> {
         out.lower[axis] = lower[axis];
         out.upper[axis] = upper[axis];
         out.periodic[axis] = *face == Face::Periodic;
+    }
+    if let Some(schema::Tilt { yz, xz, xy }) = domain.tilt {
+        out.tilt = DVec3::new(yz, xz, xy);
     }
     Ok(out)
 }
@@ -206,10 +218,16 @@ fn method(solver: &schema::Solver, check: &Check) -> Result<Method> {
 }
 
 fn stop(stop: &schema::Stop, check: &Check) -> Result<Stop> {
-    let stop = Stop { time: stop.time, steps: stop.steps, equilibrium: stop.equilibrium };
+    let stop = Stop {
+        time: stop.time,
+        steps: stop.steps,
+        equilibrium: stop.equilibrium,
+        strain: stop.strain.array(),
+        packing_fraction: stop.packing_fraction,
+    };
     check_stop(&stop, check)?;
     if stop == Stop::default() {
-        let message = "the scene never ends; give at least one of time, steps, equilibrium";
+        let message = "the scene never ends; give at least one of time, steps, equilibrium and, of a cell that deforms, strain and packing_fraction";
         return Err(check.origin.wrong("stop", message));
     }
     Ok(stop)
@@ -334,6 +352,7 @@ pub fn fold_ends(grains: &mut [Grain], clumps: &mut [Clump], domain: &Domain) {
 
 /// Checks the start as a whole: domain, walls, overlaps.
 pub fn check_start(assembly: &Assembly, check: &Check) -> Result<()> {
+    check_cell(assembly, check)?;
     let smallest = assembly.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
     check_apart(&assembly.walls, smallest, check)?;
     check_clumps(&assembly.clumps, &assembly.shapes, &assembly.domain, check)?;
@@ -344,10 +363,9 @@ pub fn check_start(assembly: &Assembly, check: &Check) -> Result<()> {
 fn check_clumps(clumps: &[Clump], shapes: &[Shape], domain: &Domain, check: &Check) -> Result<()> {
     for (id, clump) in clumps.iter().enumerate() {
         let shape = &shapes[clump.shape as usize];
-        let widest = shape.members.iter().map(|m| m.radius).fold(0.0, f64::max);
         for axis in (0..check.dimension).filter(|axis| domain.periodic[*axis]) {
             let (low, high) = (domain.lower[axis], domain.upper[axis]);
-            let least = 2.0 * clump.radius * (shape.reach() + widest);
+            let least = clump.least_period(shape);
             if high - low < least {
                 let message = format!(
                     "the periodic axis {} is {} m long, must be at least {} m for a clump of shape \"{}\" and size {} m",
@@ -385,6 +403,23 @@ fn check_grains(assembly: &Assembly, check: &Check) -> Result<()> {
 /// The first of many checks that fails.
 pub fn first_error(checks: impl IndexedParallelIterator<Item = Result<()>>) -> Result<()> {
     checks.find_map_first(Result::err).map_or(Ok(()), Err)
+}
+
+impl Assembly {
+    /// Periods must not be shorter, m: a grain, and a clump, must not meet two images of the same neighbour.
+    pub(crate) fn narrowest(&self) -> f64 {
+        let of_clump = |clump: &Clump| clump.least_period(&self.shapes[clump.shape as usize]);
+        let of_clumps = self.clumps.iter().map(of_clump);
+        self.grains.iter().map(|grain| 4.0 * grain.radius).chain(of_clumps).fold(0.0, f64::max)
+    }
+}
+
+impl Clump {
+    /// A clump of this shape must not meet itself around a period of this length, m.
+    fn least_period(&self, shape: &Shape) -> f64 {
+        let widest = shape.members.iter().map(|m| m.radius).fold(0.0, f64::max);
+        2.0 * self.radius * (shape.reach() + widest)
+    }
 }
 
 /// A grain must not meet two images of the same neighbour.

@@ -28,6 +28,10 @@ pub fn advance(plans: &Plans, runner: &mut Runner, lists: &mut NeighbourLists, s
         }
         return Err(reason);
     }
+    if counters.narrow_cell > 0 {
+        runner.step += u64::from(counters.steps_done);
+        return Err(runner.narrow_cell(runner.step)?);
+    }
     if counters.steps_done == 0 {
         // A defect, which must not turn into a loop without end.
         let engine = runner.engine.name();

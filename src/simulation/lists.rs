@@ -104,6 +104,25 @@ pub fn wall_displacement(assembly: &Assembly, p: &Params) -> Result<f64> {
     Ok(displacement)
 }
 
+/// How far the flow of the cell brings two grains together in a step, of the margin of their lists, m.
+///
+/// # Errors
+/// [`Error::Scene`] if that is more than lists can follow.
+fn check_flow(assembly: &Assembly, p: &Params) -> Result<()> {
+    let largest = assembly.grains.iter().map(|g| g.radius).fold(0.0, f64::max);
+    let rate = assembly.largest_rate();
+    let most = p.step_limit / (largest + 0.5 * p.margin);
+    if rate * p.dt > most {
+        return Err(Error::Scene(format!(
+            "the cell deforms by {:e} in a step of {:e} s; at most {most:e} can be followed: use a smaller solver.dt or cell.strain_rate, or \
+             a larger solver.margin",
+            rate * p.dt,
+            p.dt
+        )));
+    }
+    Ok(())
+}
+
 /// A length for this many entries, or contacts, and a few more.
 ///
 /// # Errors
@@ -123,6 +142,7 @@ impl NeighbourLists {
     pub fn new(assembly: &Assembly, state: &State, options: &Options) -> Result<NeighbourLists> {
         wall_displacement(assembly, &state.params)?;
         let (params, entries) = (&state.params, state.sizes.entries);
+        check_flow(assembly, params)?;
         let largest_margin = params.margin - params.reach;
         let single = state.model.precision == Precision::Single;
         Ok(NeighbourLists {

@@ -299,6 +299,9 @@ impl Step<'_> {
         let counters = self.runner.engine.counters()?;
         self.lists.note_displacements(&counters, &self.runner.state.params);
         self.runner.overlaps_deeply = counters.deep_overlaps > 0;
+        if counters.narrow_cell > 0 {
+            self.lost = Some(self.runner.narrow_cell(self.runner.step)?);
+        }
         if counters.lost_body > 0 {
             self.lost = Some(self.runner.lost_grain(counters.lost_body, self.runner.step)?);
         }

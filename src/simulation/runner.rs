@@ -16,6 +16,11 @@ pub fn params_of_step(p: &Params, step: u64) -> Params {
     Params { history_dt: if step == 0 { 0.0 } else { p.dt }, step: step as u32, ..*p }
 }
 
+/// What the mirror has at all times.
+pub fn is_kept(array: &Array) -> bool {
+    [&WALL, &CELL].contains(&array)
+}
+
 pub struct Runner {
     pub engine: Box<dyn Engine>,
     /// The host's mirror: arrays that have been read, as fresh as that, and parameters.
@@ -115,13 +120,28 @@ impl Runner {
 
     /// Why the run cannot go on after this step, from the device's mark of the grain.
     pub fn lost_grain(&mut self, mark: u32, step: u64) -> Result<Error> {
-        let arrays = [&POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &ID, &CLUMP_OF_ID, &WALL];
+        let arrays = [&POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &ID, &CLUMP_OF_ID, &WALL, &CELL];
         let arrays = present(&self.state.model, &arrays);
         self.read(&arrays)?;
         let dt = self.state.params.dt;
         let reason = stops::reason(&self.state, self.state.params.bodies - mark, &self.known);
-        // The mirror has walls at all times.
-        self.state.release(&arrays.into_iter().filter(|array| **array != WALL).collect::<Vec<_>>());
+        self.state.release(&arrays.into_iter().filter(|array| !is_kept(array)).collect::<Vec<_>>());
         Ok(Error::Run { step, time: step as f64 * dt, reason })
+    }
+
+    /// Why the cell cannot deform any further after this step.
+    pub fn narrow_cell(&mut self, step: u64) -> Result<Error> {
+        let (p, cell) = (self.state.params, self.read(&[&CELL])?.cell[0]);
+        let lengths = (cell.length + cell.length_low).to_array();
+        let narrow = (0..3).filter(|axis| lengths[*axis] > 0.0).min_by(|a, b| lengths[*a].total_cmp(&lengths[*b]));
+        let axis = narrow.unwrap_or(0);
+        let reason = format!(
+            "the cell is only {:.4e} m long along {} now; it must stay above {:.4e} m, or grains would meet two images of a neighbour: \
+             stop earlier (stop.strain, stop.packing_fraction) or take more grains",
+            lengths[axis],
+            ["x", "y", "z"][axis],
+            p.narrowest
+        );
+        Ok(Error::Run { step, time: step as f64 * p.dt, reason })
     }
 }

@@ -4,18 +4,23 @@ use super::{
     Simulation,
     columns::Columns,
     overlaps::{DeepOverlap, Other},
+    runner::is_kept,
 };
 use crate::{
     body::grains::{self, same_grain},
     contact::overlap::gaps,
     error::Result,
-    measure::{Sample, mass_of_clump, masses},
+    measure::{CellSample, Sample, mass_of_clump, masses},
     memory,
     model::{Grains, Rotation},
     plan::swap_again,
-    scene::{Clump, Grain, Surface, Wall},
-    space::precision::{low_of, position_low_of, spin_low_of},
-    state::{Array, RotationIterations, array::*, present},
+    scene::{Clump, Domain, Grain, Surface, Wall},
+    space::{
+        boundary::flow_power,
+        dimension::{inverse_above, product_above, volume_of},
+        precision::{low_of, position_low_of, spin_low_of},
+    },
+    state::{Array, Cell, RotationIterations, array::*, present},
     units::Quantity,
 };
 use glam::{DQuat, DVec3, DVec4};
@@ -38,6 +43,7 @@ impl Simulation {
         self.runner.read(&[&PARTIAL_SUMS])?;
         let free = self.free;
         let sample = Sample::new(self.step(), self.time(), free, &self.runner.state.partial_sums);
+        let sample = self.with_cell(sample)?;
         let Some(solved) = self.solver_statistics() else {
             return match &mut self.works {
                 Some(works) => works.complete(&mut self.runner, &self.plans.forget_works, sample),
@@ -65,7 +71,7 @@ impl Simulation {
     pub fn deepest_overlap(&mut self) -> Result<Option<DeepOverlap>> {
         self.refresh()?;
         let step = self.step();
-        let arrays = [&POSITION, &POSITION_LOW, &ID, &CLUMP_OF_ID, &LIST_START, &NEIGHBOUR, &WALL];
+        let arrays = [&POSITION, &POSITION_LOW, &ID, &CLUMP_OF_ID, &LIST_START, &NEIGHBOUR, &WALL, &CELL];
         let arrays = present(self.model(), &arrays);
         let s = self.runner.read(&arrays)?;
         let bodies = s.sizes.bodies;
@@ -78,8 +84,7 @@ impl Simulation {
             let other = s.id.get(j).map_or(Other::Wall((j - bodies) as u32), |id| Other::Grain(*id));
             DeepOverlap { over_radius: overlap, step, pair: Some((s.id[i], other)) }
         });
-        // The mirror has walls at all times.
-        self.runner.state.release(&arrays.into_iter().filter(|array| **array != WALL).collect::<Vec<_>>());
+        self.runner.state.release(&arrays.into_iter().filter(|array| !is_kept(array)).collect::<Vec<_>>());
         Ok(found)
     }
 
@@ -214,6 +219,63 @@ impl Simulation {
             }
         };
         Ok(balances.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)))
+    }
+
+    /// The domain now: its cell may have deformed.
+    ///
+    /// # Errors
+    /// [`Error::Device`](crate::Error::Device) if the device is lost.
+    pub fn domain(&mut self) -> Result<Domain> {
+        let mut domain = self.assembly.domain;
+        if let Some(cell) = self.cell()? {
+            let length = cell.length + cell.length_low;
+            for axis in (0..3).filter(|axis| domain.periodic[*axis]) {
+                domain.upper[axis] = domain.lower[axis] + length[axis];
+            }
+            domain.tilt = cell.tilt.0 + cell.tilt_low.0;
+        }
+        Ok(domain)
+    }
+
+    /// Strain of the cell so far, component by component as [`Cell::strain_rate`](crate::scene::Cell::strain_rate): true
+    /// strains along the axes, and shears (how far faces have moved past each other, over their distance now). None of a
+    /// cell that does not deform.
+    ///
+    /// # Errors
+    /// [`Error::Device`](crate::Error::Device) if the device is lost.
+    pub fn strain(&mut self) -> Result<Option<[f64; 6]>> {
+        let Some(cell) = self.cell()? else { return Ok(None) };
+        let start = self.assembly.domain;
+        let closed = |length: DVec3| DVec3::select(length.cmpeq(DVec3::ZERO), DVec3::ONE, length);
+        let (period, length) = (closed(self.params().period), closed(cell.length + cell.length_low));
+        // The edges as if no tilt had been turned back, and what has made them of those of the start.
+        let tilt = product_above(length, cell.tilt.0 + cell.tilt_low.0, DVec3::ONE, cell.turned_back.0);
+        let grown = length / period;
+        let inverse = inverse_above(period, start.tilt);
+        let shear = product_above(length, tilt, 1.0 / period, inverse) / DVec3::new(grown.z, grown.z, grown.y);
+        let normal = grown.map(f64::ln);
+        Ok(Some([normal.x, normal.y, normal.z, shear.x, shear.y, shear.z]))
+    }
+
+    /// The sample with what there is to say of a cell that may deform.
+    fn with_cell(&mut self, sample: Sample) -> Result<Sample> {
+        let Some(cell) = self.cell()? else { return Ok(sample) };
+        let strain = self.strain()?.unwrap_or_default();
+        let length = cell.length + cell.length_low;
+        let volume = Some(volume_of(self.model().dimension, length)).filter(|volume| *volume > 0.0);
+        let of_sample = CellSample::new(&sample, strain, volume, self.assembly.grain_volume());
+        let part = |of: &[f64; 6]| (DVec3::new(of[0], of[1], of[2]), DVec3::new(of[3], of[4], of[5]));
+        let ((virial, above), (flux, flux_above)) = (part(&sample.virial), part(&sample.flux));
+        let cell_power = flow_power(&self.runner.state, virial - flux, above - flux_above);
+        Ok(Sample { cell_power, cell: Some(of_sample), ..sample })
+    }
+
+    /// The cell as a device has it, if it may deform.
+    fn cell(&mut self) -> Result<Option<Cell>> {
+        if !(CELL.needed)(self.model()) {
+            return Ok(None);
+        }
+        Ok(Some(self.runner.read(&[&CELL])?.cell[0]))
     }
 
     /// Walls now.

@@ -12,12 +12,12 @@ use crate::{
     contact::{blocks, cohesion, materials::parameters},
     error::Result,
     memory,
-    model::{self, Model, Precision},
+    model::{self, Boundary, Model, Precision},
     plans::Plans,
     scene::{Assembly, Clump, Grain, Method},
     solve,
     space::precision::{QUANTA_OF_SLACK, extent_of, quantised, quantum, set_quantum, split},
-    state::{Level, Params, Sizes, State},
+    state::{Level, Params, Sizes, Spin, State},
     time_step,
     units::{Quantity, Units, power_of_two},
 };
@@ -131,6 +131,7 @@ fn units(assembly: &Assembly, model: &Model, dt: f64, dt_bound: f64) -> Units {
         length: power_of_two(assembly.mean_radius()),
         mass: power_of_two(mean_mass),
         time: power_of_two(if rigid || !dt_bound.is_finite() { dt } else { dt_bound.max(dt) }),
+        flat: assembly.dimension == 2,
         elastic: model.normal == model::Normal::Hertz,
         rates: model.damping == model::Damping::MassScaled,
         rigid,
@@ -159,6 +160,7 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> (Params, Vec<Level>) {
         margin: reach + margin,
         displacement_limit: 0.5 * margin,
         step_limit: 0.5 * margin.min(smallest),
+        narrowest: assembly.narrowest(),
         wall_depth: time_step::depth_beyond_walls(assembly),
         deep_overlap: DEEP_OVERLAP,
         turn_limit: time_step::MOST_TURN,
@@ -171,12 +173,32 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> (Params, Vec<Level>) {
         materials: assembly.materials.len() as u32,
         ..Params::default()
     };
+    set_servo(&mut p, assembly);
     set_relaxation(&mut p, assembly, model.precision, mean_radius);
     set_quanta(&mut p, assembly, model, largest);
     let range = range(&p, model, assembly);
     set_domain(&mut p, assembly, model, range);
     let levels = grid::levels(&mut p, assembly, model, range);
     (p, levels)
+}
+
+/// Steps from one look of the servo of the cell to the next: few beside the time in which grains answer.
+const SERVO_STEPS: u32 = 10;
+
+/// Rates over their limit that the servo still tells apart: there is hardly a contact then.
+const STEEPEST_APPROACH: f64 = 1e3;
+
+/// Of the servo of the cell.
+fn set_servo(p: &mut Params, assembly: &Assembly) {
+    let stress = assembly.cell.stress.map(Option::unwrap_or_default);
+    let controlled = assembly.cell.stress.map(|stress| f64::from(u8::from(stress.is_some())));
+    let halves = |x: [f64; 6]| (DVec3::new(x[0], x[1], x[2]), Spin(DVec3::new(x[3], x[4], x[5])));
+    (p.stress, p.stress_above) = halves(stress);
+    (p.controlled, p.controlled_above) = halves(controlled);
+    p.servo_time = p.dt / assembly.cell.gain;
+    p.most_rate = assembly.most_rate();
+    p.least_rigidity = assembly.cell.largest_stress() / (STEEPEST_APPROACH * p.most_rate).max(f64::MIN_POSITIVE);
+    p.servo_steps = SERVO_STEPS;
 }
 
 /// Of contact dynamics.
@@ -227,7 +249,7 @@ fn set_domain(p: &mut Params, assembly: &Assembly, model: &Model, range: f64) {
         if domain.periodic[axis] {
             p.period[axis] = upper - lower;
             p.inverse_period[axis] = 1.0 / p.period[axis];
-            if model.precision == Precision::Single {
+            if model.precision == Precision::Single && model.boundary == Boundary::Periodic {
                 let whole = quantised(p, p.period)[axis];
                 (p.period_low[axis], p.period[axis]) = (p.period[axis] - whole, whole);
             }

@@ -13,10 +13,11 @@ use crate::{
     scene::{self, Assembly, Grain, Surface},
     space::{
         boundary::wrap,
+        deform_cell::stretched,
         precision::{Point, SplitOrientation, add_rotation, arm_end, quantised},
     },
     state::{
-        ARRAYS, Array, Column, Length, Orientation, PATH_STEPS, Packed, Position, PositionLow, Sizes, Spin, State,
+        ARRAYS, Array, Cell, Column, Length, Orientation, PATH_STEPS, Packed, Position, PositionLow, Sizes, Spin, State,
         Velocity, VelocityLow, Wall, array::*, present,
     },
     time_step,
@@ -45,13 +46,17 @@ const OF_CLUMPS: [&Array; 11] = [
     &SPIN_INCREMENT,
 ];
 
-/// Walls and materials: the few numbers that do not become more with the grains.
+/// Walls, the cell and materials: the few numbers that do not become more with the grains.
 pub fn fill_small(state: &mut State, assembly: &Assembly) {
     if (WALL.needed)(&state.model) {
         state.wall = walls(state, assembly);
     }
     if let Some(guides) = Guides::of(assembly) {
         state.wall_path = guides.path(state, 0, PATH_STEPS as u32).0.wall_path;
+    }
+    if (CELL.needed)(&state.model) {
+        state.cell = vec![cell(state, assembly)];
+        state.cell_next.clone_from(&state.cell);
     }
     if (PAIR.needed)(&state.model) {
         state.pair = assembly.pairs.iter().map(parameters).collect();
@@ -111,6 +116,7 @@ fn pieces(assembly: &Assembly) -> Vec<Piece> {
 fn filled(like: &State, assembly: &Assembly, piece: &Piece) -> Result<State> {
     let sizes = Sizes { bodies: piece.bodies.len(), clumps: piece.clumps.len(), walls: 0, ..like.sizes };
     let mut state = State { units: like.units, range: like.range, ..State::bare(like.model, sizes, like.params) };
+    state.cell_next.clone_from(&like.cell);
     for array in present(&like.model, OF_BODIES.iter().chain(&OF_CLUMPS)) {
         state.column_mut(array).resize(sizes.of(array.length));
     }
@@ -208,6 +214,24 @@ fn fill_clumps(state: &mut State, assembly: &Assembly, piece: &Piece) {
             }
         }
     }
+}
+
+fn cell(state: &State, assembly: &Assembly) -> Cell {
+    let (p, single) = (&state.params, state.model.precision == Precision::Single);
+    let split = |x: DVec3| if single { quantised(p, x) } else { x };
+    let (length, tilt) = (p.period, assembly.domain.tilt);
+    let (rate, shear_rate) = assembly.cell.gradient(p.dt);
+    let cell = Cell {
+        length: split(length),
+        length_low: length - split(length),
+        tilt: Spin(split(tilt)),
+        tilt_low: Spin(tilt - split(tilt)),
+        rate,
+        shear_rate: Spin(shear_rate),
+        largest_rate: (rate.length_squared() + shear_rate.length_squared()).sqrt(),
+        ..Cell::default()
+    };
+    stretched(p, cell)
 }
 
 /// Walls of which the host says where they go.

@@ -4,7 +4,12 @@ use crate::{
     body::grains::same_grain,
     model::{Grains, Method},
     scene::Assembly,
-    space::{boundary::nearest_image, dimension::outside, precision::position_low_of, walls::wall_separation},
+    space::{
+        boundary::{approach, nearest_image},
+        dimension::outside,
+        precision::position_low_of,
+        walls::wall_separation,
+    },
     state::State,
 };
 use glam::DVec3;
@@ -36,7 +41,7 @@ pub fn reason(s: &State, lost: u32, known: &Known) -> String {
     let (x, radius) = (s.position[at].x, s.position[at].radius);
     let speed = s.velocity[at].v.length();
     let spin = s.spin.get(at).map_or(0.0, |spin| spin.0.length());
-    let (stride, turn) = (speed * p.dt, spin * p.dt);
+    let (stride, turn) = (approach(s, speed * p.dt, radius), spin * p.dt);
     if !(x.is_finite() && stride.is_finite() && turn.is_finite()) {
         return format!("{who} has no position any more (not a number){}", step_or(s, known, at, ""));
     }

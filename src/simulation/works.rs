@@ -4,7 +4,7 @@
 use super::runner::Runner;
 use crate::{
     error::Result,
-    measure::Sample,
+    measure::{CellSample, Sample},
     plan::Plan,
     record::record,
     state::{Works, array::WORKS},
@@ -25,7 +25,12 @@ record!(
 );
 
 fn powers(sample: &Sample) -> Works {
-    Works { dissipated: sample.dissipation, walls: sample.wall_power, fixed: sample.fixed_power }
+    Works {
+        dissipated: sample.dissipation,
+        walls: sample.wall_power,
+        fixed: sample.fixed_power,
+        cell: sample.cell_power,
+    }
 }
 
 impl Totals {
@@ -53,6 +58,7 @@ impl Totals {
                 self.sum.dissipated += of_body.dissipated;
                 self.sum.walls += of_body.walls;
                 self.sum.fixed += of_body.fixed;
+                self.sum.cell += of_body.cell;
             }
         })?;
         runner.execute_plan(forget)?;
@@ -73,6 +79,7 @@ impl Totals {
             dissipated: of(|w| w.dissipated).map(|sum| sum + slid),
             work_walls: of(|w| w.walls),
             work_fixed: of(|w| w.fixed),
+            cell: sample.cell.map(|cell| CellSample { work_cell: of(|w| w.cell), ..cell }),
             ..sample
         })
     }

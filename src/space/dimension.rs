@@ -133,3 +133,77 @@ pub fn arm_increment(gain: DVec4, arm: DVec3) -> DVec3 {
     let t = gain.xyz().cross(arm);
     2.0 * ((1.0 + gain.w) * t + gain.xyz().cross(t))
 }
+
+// Upper triangular matrices: numbers above the diagonal are those of rows and columns y z, x z and x y, the last of which
+// is all that a plane has.
+
+/// What is above the diagonal, next to it, times a vector.
+#[inline(always)]
+pub fn next_above(above: DVec3, v: DVec3) -> DVec3 {
+    DVec3::new(above.z * v.y, above.x * v.z, 0.0)
+}
+
+/// The same of what is further above.
+#[inline(always)]
+pub fn last_above(above: DVec3, v: DVec3) -> DVec3 {
+    DVec3::new(above.y * v.z, 0.0, 0.0)
+}
+
+/// Above the diagonal of the outer product of two vectors.
+#[inline(always)]
+pub fn outer_above(a: DVec3, b: DVec3) -> DVec3 {
+    DVec3::new(a.y * b.z, a.x * b.z, a.x * b.y)
+}
+
+pub fn volume_of(dimension: Dimension, length: DVec3) -> f64 {
+    match dimension {
+        Dimension::Plane => length.x * length.y,
+        Dimension::Space => length.x * length.y * length.z,
+    }
+}
+
+/// Above the diagonal of a product.
+pub fn product_above(a: DVec3, a_above: DVec3, b: DVec3, b_above: DVec3) -> DVec3 {
+    DVec3::new(
+        a.y * b_above.x + a_above.x * b.z,
+        (a.x * b_above.y + a_above.z * b_above.x) + a_above.y * b.z,
+        a.x * b_above.z + a_above.z * b.y,
+    )
+}
+
+/// Above the diagonal of an inverse.
+pub fn inverse_above(diagonal: DVec3, above: DVec3) -> DVec3 {
+    let yz = above.x / (diagonal.y * diagonal.z);
+    let xy = above.z / (diagonal.x * diagonal.y);
+    DVec3::new(-yz, (above.z * yz - above.y / diagonal.z) / diagonal.x, -xy)
+}
+
+pub fn row_lengths(diagonal: DVec3, above: DVec3) -> DVec3 {
+    let x = DVec3::new(diagonal.x, above.z, above.y);
+    DVec3::new(x.length(), diagonal.y.hypot(above.x), diagonal.z)
+}
+
+/// How many edges of a cell with these tilts bring a point into the box of its lengths.
+#[inline(always)]
+pub fn whole_periods(d: DVec3, inverse_length: DVec3, tilt: DVec3) -> DVec3 {
+    let z = (d.z * inverse_length.z).floor();
+    let y = ((d.y - z * tilt.x) * inverse_length.y).floor();
+    DVec3::new(((d.x - z * tilt.y - y * tilt.z) * inverse_length.x).floor(), y, z)
+}
+
+/// How many lengths come off the tilts of a cell, so that none is longer than half of them.
+pub fn excess_tilts(length: DVec3, tilt: DVec3) -> DVec3 {
+    let yz = (tilt.x / length.y).round_ties_even();
+    let xz = ((tilt.y - yz * tilt.z) / length.x).round_ties_even();
+    DVec3::new(yz, xz, (tilt.z / length.x).round_ties_even())
+}
+
+/// The tilts that so many of them are.
+pub fn tilts_of(count: DVec3, length: DVec3, tilt: DVec3) -> DVec3 {
+    DVec3::new(count.x * length.y, count.x * tilt.z + count.y * length.x, count.z * length.x)
+}
+
+/// Above the diagonal of the inverse of a matrix of ones with so many of them taken off.
+pub fn turned_back_by(count: DVec3) -> DVec3 {
+    DVec3::new(count.x, count.y + count.z * count.x, count.z)
+}

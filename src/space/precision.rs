@@ -53,6 +53,18 @@ pub fn requantised(s: &State, Point { x, low }: Point) -> Point {
     }
 }
 
+/// The multiple of the quantum nearest to a product in single precision; in double precision the product.
+#[inline(always)]
+pub fn on_grid(s: &State, product: DVec3) -> DVec3 {
+    match s.model.precision {
+        Precision::Double => product,
+        Precision::Single => {
+            let units = (product * s.params.inverse_quantum).as_vec3().to_array().map(f32::round_ties_even);
+            s.params.quantum * DVec3::from_array(units.map(f64::from))
+        }
+    }
+}
+
 /// old + change. In single precision a device rounds it stochastically.
 #[inline(always)]
 pub fn accumulated(old: DVec3, change: DVec3) -> DVec3 {

@@ -108,6 +108,23 @@ record!(
     }
 );
 record!(
+    /// The periodic cell (`shaders/space/boundary/deforming.wgsl`).
+    Cell {
+        length: DVec3 [Length],
+        length_low: DVec3 [Length],
+        tilt: Spin [Length],
+        tilt_low: Spin [Length],
+        turned_back: Spin,
+        stretch: DVec3,
+        stretch_tilt: Spin,
+        rate: DVec3 [Rate],
+        shear_rate: Spin [Rate],
+        largest_rate: f64 [Rate],
+        stress: DVec3 [Stress],
+        stress_above: Spin [Stress],
+    }
+);
+record!(
     /// A level of the grid (`shaders/neighbours/grid.wgsl`).
     Level { inverse_cell: DVec3 [InverseLength], radius: f64 [Length], cells: UVec3, first_cell: u32, strip: u32 }
 );
@@ -123,6 +140,7 @@ record!(
         restored_contacts: u32,
         unlisted: u32,
         deep_overlaps: u32,
+        narrow_cell: u32,
     }
 );
 record!(
@@ -140,11 +158,16 @@ record!(
         overlap: f64,
         sides: u32,
         single_sides: u32,
+        virial: DVec3 [Energy],
+        virial_above: Spin [Energy],
+        flux: DVec3 [Energy],
+        flux_above: Spin [Energy],
+        stiffness: f64 [Energy],
     }
 );
 record!(
     /// Dissipation and works since the host has read them (`shaders/measure/sums.wgsl`).
-    Works { dissipated: f64 [Energy], walls: f64 [Energy], fixed: f64 [Energy] }
+    Works { dissipated: f64 [Energy], walls: f64 [Energy], fixed: f64 [Energy], cell: f64 [Energy] }
 );
 record!(
     /// A contact of a step of contact dynamics (this and the next: `shaders/nscd/contact.wgsl`).
@@ -209,6 +232,14 @@ record!(
         period_low: DVec3 [Length],
         inverse_period: DVec3 [InverseLength],
         cell_origin: DVec3 [Length],
+        narrowest: f64 [Length],
+        stress: DVec3 [Stress],
+        stress_above: Spin [Stress],
+        controlled: DVec3,
+        controlled_above: Spin,
+        servo_time: f64 [Time],
+        most_rate: f64 [Rate],
+        least_rigidity: f64 [Viscosity],
         dt: f64 [Time],
         history_dt: f64 [Time],
         damping: f64 [Rate],
@@ -248,6 +279,7 @@ record!(
         entries: u32,
         history: u32,
         colors: u32,
+        servo_steps: u32,
         step: u32,
     }
 );

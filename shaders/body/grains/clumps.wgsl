@@ -112,6 +112,12 @@ fn arm_of(q: Orientation, member_id: u32) -> Vec {
     return rotate(q, unpacked(member_offset[member_id]));
 }
 
+/// From the centre of the clump of body i to the body, m.
+fn arm_in_grain(i: u32) -> Vec {
+    let c = clump_of_id[id[i]];
+    return arm_of(orientation[c] + orientation_low_of(c), id[i]);
+}
+
 /// Force and moment, about the clump's centre, of what `member_force` and `member_torque` hold for its members.
 fn clump_load(c: u32, q: Orientation) -> ForceTorque {
     var sum = ForceTorque();
@@ -140,7 +146,7 @@ fn move_clump(c: u32, here: Clump, change: Vec, spin_change: Spin) {
     let v = accelerated(here.velocity.v, low.v, change);
     let w = accelerated_spin(here.spin, low.spin, spin_change);
     let start = requantised(here.center.x, here.center.low);
-    let point = wrap(displaced(start.x, start.low, params.dt * v.v));
+    let point = wrap(displaced(start.x, start.low, params.dt * carried(start.x, v.v)));
     center_next[c] = point.x;
     store_center_low(c, point.low);
     store_clump_velocity(c, here, v, w);
@@ -162,15 +168,17 @@ fn place_member(i: u32) -> bool {
     let spin = global_spin(inverse_moments[c], before, clump_spin_next[c]);
     let arm = arm_of(before, member_id);
     let gain = arm_increment(rotation_increment(0.25 * params.dt * spin), arm);
-    velocity_next[i] = Velocity(velocity.v + surface_velocity(spin, arm + 0.5 * gain), velocity.inverse_mass);
+    let middle = arm + 0.5 * gain;
+    velocity_next[i] = Velocity(past_flow(velocity.v + surface_velocity(spin, middle), middle), velocity.inverse_mass);
     store_spin(i, spin);
     let center = Point(center_next[c], center_low_next_of(c));
     let offset = unpacked(member_offset[member_id]);
     let point = wrap(arm_end(center, orientation_next[c], orientation_low_next_of(c), offset));
-    let stride = params.dt * velocity.v + gain;
+    let way = params.dt * velocity.v + gain;
+    let stride = approach(sqrt(dot(way, way)), position[i].radius + sqrt(dot(arm, arm)));
     let turn = params.dt * sqrt(spin_squared(spin));
     let hopeless = !(turn <= params.turn_limit);
-    return commit_position(i, position[i], position_low_of(i), point, sqrt(dot(stride, stride)), hopeless);
+    return commit_position(i, position[i], position_low_of(i), point, stride, hopeless);
 }
 
 /// A clump has these velocities next.
@@ -186,7 +194,8 @@ fn set_clump_velocity(c: u32, here: Clump, v: SplitVelocity, w: SplitSpin) {
     let spin = global_spin(here.inverse_moments, here.orientation, w.spin);
     for (var member_id = first_member[c]; member_id < first_member[c + 1u]; member_id++) {
         let i = index_of_id[member_id];
-        let member_v = v.v + surface_velocity(spin, arm_of(here.orientation, member_id));
+        let arm = arm_of(here.orientation, member_id);
+        let member_v = past_flow(v.v + surface_velocity(spin, arm), arm);
         velocity_next[i] = Velocity(member_v, here.velocity.inverse_mass);
         store_spin(i, spin);
     }

@@ -20,3 +20,8 @@ fn member_count(i: u32) -> u32 {
 fn member_of(i: u32, m: u32) -> u32 {
     return i;
 }
+
+/// From the centre of the grain of body i to the body: nothing.
+fn arm_in_grain(i: u32) -> Vec {
+    return Vec();
+}

@@ -18,7 +18,8 @@ fn damping_correction(c: u32, q: Orientation, v: Vec, w: Spin) -> Real {
     for (var member_id = first_member[c]; member_id < first_member[c + 1u]; member_id++) {
         let i = index_of_id[member_id];
         let here = body(i);
-        let change = v + surface_velocity(w, arm_of(q, member_id)) - here.velocity.v;
+        let arm = arm_of(q, member_id);
+        let change = past_flow(v + surface_velocity(w, arm), arm) - here.velocity.v;
         let list = list_of(i);
         for (var entry = list.begin; entry < list.end; entry += list.step) {
             let tagged = neighbour[entry];
@@ -51,5 +52,6 @@ fn energies_of_clump(c: u32) -> Energies {
     let spin = global_spin(here.inverse_moments, here.orientation, w);
     // Dashpots know the velocities of half a step ago, but it is those of now that they work against.
     let dissipation = 2 * params.damping * kinetic + damping_correction(c, here.orientation, v, spin);
-    return Energies(kinetic, potential, sqrt(dot(total, total)), dissipation);
+    let momentum = v / inverse_mass;
+    return Energies(kinetic, potential, sqrt(dot(total, total)), dissipation, momentum * v, outer_above(momentum, v));
 }

@@ -14,5 +14,6 @@ fn energies(here: Body, sum: ForceTorque, drag: ForceTorque) -> Energies {
     // Dashpots know the velocities of half a step ago, but it is those of now that they work against.
     let late = dot(drag.force, change) + spin_dot(drag.torque, spin_change);
     let dissipation = 2 * params.damping * kinetic - late;
-    return Energies(kinetic, potential, sqrt(dot(total, total)), dissipation);
+    let momentum = v / inverse_mass;
+    return Energies(kinetic, potential, sqrt(dot(total, total)), dissipation, momentum * v, outer_above(momentum, v));
 }

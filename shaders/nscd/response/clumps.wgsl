@@ -16,7 +16,8 @@ fn free_motion(i: u32) -> FreeMotion {
     let w = clump_spin[c];
     let low = clump_velocity_low_of(c);
     let spin = w + (spin_low_of(w, low.spin) + clump_spin_next[c]);
-    let surface = surface_velocity(spin, arm_of(orientation[c] + orientation_low_of(c), member_id));
+    let arm = arm_of(orientation[c] + orientation_low_of(c), member_id);
+    let surface = past_flow(surface_velocity(spin, arm), arm);
     return FreeMotion(now.v, low_of(now.v, low.v) + clump_velocity_next[c].v + surface, spin);
 }
 

@@ -223,3 +223,59 @@ fn all_equal(w: Spin) -> bool {
 fn rotated_spin_change(gain: Orientation, w: Spin) -> Spin {
     return 0;
 }
+
+// Upper triangular matrices: the number above the diagonal is that of the first row and the second column.
+
+/// What is above the diagonal, next to it, times a vector.
+fn next_above(above: Spin, v: Vec) -> Vec {
+    return Vec(above * v.y, 0);
+}
+
+/// The same of what is further above.
+fn last_above(above: Spin, v: Vec) -> Vec {
+    return Vec();
+}
+
+/// Above the diagonal of the outer product of two vectors.
+fn outer_above(a: Vec, b: Vec) -> Spin {
+    return a.x * b.y;
+}
+
+fn volume_of(length: Vec) -> Real {
+    return length.x * length.y;
+}
+
+/// Above the diagonal of a product.
+fn product_above(a: Vec, a_above: Spin, b: Vec, b_above: Spin) -> Spin {
+    return a.x * b_above + a_above * b.y;
+}
+
+/// Above the diagonal of an inverse.
+fn inverse_above(diagonal: Vec, above: Spin) -> Spin {
+    return -above / (diagonal.x * diagonal.y);
+}
+
+fn row_lengths(diagonal: Vec, above: Spin) -> Vec {
+    return Vec(sqrt(diagonal.x * diagonal.x + above * above), diagonal.y);
+}
+
+/// How many edges of a cell with these tilts bring a point into the box of its lengths.
+fn whole_periods(d: Vec, inverse_length: Vec, tilt: Spin) -> Vec {
+    let y = floor(d.y * inverse_length.y);
+    return Vec(floor((d.x - y * tilt) * inverse_length.x), y);
+}
+
+/// How many lengths come off the tilts of a cell, so that none is longer than half of them.
+fn excess_tilts(length: Vec, tilt: Spin) -> Spin {
+    return round(tilt / length.x);
+}
+
+/// The tilts that so many of them are.
+fn tilts_of(count: Spin, length: Vec, tilt: Spin) -> Spin {
+    return count * length.x;
+}
+
+/// Above the diagonal of the inverse of a matrix of ones with so many of them taken off.
+fn turned_back_by(count: Spin) -> Spin {
+    return count;
+}

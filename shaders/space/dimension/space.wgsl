@@ -253,3 +253,68 @@ fn all_equal(w: Spin) -> bool {
 fn rotated_spin_change(gain: Orientation, w: Spin) -> Spin {
     return arm_increment(gain, w);
 }
+
+// Upper triangular matrices: the numbers above the diagonal are those of rows and columns y z, x z and x y.
+
+/// What is above the diagonal, next to it, times a vector.
+fn next_above(above: Spin, v: Vec) -> Vec {
+    return Vec(above.z * v.y, above.x * v.z, 0);
+}
+
+/// The same of what is further above.
+fn last_above(above: Spin, v: Vec) -> Vec {
+    return Vec(above.y * v.z, 0, 0);
+}
+
+/// Above the diagonal of the outer product of two vectors.
+fn outer_above(a: Vec, b: Vec) -> Spin {
+    return Spin(a.y * b.z, a.x * b.z, a.x * b.y);
+}
+
+fn volume_of(length: Vec) -> Real {
+    return length.x * length.y * length.z;
+}
+
+/// Above the diagonal of a product.
+fn product_above(a: Vec, a_above: Spin, b: Vec, b_above: Spin) -> Spin {
+    return Spin(
+        a.y * b_above.x + a_above.x * b.z,
+        (a.x * b_above.y + a_above.z * b_above.x) + a_above.y * b.z,
+        a.x * b_above.z + a_above.z * b.y,
+    );
+}
+
+/// Above the diagonal of an inverse.
+fn inverse_above(diagonal: Vec, above: Spin) -> Spin {
+    let yz = above.x / (diagonal.y * diagonal.z);
+    let xy = above.z / (diagonal.x * diagonal.y);
+    return Spin(-yz, (above.z * yz - above.y / diagonal.z) / diagonal.x, -xy);
+}
+
+fn row_lengths(diagonal: Vec, above: Spin) -> Vec {
+    let x = Vec(diagonal.x, above.z, above.y);
+    return Vec(sqrt(dot(x, x)), sqrt(diagonal.y * diagonal.y + above.x * above.x), diagonal.z);
+}
+
+/// How many edges of a cell with these tilts bring a point into the box of its lengths.
+fn whole_periods(d: Vec, inverse_length: Vec, tilt: Spin) -> Vec {
+    let z = floor(d.z * inverse_length.z);
+    let y = floor((d.y - z * tilt.x) * inverse_length.y);
+    return Vec(floor((d.x - z * tilt.y - y * tilt.z) * inverse_length.x), y, z);
+}
+
+/// How many lengths come off the tilts of a cell, so that none is longer than half of them.
+fn excess_tilts(length: Vec, tilt: Spin) -> Spin {
+    let yz = round(tilt.x / length.y);
+    return Spin(yz, round((tilt.y - yz * tilt.z) / length.x), round(tilt.z / length.x));
+}
+
+/// The tilts that so many of them are.
+fn tilts_of(count: Spin, length: Vec, tilt: Spin) -> Spin {
+    return Spin(count.x * length.y, count.x * tilt.z + count.y * length.x, count.z * length.x);
+}
+
+/// Above the diagonal of the inverse of a matrix of ones with so many of them taken off.
+fn turned_back_by(count: Spin) -> Spin {
+    return Spin(count.x, count.y + count.z * count.x, count.z);
+}

@@ -28,6 +28,11 @@ fn requantised(x: Vec, low: Vec) -> Point {
     return displaced(whole, (x - whole) + low, Vec());
 }
 
+/// The multiple of the quantum nearest to it.
+fn on_grid(x: Vec) -> Vec {
+    return params.quantum * round(x * params.inverse_quantum);
+}
+
 /// Of the step, for stochastic rounding.
 var<private> seed: u32;
 

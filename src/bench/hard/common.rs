@@ -4,7 +4,7 @@ use crate::{
     gpu::adapters,
     model::Precision,
     scene::{
-        Assembly, Clump, Domain, Grain, Material, Member, Method, Motion, Output, Pair, Relaxation, Shape, Solver,
+        Assembly, Cell, Clump, Domain, Grain, Material, Member, Method, Motion, Output, Pair, Relaxation, Shape, Solver,
         Stop, Surface, TimeStep, Twist, Wall,
     },
     simulation::{EngineChoice, Options, Simulation},
@@ -76,7 +76,8 @@ pub fn blank(dimension: usize) -> Assembly {
     Assembly {
         dimension,
         gravity: DVec3::ZERO,
-        domain: Domain { lower: DVec3::NEG_INFINITY, upper: DVec3::INFINITY, periodic: [false; 3] },
+        domain: Domain { lower: DVec3::NEG_INFINITY, upper: DVec3::INFINITY, ..Domain::default() },
+        cell: Cell::default(),
         materials: vec![Material { name: "default".to_owned(), density: RHO }],
         pairs: vec![law(0.0)],
         walls: vec![],

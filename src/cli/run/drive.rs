@@ -303,7 +303,9 @@ impl Run {
     }
 
     fn is_at_rest(&self, sample: &Sample) -> bool {
-        self.simulation.assembly().stop.equilibrium.is_some_and(|tolerance| sample.at_rest(tolerance))
+        let assembly = self.simulation.assembly();
+        assembly.stop.equilibrium.is_some_and(|tolerance| sample.at_rest(tolerance))
+            && assembly.has_target_stress(sample.cell.map(|cell| cell.stress()))
     }
 
     /// The last state and the summary. Where they cannot be written they go somewhere else.

@@ -1,0 +1,56 @@
+// twin: src/measure/servo.rs
+// The servo of the cell: components of the gradient of the flow that are to bring the stress of the contacts to a target.
+// Rates are what would take away the difference within the servo's time if the cell were elastic and isotropic, with all
+// its contacts as stiff as they are and no grain giving way: both Lamé constants are then the same. That is stiffer than any
+// packing, so that stress comes to its target from one side.
+var<storage, read> halt: u32;
+
+const LANES = 256u;
+
+struct Virial {
+    diagonal: Vec,
+    above: Spin,
+    stiffness: Real,
+}
+
+var<workgroup> of_lane: array<Virial, LANES>;
+
+@compute @workgroup_size(LANES)
+fn servo(@builtin(local_invocation_index) lane: u32) {
+    var sum = Virial();
+    for (var p = lane; p < params.partial_sums_len; p += LANES) {
+        let row = partial_sums[p];
+        sum.diagonal += row.virial;
+        sum.above += row.virial_above;
+        sum.stiffness += row.stiffness;
+    }
+    of_lane[lane] = sum;
+    workgroupBarrier();
+    if (lane != 0u || halt >= HALTED || (params.step + halt) % params.servo_steps != 0u) {
+        return;
+    }
+    for (var l = 1u; l < LANES; l++) {
+        sum.diagonal += of_lane[l].diagonal;
+        sum.above += of_lane[l].above;
+        sum.stiffness += of_lane[l].stiffness;
+    }
+    let volume = volume_of(cell.length);
+    let stress = -sum.diagonal / volume;
+    let stress_above = -sum.above / volume;
+    // Modulus times time: never so little that rates leave the range of numbers.
+    let all = Real(DIMENSIONS * (DIMENSIONS + 2u));
+    let rigidity = max(params.servo_time * sum.stiffness / (all * volume), params.least_rigidity);
+    let missing = params.controlled * (params.stress - stress);
+    let count = dot(params.controlled, Vec(1));
+    let mean = dot(missing, params.controlled) / max(count, Real(1));
+    let rate = -(Vec(mean / (count + 2)) + 0.5 * (missing - Vec(mean))) / rigidity;
+    let shear_rate = (stress_above - params.stress_above) / rigidity;
+    let most = Vec(params.most_rate);
+    let most_above = Spin(params.most_rate);
+    cell.rate = select(cell.rate, clamp(rate, -most, most), params.controlled > Vec());
+    let limited = clamp(shear_rate, -most_above, most_above);
+    cell.shear_rate = select(cell.shear_rate, limited, params.controlled_above > Spin());
+    cell.largest_rate = sqrt(dot(cell.rate, cell.rate) + spin_squared(cell.shear_rate));
+    cell.stress = stress;
+    cell.stress_above = stress_above;
+}
