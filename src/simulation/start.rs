@@ -17,8 +17,8 @@ use crate::{
         precision::{Point, SplitOrientation, add_rotation, arm_end, quantised},
     },
     state::{
-        ARRAYS, Array, Cell, Column, Length, Orientation, PATH_STEPS, Packed, Position, PositionLow, Sizes, Spin, State,
-        Velocity, VelocityLow, Wall, array::*, present,
+        ARRAYS, Array, Cell, Column, Length, Orientation, PATH_STEPS, Packed, Position, PositionLow, Sizes, Spin,
+        State, Velocity, VelocityLow, Wall, array::*, present,
     },
     time_step,
     units::Quantity,

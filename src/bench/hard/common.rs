@@ -4,8 +4,8 @@ use crate::{
     gpu::adapters,
     model::Precision,
     scene::{
-        Assembly, Cell, Clump, Domain, Grain, Material, Member, Method, Motion, Output, Pair, Relaxation, Shape, Solver,
-        Stop, Surface, TimeStep, Twist, Wall,
+        Assembly, Cell, Clump, Domain, Grain, Material, Member, Method, Motion, Output, Pair, Relaxation, Shape,
+        Solver, Stop, Surface, TimeStep, Twist, Wall,
     },
     simulation::{EngineChoice, Options, Simulation},
     solve,
