@@ -236,3 +236,60 @@ fn a_stage_that_does_not_come_to_rest_stops_the_run_or_not() {
     place.packstone(&format!("run bed.toml --engine cpu --out strict --strict {may}"), 3);
     assert!(Path::new(&place.path("strict/stages/press/final.csv")).exists());
 }
+
+/// A periodic cell goes on as it has become: contacts are what they were across its faces, which have moved and tilted.
+#[test]
+fn cells_go_on_as_they_have_become() {
+    const CELL: &str = r#"
+dimension = 2
+seed = 5
+gravity = [0, 0]
+[domain]
+lower = [0, 0]
+upper = [0.02, 0.02]
+boundary = "periodic"
+[material.glass]
+density = 2500
+normal_stiffness = 4e4
+friction = 0.3
+restitution = 0.3
+[[population]]
+material = "glass"
+count = 81
+radius = { uniform = [0.9e-3, 1.1e-3] }
+placement = "random"
+[solver]
+damping = 50
+[[stage]]
+name = "squeeze"
+cell.strain_rate = { xx = -2, yy = -2 }
+stop.packing_fraction = 0.9
+[[stage]]
+name = "shear"
+cell.strain_rate = { xy = 2 }
+stop.strain.xy = 0.3
+[[stage]]
+name = "on"
+material.glass.friction = 0.5
+cell.strain_rate = { xy = 2 }
+stop.strain.xy = 0.3
+"#;
+    let place = Place::new();
+    fs::write(place.path("cell.toml"), CELL).unwrap();
+    for engine in engines() {
+        let said = place.packstone(&format!("run cell.toml --engine={engine} --out=out"), 0);
+        assert_eq!(said.matches("the cell has deformed, and goes on from what it is").count(), 2, "{said}");
+        for [before, after] in [["squeeze", "shear"], ["shear", "on"]] {
+            let ends = |name: &str| {
+                let [before, after] = [before, after].map(|stage| place.column(&format!("out/stages/{stage}"), name));
+                (*before.last().unwrap(), after[0])
+            };
+            let (contacts, energy) = (ends("contacts"), ends("elastic_energy"));
+            assert!(contacts.0 > 120.0 && contacts.0 == contacts.1, "{engine}, {after}: {contacts:?} contacts");
+            let allowed = if *engine == "cpu" { 1e-9 } else { 1e-3 };
+            assert!((energy.0 / energy.1 - 1.0).abs() < allowed, "{engine}, {after}: {energy:?} J");
+        }
+        let tilt = &place.json("out/summary.json")["domain"]["tilt"];
+        assert!(tilt.to_string().len() > 4, "{tilt}");
+    }
+}

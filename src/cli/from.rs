@@ -44,6 +44,7 @@ impl From {
         let shifts: Vec<Shift> =
             old.walls.iter().zip(&walls).map(|(before, now)| Shift::between(before, now)).collect();
         let contacts = simulation.contact_history()?;
+        let domain = simulation.domain()?;
         drop(simulation);
         let moment = Moment { step, time, grains: &grains, clumps: &clumps };
         let temporary = tempfile::tempdir()?;
@@ -55,7 +56,11 @@ impl From {
             grains.len(),
             contacts.len()
         ));
-        let Continued { scene, singles, walls, notices } = scene.continued(&given, &old_scene, &start, &shifts)?;
+        let mut continued = scene.continued(&given, &old_scene, &start, &shifts)?;
+        if domain != old.domain {
+            continued.follow_cell(&given, &domain);
+        }
+        let Continued { scene, singles, walls, notices } = continued;
         notices.iter().for_each(note);
         // What is wrong with the grains is wrong with them where they come from.
         let assembly = scene.assemble().map_err(|error| match error {

@@ -9,8 +9,8 @@ use serde::Serialize;
 
 use super::check::AXES;
 use super::origin::GoingOn;
-use super::schema::{self, Population, WallKind};
-use super::{Scene, Surface, Wall, walls};
+use super::schema::{self, Population, Tilt, WallKind};
+use super::{Domain, Scene, Surface, Wall, walls};
 use crate::{Error, Result};
 
 /// How far a wall of an [`Assembly`](super::Assembly) has moved, m.
@@ -68,6 +68,26 @@ impl KeptWalls {
             name.strip_prefix(before.as_str()).filter(|face| face.is_empty() || face.starts_with(' '))
         };
         self.0.iter().find_map(|[before, now]| Some(format!("{now}{}", face(before)?)))
+    }
+}
+
+impl Continued {
+    /// The periodic cell of the other run, which was given the scene `given`, has become this one. A scene with the same
+    /// domain goes on with it, or the grains would not fit.
+    pub fn follow_cell(&mut self, given: &Scene, now: &Domain) {
+        let Some(domain) = &mut self.scene.file.domain else { return };
+        if Some(&*domain) != given.file.domain.as_ref() {
+            let what =
+                "is as the scene says, where it was given elsewhere, and not as the cell of the run before has become";
+            self.notices.push(format!("the domain {what}"));
+            return;
+        }
+        for (axis, upper) in domain.upper.iter_mut().enumerate().filter(|(axis, _)| now.periodic[*axis]) {
+            *upper = now.upper[axis];
+        }
+        let DVec3 { x: yz, y: xz, z: xy } = now.tilt;
+        domain.tilt = Some(Tilt { yz, xz, xy });
+        self.notices.push("the cell has deformed, and goes on from what it is".to_owned());
     }
 }
 

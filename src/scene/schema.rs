@@ -48,7 +48,7 @@ fn one() -> u64 {
     1
 }
 
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Domain {
     pub lower: Vec<f64>,
@@ -58,7 +58,7 @@ pub struct Domain {
 }
 
 /// How far edges of a cell lead along other axes: `xy` that along y along x.
-#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tilt {
     pub yz: f64,
@@ -96,7 +96,7 @@ impl Components {
     }
 }
 
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(untagged, expecting = "boundary must be \"open\" or \"periodic\", or an array with one of them per axis")]
 pub enum Boundary {
     Same(Face),
