@@ -61,7 +61,7 @@ pub static INIT_SOLVER: Stage =
 
 /// Contact dynamics 3: a pass.
 pub static JACOBI_PASS: Stage =
-    Stage { check: SUMS, ..Stage::over_lists("nscd", "jacobi_pass", jacobi_pass::jacobi_pass) };
+    Stage { check: CHANGES, ..Stage::over_lists("nscd", "jacobi_pass", jacobi_pass::jacobi_pass) };
 
 /// Contact dynamics 3, coloured: the contacts of one colour.
 pub static GAUSS_SEIDEL_PASS: Stage = Stage {
@@ -75,7 +75,7 @@ pub static AFTER_SWEEP: Stage =
 
 /// The same where grains are large, after their contacts.
 pub static RELAX_LARGE: Stage =
-    Stage { check: SUMS, ..Stage::over_lists("nscd", "relax_large", relax_large::relax_large) };
+    Stage { check: CHANGES, ..Stage::over_lists("nscd", "relax_large", relax_large::relax_large) };
 
 /// Contact dynamics of clumps 3, coloured: members follow the first of them.
 pub static SYNC_MEMBERS: Stage =

@@ -30,6 +30,26 @@ pub const SUMS: Check = Check {
     ..Check::ROUNDING
 };
 
+/// The same where impulses of clumps' members change. Near the solution a change is what is left of two impulses, and its
+/// rounding is theirs.
+pub const CHANGES: Check = Check {
+    floors: &[
+        FLOORS[0],
+        FLOORS[1],
+        FLOORS[2],
+        (&[&MEMBER_FORCE], largest_impulse),
+        (&[&MEMBER_TORQUE], |s| {
+            largest_impulse(s) * s.position.iter().map(|position| position.radius).fold(0.0, f64::max)
+        }),
+    ],
+    ..SUMS
+};
+
+/// N s
+fn largest_impulse(s: &State) -> f64 {
+    s.impulse.iter().map(|impulse| impulse.0.length()).fold(0.0, f64::max)
+}
+
 /// Squares of what is left where velocities cancel, (m/s)², and energies of that, J: d(x²) = 2 x dx, and dx is a rounding of
 /// velocities. Friction at the Coulomb limit is beyond it by a rounding of the normal impulses.
 fn sums_of_solved_contacts(s: &State) -> Vec<f64> {
