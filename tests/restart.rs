@@ -41,6 +41,10 @@ fn scenes() -> Vec<(&'static str, Assembly, u64)> {
     sheared.cell.strain_rate[..2].fill(-30.0);
     sheared.cell.strain_rate[5] = 100.0;
     sheared.domain.tilt.z = 0.4999 * (sheared.domain.upper.x - sheared.domain.lower.x);
+    let mut driven = sheared.clone();
+    driven.cell.strain_rate[..2].fill(0.0);
+    driven.cell.stress[..3].fill(Some(500.0));
+    driven.cell.inertial_number = 0.1;
     let mut moving = example("heap_2d.toml", &[]);
     moving.walls[0].velocity.y = 0.05;
     let mut beads = example("elastic_beads.toml", &column);
@@ -49,6 +53,7 @@ fn scenes() -> Vec<(&'static str, Assembly, u64)> {
         ("disks on a moving floor", moving, 1000),
         ("works in a periodic box", periodic, 150),
         ("a cell that shears", sheared, 150),
+        ("a cell with a servo", driven, 150),
         ("elastic spheres that roll", beads, 150),
         ("spheres of two sizes", example("hard/size_ratio.toml", &[]), 150),
         ("clumps", example("hard/dimer_bed.toml", &[]), 150),
