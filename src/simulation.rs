@@ -363,10 +363,11 @@ impl Simulation {
     pub fn dt_bound(&self) -> f64 {
         self.dt_bound
     }
-    /// What positions are multiples of, m; None in double precision. It grows with the distance of the grains from the
-    /// origin.
+    /// What positions are multiples of, low parts included, m; None in double precision. It grows with the distance of
+    /// the grains from the origin.
     pub fn position_quantum(&self) -> Option<f64> {
-        (self.model().precision == Precision::Single).then_some(self.params().quantum)
+        // The unit in the last place of the largest low part, half a quantum.
+        (self.model().precision == Precision::Single).then_some(self.params().quantum * 2.0_f64.powi(-25))
     }
     /// The overlap over the radius up to which the time step is below the bound. Infinite for springs; that of elastic
     /// spheres follows from the overlaps they have come to.

@@ -9,7 +9,11 @@ use packstone::{
     measure::Sample,
     scene::{Assembly, Scene},
     simulation::{Checkpoint, Options, Simulation},
-    state::{ACTIVE, ARRAYS, Array, Lifetime, NONE, array::IMPULSE, present},
+    state::{
+        ACTIVE, ARRAYS, Array, Lifetime, NONE,
+        array::{CONTACT_COLOR, IMPULSE},
+        present,
+    },
 };
 use place::{Place, errors};
 use std::{
@@ -83,7 +87,8 @@ fn samples(simulation: &mut Simulation, steps: u64, times: u64) -> Vec<Sample> {
     (0..times).map(sample).collect()
 }
 
-/// All that later steps depend on, array by array. Impulses of pairs that do not touch are left over, and never read.
+/// All that later steps depend on, array by array. Impulses of pairs that do not touch are left over, and never read;
+/// atomics give contacts of a colour their ranks in any order.
 fn content(simulation: &mut Simulation) -> Vec<(&'static str, Vec<u64>)> {
     let arrays = present(simulation.model(), ARRAYS);
     let kept: Vec<_> = arrays.into_iter().filter(|array| array.lifetime == Lifetime::State).collect();
@@ -95,6 +100,9 @@ fn content(simulation: &mut Simulation) -> Vec<(&'static str, Vec<u64>)> {
         if **array == IMPULSE {
             let touching = state.neighbour.iter().map(|entry| *entry != NONE && entry & ACTIVE != 0);
             bits.chunks_mut(dims).zip(touching).filter(|(_, touching)| !touching).for_each(|(bits, _)| bits.fill(0));
+        }
+        if **array == CONTACT_COLOR {
+            bits.iter_mut().skip(1).step_by(2).for_each(|rank| *rank = 0);
         }
         (array.name, bits)
     };
@@ -583,6 +591,18 @@ fn deep_overlaps_are_told_with_grain_and_time() {
     assert!(deepest["other_grain"].is_u64() != deepest["wall"].is_string(), "{deepest}");
     assert!(said.contains("warning: an overlap was"), "{said}");
     assert_eq!(summary["ended"], "last step");
+}
+
+/// Positions of single precision have more digits than anybody asks for, unless the scene is thousands of times as wide.
+#[test]
+fn coarse_positions_are_told() {
+    let place = Place::new(SETTLE);
+    let run = ["run", "scene.toml", "--engine=gpu", "--steps=10", "--out=out"];
+    let near = place.errors(&run, 0);
+    let quantum = place.summary("out")["position_quantum"].as_f64().unwrap();
+    assert!(quantum < 1e-13 && !near.contains("warning:"), "{quantum}: {near}");
+    let far = place.errors(&[&run[..], &["--set=wall.0.lower=[-2000, 0]"]].concat(), 0);
+    assert!(far.contains("warning: so far from the origin positions"), "{far}");
 }
 
 /// An impact between two rows of the history, of spheres on soft springs: the deepest overlap is v √(m / 2 k).
