@@ -8,6 +8,7 @@ mod common;
 mod completions;
 mod describe;
 mod man;
+mod measure;
 mod progress;
 mod render;
 mod run;
@@ -41,6 +42,7 @@ struct Cli {
 enum Command {
     Run(run::RunArgs),
     Check(check::CheckArgs),
+    Measure(measure::MeasureArgs),
     Render(render::RenderArgs),
     Describe(describe::DescribeArgs),
     Bench(bench::BenchArgs),
@@ -61,6 +63,7 @@ pub fn main() -> ExitCode {
     let outcome = selected.map_err(anyhow::Error::from).and_then(|()| match &cli.command {
         Command::Run(args) => run::run(args),
         Command::Check(args) => check::check(args),
+        Command::Measure(args) => measure::measure(args),
         Command::Render(args) => render::render(args),
         Command::Describe(args) => describe::describe(args),
         Command::Bench(args) => bench::bench(args),
@@ -107,7 +110,7 @@ mod tests {
             }
             seen += 1;
         });
-        assert!(seen >= 14, "{seen} commands");
+        assert!(seen >= 15, "{seen} commands");
     }
 
     #[test]

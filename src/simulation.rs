@@ -18,9 +18,10 @@ mod start;
 mod stops;
 mod works;
 
+pub use crate::measure::Other;
 pub use checkpoint::Checkpoint;
 pub use columns::Columns;
-pub use contacts::{ContactHistory, Other};
+pub use contacts::ContactHistory;
 pub use nscd::{ResidualRecord, SolverStatistics};
 pub use options::{EngineChoice, Options};
 pub use runner::params_of_step;
@@ -30,6 +31,7 @@ use crate::{
     engine::{Cpu, Engine, Gpu, programs},
     error::{Error, Result},
     gpu::{Device, selected},
+    memory,
     model::{Model, Precision},
     plan::Op,
     plans::Plans,
@@ -73,6 +75,15 @@ fn count_free(assembly: &Assembly) -> usize {
 enum Stepper {
     Dem,
     Nscd(Nscd),
+}
+
+/// The state that an engine would have, on the host: the twins run on it whatever precision and order of lists it is in.
+fn set_up_on_host(assembly: &Assembly, options: &Options) -> Result<(Setup, Box<dyn Engine>, String)> {
+    let setup = Setup::new(assembly, options)?;
+    memory::check_host(setup.state.bytes(&setup.state.sizes.of_dense_packing()))?;
+    let mut engine: Box<dyn Engine> = Box::new(Cpu::new(setup.state.clone()));
+    setup.fill(assembly, &mut |arrays, first, piece| engine.write(arrays, first, piece))?;
+    Ok((setup, engine, "on the host".to_owned()))
 }
 
 /// Set-up and engine for a choice, and one line that says which engine and why.
@@ -141,7 +152,16 @@ impl Simulation {
     }
 
     /// Everything but the first lists.
-    fn build(mut assembly: Assembly, options: Options) -> Result<Simulation> {
+    fn build(assembly: Assembly, options: Options) -> Result<Simulation> {
+        Simulation::build_on(assembly, options, set_up)
+    }
+
+    /// The same on an engine that `set_up` chooses.
+    fn build_on(
+        mut assembly: Assembly,
+        options: Options,
+        set_up: impl FnOnce(&Assembly, &Options) -> Result<(Setup, Box<dyn Engine>, String)>,
+    ) -> Result<Simulation> {
         assembly.validate()?;
         assembly.fold_ends();
         let (Setup { state, plans, dt_bound }, engine, notice) = set_up(&assembly, &options)?;

@@ -3,7 +3,12 @@
 
 var<storage, read_write> partial_sums: array<PartialSums>;      // parts: rows of the measurement
 
+var<storage, read_write> wall_load_sums: array<WallLoad>; // parts x walls
+
 var<storage, read_write> works: array<Works>; // N, by number, of the steps since the host has read them
+
+/// Parts that the loads on a wall are left in.
+const WALL_PARTS: u32 = 256u;
 
 struct PartialSums {
     kinetic: Real,       // J, velocities brought to step n
@@ -18,6 +23,12 @@ struct PartialSums {
     overlap: Real,       // largest overlap over the smaller radius
     sides: u32,          // contacts of free grains; one between two free grains is seen twice
     single_sides: u32,   // those of them with a wall or a fixed grain
+}
+
+/// What free grains do to a wall.
+struct WallLoad {
+    force: Vec,   // N
+    moment: Spin, // N m, about its point, or the centre of a cylinder
 }
 
 /// What free grains have lost, and what others have done to them, J.

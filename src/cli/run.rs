@@ -12,7 +12,7 @@ use packstone::{
 };
 use std::{path::Path, process::ExitCode};
 
-pub use begin::RunArgs;
+pub use begin::{CHECKPOINTS, Last, RunArgs, last};
 pub use drive::{interrupted, listen};
 
 pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {

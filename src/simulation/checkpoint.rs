@@ -5,7 +5,7 @@
 //! the schedule of the neighbour lists, sums so far. All else follows from the scene. Numbers of a device in single
 //! precision are converted to SI units by powers of two, so that no bit is lost.
 
-use super::{Options, Simulation, Stepper, lists::resize, options::EngineChoice, works::Totals};
+use super::{Options, Simulation, Stepper, lists::resize, options::EngineChoice, set_up_on_host, works::Totals};
 use crate::{
     container::{Container, Description, Number, Writer},
     engine::PIECE,
@@ -186,18 +186,30 @@ impl Simulation {
     /// [`Error::Scene`] if it is of another scene, or is damaged, and as [`Simulation::new`].
     pub fn resume(assembly: Assembly, options: Options, checkpoint: &mut Checkpoint) -> Result<Simulation> {
         let mut simulation = Simulation::build(assembly, checkpoint.options(options)?)?;
+        let engine = simulation.engine().name();
+        if checkpoint.about().engine != engine {
+            return Err(checkpoint.wrong(format!("is of another engine: {}, not {engine}", checkpoint.about().engine)));
+        }
+        simulation.load(checkpoint)?;
+        Ok(simulation)
+    }
+
+    /// The same on the host, whatever engine it is of: to be looked at. No device is asked for, and no bit of the state is
+    /// lost; it is not meant to go on.
+    ///
+    /// # Errors
+    /// As [`Simulation::resume`].
+    pub fn inspect(assembly: Assembly, options: Options, checkpoint: &mut Checkpoint) -> Result<Simulation> {
+        let mut simulation = Simulation::build_on(assembly, checkpoint.options(options)?, set_up_on_host)?;
         simulation.load(checkpoint)?;
         Ok(simulation)
     }
 
     fn load(&mut self, checkpoint: &mut Checkpoint) -> Result<()> {
         let (about, own) = (checkpoint.about().clone(), self.about(serde_json::Value::Null));
-        for (what, theirs, ours) in
-            [("engine", &about.engine, &own.engine), ("precision", &about.precision, &own.precision)]
-        {
-            if theirs != ours {
-                return Err(checkpoint.wrong(format!("is of another {what}: {theirs}, not {ours}")));
-            }
+        if about.precision != own.precision {
+            let (theirs, ours) = (&about.precision, &own.precision);
+            return Err(checkpoint.wrong(format!("is of another precision: {theirs}, not {ours}")));
         }
         if (about.scene, about.grains, &about.model) != (own.scene, own.grains, &own.model) {
             return Err(Error::Folder(format!(

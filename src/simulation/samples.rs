@@ -1,11 +1,11 @@
 //! What a simulation hands out: sums, grains, clumps, forces and walls now.
 
-use super::{Simulation, columns::Columns, contacts::Other};
+use super::{Simulation, columns::Columns};
 use crate::{
     body::grains::{self, same_grain},
     contact::overlap::gaps,
     error::Result,
-    measure::{Sample, mass_of_clump, masses},
+    measure::{Other, Sample, mass_of_clump, masses, micromechanics::packing::Load},
     model::{Grains, Rotation},
     plan::swap_again,
     scene::{Clump, Grain, Surface, Wall},
@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 impl Simulation {
     /// Lists that reach, for a look at the contacts between two chunks.
-    fn refresh(&mut self) -> Result<()> {
+    pub(super) fn refresh(&mut self) -> Result<()> {
         if self.lists.margin_is_used_up() {
             self.lists.set_margin(&mut self.runner.state.params);
             self.lists.make(&self.plans, &mut self.runner)?;
@@ -51,6 +51,32 @@ impl Simulation {
             step_energy: 0.5 * mass * (pull * p.dt).powi(2),
             ..sample
         })
+    }
+
+    /// What free grains do to every wall now; moments are about its point, or the centre of a cylinder. The engine adds it
+    /// up, in its precision.
+    ///
+    /// # Errors
+    /// [`Error::Device`](crate::Error::Device) if the device is lost.
+    pub fn wall_loads(&mut self) -> Result<Vec<Load>> {
+        let walls = self.walls()?;
+        if walls.is_empty() {
+            return Ok(Vec::new());
+        }
+        self.refresh()?;
+        self.runner.execute_plan(&self.plans.wall_loads)?;
+        let s = self.runner.read(&[&WALL_LOAD, &WALL])?;
+        let mut loads = vec![Load::default(); walls.len()];
+        for (k, part) in s.wall_load.iter().enumerate() {
+            loads[k % walls.len()].force += part.force;
+            loads[k % walls.len()].moment += part.moment.0;
+        }
+        // The engine's point of a plane is the one that is nearest to the grains.
+        for (load, (now, wall)) in loads.iter_mut().zip(s.wall.iter().zip(&walls)) {
+            load.moment += (now.point - wall.surface.reference()).cross(load.force);
+        }
+        self.runner.state.release(&[&WALL_LOAD]);
+        Ok(loads)
     }
 
     /// The deepest overlap now, over the smaller radius: how deep, the number of the grain, and with what. None where

@@ -122,7 +122,8 @@ pub fn begin(args: &RunArgs) -> anyhow::Result<Begun> {
 /// Go on with a run that was interrupted, or take one further.
 fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
     let folders = folder::resumable(folder)?;
-    let Last { from, scene, assembly, simulation, so_far, .. } = last(&folders, &args.stop(), args.device.options())?;
+    let Last { from, scene, assembly, simulation, so_far, .. } =
+        last(&folders, &CHECKPOINTS, &args.stop(), args.device.options(), Simulation::resume)?;
     let SoFar { mut schedule, wall_seconds, deepest } = so_far;
     if args.steps.is_some() || args.time.is_some() {
         schedule.end = Schedule::new(&assembly, simulation.dt()).end;
@@ -152,22 +153,28 @@ fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
 }
 
 /// The last state of a run.
-struct Last {
+pub struct Last {
     /// The folder that has it.
-    from: PathBuf,
-    scene: Scene,
+    pub from: PathBuf,
+    pub scene: Scene,
     /// Its file as it was given.
     given: Option<String>,
     assembly: Assembly,
-    simulation: Simulation,
+    pub simulation: Simulation,
     so_far: SoFar,
 }
 
-/// That in the first of these folders that has a checkpoint which is whole.
-fn last(folders: &[PathBuf], set: &[String], options: Options) -> anyhow::Result<Last> {
+/// How a simulation is made of a checkpoint: [`Simulation::resume`] or [`Simulation::inspect`].
+type Open = fn(Assembly, Options, &mut Checkpoint) -> packstone::Result<Simulation>;
+
+/// What checkpoints are called in the folder of a run, the last one first.
+pub const CHECKPOINTS: [&str; 2] = [names::CHECKPOINT, names::PREVIOUS];
+
+/// That in the first of these folders that has a checkpoint, one of these names, which is whole.
+pub fn last(folders: &[PathBuf], names: &[&str], set: &[String], options: Options, open: Open) -> anyhow::Result<Last> {
     for from in folders {
-        let checkpoints = [names::CHECKPOINT, names::PREVIOUS].map(|name| from.join(name));
-        let there: Vec<_> = checkpoints.into_iter().filter(|path| path.exists()).collect();
+        let checkpoints = names.iter().map(|name| from.join(name));
+        let there: Vec<_> = checkpoints.filter(|path| path.exists()).collect();
         if there.is_empty() {
             warn(format!("{}: the run was killed before its first checkpoint", from.display()));
             continue;
@@ -176,7 +183,7 @@ fn last(folders: &[PathBuf], set: &[String], options: Options) -> anyhow::Result
         let Record { scene_as_run, scene_as_given: given, .. } = Record::read(from).ok_or_else(no_record)?;
         let (scene, assembly) = load(&from.join(scene_as_run.ok_or_else(no_record)?), set)?;
         for (k, path) in there.iter().enumerate() {
-            match at_checkpoint(path, &assembly, options) {
+            match at_checkpoint(path, &assembly, options, open) {
                 Ok((simulation, so_far)) => {
                     return Ok(Last { from: from.clone(), scene, given, assembly, simulation, so_far });
                 }
@@ -191,15 +198,21 @@ fn last(folders: &[PathBuf], set: &[String], options: Options) -> anyhow::Result
     Err(Error::Folder(format!("{}: has no checkpoint to go on from; run its scene anew", names.join(", "))).into())
 }
 
-fn at_checkpoint(path: &Path, assembly: &Assembly, options: Options) -> packstone::Result<(Simulation, SoFar)> {
+fn at_checkpoint(
+    path: &Path,
+    assembly: &Assembly,
+    options: Options,
+    open: Open,
+) -> packstone::Result<(Simulation, SoFar)> {
     let mut checkpoint = Checkpoint::open(path)?;
     let so_far = serde_json::from_value(checkpoint.about().run.clone());
     let so_far = so_far.map_err(|e| Error::Scene(format!("{}: {e}", path.display())))?;
-    let simulation = Simulation::resume(assembly.clone(), options, &mut checkpoint)?;
+    let simulation = open(assembly.clone(), options, &mut checkpoint)?;
     let about = checkpoint.about();
     let (adapter, version) = (simulation.engine().adapter(), env!("CARGO_PKG_VERSION"));
     // The threads of the cpu engine leave no trace in its results.
-    if about.engine == "gpu" && about.adapter != adapter || about.version != version {
+    let on_device = simulation.engine().name() == "gpu";
+    if on_device && about.adapter != adapter || about.version != version {
         warn(format!(
             "{}: is of packstone {} on {}; with packstone {version} on {adapter} the last digits may be others",
             path.display(),
@@ -216,7 +229,8 @@ fn go_on(scene: &Scene, folder: &Path, options: Options) -> anyhow::Result<(Scen
     let mut folders = folder::resumable(folder)?;
     // The result, if there is one, and not one that is on its way.
     folders.reverse();
-    let Last { from, scene: old_scene, given, assembly: old, mut simulation, .. } = last(&folders, &[], options)?;
+    let Last { from, scene: old_scene, given, assembly: old, mut simulation, .. } =
+        last(&folders, &CHECKPOINTS, &[], options, Simulation::resume)?;
     let given = given.map_or_else(|| Ok(old_scene.clone()), |name| Scene::load(&from.join(name), &[]))?;
     let (step, time) = (simulation.step(), simulation.time());
     let (grains, clumps) = (simulation.grains()?, simulation.clumps()?);
