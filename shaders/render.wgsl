@@ -239,6 +239,11 @@ fn grain_color(grain: u32) -> vec3f {
     return linear_from_srgb(unpack4x8unorm(colors[grain]).rgb);
 }
 
+// Rods of two dimensions are rows of disks without rims.
+fn has_rim(grain: u32) -> bool {
+    return (colors[grain] >> 24u) != 0u;
+}
+
 // Light neutral, a little darker towards the bottom.
 fn background(sample: vec2f) -> vec3f {
     let height = mix(view.tile_high, view.tile_low, sample.y / view.samples.y);
@@ -390,7 +395,7 @@ fn disk_color(in: ShadowBall) -> @location(0) vec4f {
     let base = grain_color(in.grain);
     let glow = 1.03 + 0.17 * dot(in.local, vec2f(-0.55, 0.83)) - 0.12 * radius * radius;
     let rim = min(view.rim * sample, 0.22);
-    let inside = 1.0 - smoothstep(1.0 - rim - sample, 1.0 - rim + sample, radius);
+    let inside = select(1.0, 1.0 - smoothstep(1.0 - rim - sample, 1.0 - rim + sample, radius), has_rim(in.grain));
     return vec4f(soft_clip(base * mix(0.33, glow, inside)), 1.0);
 }
 

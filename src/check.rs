@@ -90,6 +90,7 @@ pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64, bala
         checker.rebuild = step == 0 || checker.state.halt[0] >= HALTED || rigid;
         checker.state.params = params_of_step(&checker.state.params, simulation.step() + step);
         plans.sums.walk(&mut checker)?;
+        plans.wall_loads.walk(&mut checker)?;
         contacts = contacts.max(Sample::new(0, 0.0, bodies, &checker.state.partial_sums).contacts);
         plans.forces.walk(&mut checker)?;
         plans.velocities.walk(&mut checker)?;

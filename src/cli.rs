@@ -10,6 +10,7 @@ mod describe;
 mod from;
 mod last;
 mod man;
+mod measure;
 mod progress;
 mod render;
 mod run;
@@ -43,6 +44,7 @@ struct Cli {
 enum Command {
     Run(run::RunArgs),
     Check(check::CheckArgs),
+    Measure(measure::MeasureArgs),
     Render(render::RenderArgs),
     Describe(describe::DescribeArgs),
     Bench(bench::BenchArgs),
@@ -86,6 +88,7 @@ pub fn main() -> ExitCode {
     let outcome = select(&cli).map_err(anyhow::Error::from).and_then(|()| match &cli.command {
         Command::Run(args) => run::run(args),
         Command::Check(args) => check::check(args),
+        Command::Measure(args) => measure::measure(args),
         Command::Render(args) => render::render(args),
         Command::Describe(args) => describe::describe(args),
         Command::Bench(args) => bench::bench(args),
@@ -132,7 +135,7 @@ mod tests {
             }
             seen += 1;
         });
-        assert!(seen >= 14, "{seen} commands");
+        assert!(seen >= 15, "{seen} commands");
     }
 
     #[test]

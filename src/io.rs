@@ -1,11 +1,17 @@
 //! Results on disk, described in `docs/output.md`. A file is written under another name and renamed when it is
 //! complete, so that nothing half-written ever carries the name of a result.
 
+pub mod contacts;
 pub mod csv;
+mod dump;
+pub mod export;
 mod files;
 pub mod folder;
 mod inputs;
+mod instant;
+pub mod measures;
 pub mod names;
+mod npz;
 pub mod problem;
 pub mod record;
 mod rows;
@@ -13,19 +19,24 @@ pub mod schedule;
 mod stages;
 pub mod summary;
 pub mod vtp;
+mod xyz;
 
 use crate::{
     error::{Error, Result},
-    measure::Sample,
+    measure::{Packing, Sample, micromechanics::packing::Load},
     scene::{
         Assembly, Material, Output, Scene, Shape,
         grain_file::{self, Moment, Names},
     },
 };
+pub use export::Export;
+use export::Kind;
 pub(crate) use files::at;
 pub use files::replace;
 use files::write;
 pub use folder::Folder;
+use instant::Instant;
+pub use measures::MeasureFiles;
 use names::{CHECKPOINT, FINAL, FINAL_BIN, HISTORY, MEMBERS, PREVIOUS, SERIES, SUMMARY, snapshot, snapshot_number};
 pub use record::{Kept, Machine, Record, Resumed, Written, cpu_name};
 pub use rows::read_rows;
@@ -80,7 +91,7 @@ impl Results {
             inputs::keep(scene, &mut record, &folder.path, folder.older(), new)?;
             record.write(new)
         })?;
-        let history = csv::History::create(&folder.partial().join(HISTORY))?;
+        let history = csv::History::create(&folder.partial().join(HISTORY), &assembly.walls)?;
         Ok(Results::new(folder, assembly, record, history, Vec::new()))
     }
 
@@ -101,11 +112,11 @@ impl Results {
             let from = Record::read(from).map(|record| (record, from)).ok_or_else(|| no_record(from))?;
             folder.begin(|_, new| {
                 copy(from, new)?;
-                csv::History::resume(&new.join(HISTORY), rows).map(drop)
+                csv::History::resume(&new.join(HISTORY), &assembly.walls, rows).map(drop)
             })?;
         }
         let mut record = Record::read(&place).ok_or_else(|| no_record(&place))?;
-        let history = csv::History::resume(&place.join(HISTORY), rows)?;
+        let history = csv::History::resume(&place.join(HISTORY), &assembly.walls, rows)?;
         for name in record::names(&place)? {
             let later = snapshot_number(&name).is_some_and(|number| number >= snapshots.len());
             if later || name == SERIES {
@@ -167,14 +178,22 @@ impl Results {
         &self.snapshots
     }
 
-    /// A row of the history; `rate` is in particle-steps/s since the row before.
-    pub fn history(&mut self, sample: &Sample, rate: f64) -> Result<()> {
-        self.history.row(sample, rate)
+    /// A row of the history; `rate` is in particle-steps/s since the row before, `loads` are those on walls.
+    pub fn history(&mut self, sample: &Sample, rate: f64, loads: &[Load]) -> Result<()> {
+        self.history.row(sample, rate, loads)
     }
 
-    /// A snapshot, in the formats that the scene wants of those that have them.
-    pub fn snapshot(&mut self, moment: &Moment) -> Result<()> {
+    /// Whether files are wanted that contacts are in.
+    pub fn wants_contacts(&self) -> bool {
+        Kind::wanted(&self.output).next().is_some()
+    }
+
+    /// A snapshot, in the formats that the scene wants of those that have them; `packing` if these have contacts.
+    pub fn snapshot(&mut self, moment: &Moment, packing: Option<&Packing>) -> Result<()> {
         let number = self.snapshots.len();
+        if let Some(packing) = packing {
+            self.write_exports(Some(number), moment, packing)?;
+        }
         if self.output.vtp {
             self.write_vtp(&snapshot(number, "vtp"), moment)?;
         }
@@ -212,9 +231,10 @@ impl Results {
 
     /// What is written once, of the last state. With clumps `final.csv` has them, and `members.csv` their members.
     /// What can be written is, whatever cannot.
-    pub fn finish(&mut self, summary: &Summary, moment: &Moment) -> Result<()> {
+    pub fn finish(&mut self, summary: &Summary, moment: &Moment, packing: &Packing) -> Result<()> {
         let mut result = Ok(());
         let mut also = |written: Result<()>| result = std::mem::replace(&mut result, Ok(())).and(written);
+        also(self.write_exports(None, moment, packing));
         let Moment { grains, clumps, .. } = *moment;
         if self.output.bin {
             also(self.write_bin(FINAL_BIN, moment));
@@ -309,6 +329,14 @@ impl Results {
         }
         self.folder.take_place()?;
         Ok(self.folder.path)
+    }
+
+    /// Those of a snapshot, or of the last state.
+    fn write_exports(&self, snapshot: Option<usize>, moment: &Moment, packing: &Packing) -> Result<()> {
+        let now = Instant { packing, step: moment.step, time: moment.time };
+        Kind::wanted(&self.output)
+            .map(|kind| write(&self.place.join(kind.name(snapshot)), |file| kind.put(file, &now)))
+            .fold(Ok(()), Result::and)
     }
 
     fn write_vtp(&self, name: &str, moment: &Moment) -> Result<()> {

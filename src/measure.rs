@@ -1,11 +1,13 @@
 //! Measurements: sums over grains, contact forces, velocities at the time of the positions; and quantities of the field
 //! from them.
 
+mod add_wall_loads;
 mod add_works;
 mod add_works_of_clumps;
 mod analysis;
 pub(crate) mod blocks;
 mod body_sums;
+mod clip;
 mod contact_forces;
 pub(crate) mod contacts;
 pub(crate) mod energies;
@@ -13,6 +15,7 @@ pub(crate) mod energies;
 mod measure;
 mod measure_clumps;
 mod measure_for_servo;
+pub mod micromechanics;
 mod packing;
 pub(crate) mod plan;
 mod servo;
@@ -20,11 +23,13 @@ mod sizes;
 pub(crate) mod sums;
 mod synchronise;
 mod synchronise_clumps;
+mod wall_loads;
 
 pub use analysis::{
     CellSample, Sample, angular_momentum, angular_momentum_of_clumps, backbone, mass_of_clump, masses, momentum,
     momentum_of_clumps,
 };
+pub use micromechanics::{Asked, Contact, Measures, Other, Packing};
 pub use packing::{PackingFraction, overall_packing_fraction, packing_fraction};
 
 pub use sizes::{Percentiles, Sizes};
@@ -40,7 +45,7 @@ use crate::{
     model::Method,
     space::dimension::volume_of,
     stage::*,
-    state::{self, Cell, Element, PartialSums, Spin, State, Works, array},
+    state::{self, Cell, Element, PartialSums, Spin, State, WALL_PARTS, WallLoad, Works, array},
 };
 use glam::DVec3;
 
@@ -86,6 +91,24 @@ fn at_rest(s: &State) -> PartialSums {
         flux_above: Spin(DVec3::splat(flux)),
         ..PartialSums::default()
     }
+}
+
+/// Forces on walls, and their moments, that may cancel.
+const WALL_FLOORS: &[MemberFloors] = &[(&array::WALL_LOAD_SUMS, loads_at_rest), (&array::WALL_LOAD, loads_at_rest)];
+
+fn loads_at_rest(s: &State) -> Vec<f64> {
+    let force = largest_force(s);
+    let arm = |w: &state::Wall| s.position.iter().map(|p| (p.x - w.point).length() + p.radius).fold(0.0, f64::max);
+    let moment = force * s.wall.iter().map(arm).fold(0.0, f64::max);
+    WallLoad { force: DVec3::splat(force), moment: Spin(DVec3::splat(moment)) }.lanes(s.model.dims())
+}
+
+fn rows_of_walls(sizes: &state::Sizes) -> usize {
+    sizes.partial_sums() * sizes.walls
+}
+
+fn parts_of_walls(sizes: &state::Sizes) -> usize {
+    WALL_PARTS * sizes.walls
 }
 
 /// The same of works: what a step does at least to a grain that balances.
@@ -145,6 +168,18 @@ fn floors_of_servo(s: &State) -> Vec<f64> {
     };
     floors.lanes(s.model.dims())
 }
+
+/// What grains do to walls, row by row.
+pub static WALL_LOADS: Stage = Stage {
+    check: Check { member_floors: WALL_FLOORS, ..Check::FORCES },
+    ..Stage::new("measure", "wall_loads", wall_loads::wall_loads, rows_of_walls)
+};
+
+/// Sums of that.
+pub static ADD_WALL_LOADS: Stage = Stage {
+    check: Check { member_floors: WALL_FLOORS, ..Check::FORCES },
+    ..Stage::new("measure", "add_wall_loads", add_wall_loads::add_wall_loads, parts_of_walls)
+};
 
 /// Velocities at the time of the positions.
 pub static SYNCHRONISE: Stage = Stage {

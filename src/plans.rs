@@ -24,6 +24,7 @@ pub struct Plans {
     /// The exchanges of that alone, to take a step back.
     pub swaps: Vec<Op>,
     pub sums: Plan,
+    pub wall_loads: Plan,
     pub forget_works: Plan,
     pub velocities: Plan,
     pub forces: Plan,
@@ -54,6 +55,7 @@ impl Plans {
             swaps: motion.swaps(),
             motion,
             sums: measure::plan::sums(model),
+            wall_loads: measure::plan::wall_loads(model),
             forget_works: measure::plan::forget_works(model),
             velocities: measure::plan::velocities(model),
             forces: measure::plan::forces(),
@@ -71,6 +73,7 @@ impl Plans {
         };
         let samples = [
             ("samples: sums", &self.sums),
+            ("samples: loads on walls", &self.wall_loads),
             ("samples: works from then on", &self.forget_works),
             ("samples: velocities", &self.velocities),
             ("samples: contact forces", &self.forces),
@@ -84,7 +87,15 @@ impl Plans {
         let back = || swap_again(&self.swaps);
         let again = repeat(Loop::IfStepIsTakenBack, plan([self.forces.clone(), back()]));
         let chunk = plan([self.chunk.clone(), repeat(Loop::IfStepIsTakenBack, plan([back(), again]))]);
-        let others = [&self.lists, &self.start, &self.sums, &self.forget_works, &self.velocities, &self.forces];
+        let others = [
+            &self.lists,
+            &self.start,
+            &self.sums,
+            &self.wall_loads,
+            &self.forget_works,
+            &self.velocities,
+            &self.forces,
+        ];
         others.into_iter().cloned().chain([chunk]).collect()
     }
 

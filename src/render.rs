@@ -16,8 +16,8 @@ mod picture;
 mod stage;
 
 pub use camera::View;
-pub use color::{ColorBy, colors};
-pub use picture::{Picture, SHADER};
+pub use color::{ColorBy, colors, colors_between, ramp, range};
+pub use picture::{Picture, Rod, SHADER};
 
 /// Draws a picture and waits for it: `width * height` pixels of 4 bytes, sRGB with alpha 255, top row first.
 pub fn draw(device: &wgpu::Device, queue: &wgpu::Queue, picture: &Picture) -> Result<Vec<u8>> {

@@ -19,12 +19,13 @@ mod start;
 mod stops;
 mod works;
 
+pub use crate::measure::Other;
 pub use checkpoint::Checkpoint;
 pub use columns::Columns;
 pub use contacts::ContactHistory;
 pub use nscd::{ResidualRecord, SolverStatistics};
 pub use options::{EngineChoice, Options};
-pub use overlaps::{DEEP_OVERLAP, DEEPER, DeepOverlap, Other};
+pub use overlaps::{DEEP_OVERLAP, DEEPER, DeepOverlap};
 pub use runner::params_of_step;
 pub use setup::Setup;
 
@@ -32,6 +33,7 @@ use crate::{
     engine::{Cpu, Engine, Gpu, programs},
     error::{Error, Result},
     gpu::{Device, selected},
+    memory,
     model::{Model, Precision},
     plan::Op,
     plans::Plans,

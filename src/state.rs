@@ -20,9 +20,9 @@ use glam::DVec3;
 pub use records::{
     Cell, ColorCursor, ColoredContact, ColoringState, ContactColor, ContactGeometry, Counters, InverseEffectiveMass,
     LargeContacts, Level, LowBits, Orientation, Packed, Pair, Params, PartialSums, Position, PositionLow, ResidualSums,
-    RollingPair, RotationIterations, Spin, Velocity, VelocityLow, Wall, Works,
+    RollingPair, RotationIterations, Spin, Velocity, VelocityLow, Wall, WallLoad, Works,
 };
-pub use sizes::{GROUP, Length, Lifetime, PATH_STEPS, Sizes, TILE};
+pub use sizes::{GROUP, Length, Lifetime, PATH_STEPS, Sizes, TILE, WALL_PARTS};
 use std::{
     fmt,
     hash::{Hash, Hasher},
@@ -429,6 +429,8 @@ state! {
     HALT_NEXT halt_next: u32, One, Scratch, Number, "steps of this chunk, or HALTED", always;
     COUNTERS counters: Counters, One, Scratch, -, "see state.wgsl", always;
     PARTIAL_SUMS partial_sums: PartialSums, PartialSums, Scratch, -, "", always;
+    WALL_LOAD_SUMS wall_load_sums: WallLoad, WallLoadSums, Scratch, -, "by row and wall", walled;
+    WALL_LOAD wall_load: WallLoad, WallLoads, Scratch, -, "by part and wall", walled;
     WORKS works: Works, Bodies, State, -, "by number", working;
     FORCE force: DVec3, OnDemand, Scratch, Force, "", always;
     TORQUE torque: Spin, OnDemand, Scratch, Torque, "", rotating;

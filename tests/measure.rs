@@ -137,6 +137,8 @@ fn the_error_of_sampling_is_told() {
         scene.grains = simple_cubic([n; 3]);
         let edge = 2.0 * f64::from(n) * R;
         scene.walls = DVec3::AXES.into_iter().flat_map(|a| [plane(DVec3::ZERO, a), plane(edge * a, -a)]).collect();
+        // A wall far away that stands across no axis: then nothing is exact any more.
+        scene.walls.push(plane(DVec3::splat(-edge), DVec3::ONE.normalize()));
         let found = packing_fraction(&scene, &scene.grains, &scene.walls).unwrap();
         println!("{n}: {found:?}, off by {:.2} errors", (found.value - SIMPLE_CUBIC) / found.error);
         assert!(found.error > 0.0 && found.error < 2e-3, "{found:?}");
@@ -166,6 +168,33 @@ fn slender_vessels_have_an_overall_fraction() {
     // The box around the grains, whose corners are inside this tube.
     let expected = 19.5 * 4.0 / 3.0 * PI / (39.0 * 4.0);
     assert!((found.value - expected).abs() < 4.0 * found.error, "{found:?}, {expected}");
+}
+
+/// Where walls stand across the axes and nothing falls, what is inside is a box, and nothing is left to chance.
+#[test]
+fn lattice_in_a_box_is_exact() {
+    for dimension in [2, 3] {
+        let mut scene = blank(dimension);
+        let n = 10;
+        scene.grains = simple_cubic([n, n, if dimension == 2 { 1 } else { n }]);
+        let far = 2.0 * f64::from(n) * R;
+        for axis in DVec3::AXES.into_iter().take(dimension) {
+            scene.walls.extend([plane(DVec3::ZERO, axis), plane(far * axis, -axis)]);
+        }
+        if dimension == 2 {
+            scene.grains.iter_mut().for_each(|g| g.position.z = 0.0);
+        }
+        let found = packing_fraction(&scene, &scene.grains, &scene.walls).unwrap();
+        let expected = if dimension == 2 { PI / 4.0 } else { SIMPLE_CUBIC };
+        close("fraction", found.value, expected, 1.0, 1e-12);
+        assert!(found.error < 1e-12, "{found:?}");
+        // As far as sampling goes, a box that cuts grains anywhere has what it has: with weight it is sampled.
+        scene.grains.iter_mut().for_each(|g| g.position *= 1.03);
+        let exact = packing_fraction(&scene, &scene.grains, &scene.walls).unwrap();
+        scene.gravity = -1e-9 * DVec3::AXES[dimension - 1];
+        let sampled = packing_fraction(&scene, &scene.grains, &scene.walls).unwrap();
+        assert!((exact.value - sampled.value).abs() < 0.02, "{exact:?} {sampled:?}");
+    }
 }
 
 /// A lattice cut by a cylinder leaves holes at it, more than the two radii that are not counted.

@@ -2,7 +2,7 @@
 
 use encase::ShaderType;
 use glam::DVec3;
-use packstone::render::{self, ColorBy, Picture, View, colors, draw};
+use packstone::render::{self, ColorBy, Picture, Rod, View, colors, draw};
 use packstone::scene::{Domain, Motion, Surface, Wall};
 
 type Pixel = [u8; 4];
@@ -38,6 +38,9 @@ fn picture(dimension: usize, grains: &[(DVec3, f64, [f32; 3])]) -> Picture {
         centers: grains.iter().map(|grain| grain.0).collect(),
         radii: grains.iter().map(|grain| grain.1).collect(),
         colors: grains.iter().map(|grain| grain.2).collect(),
+        rods: Vec::new(),
+        eye: Picture::EYE,
+        up: DVec3::AXES[dimension - 1],
         walls: Vec::new(),
         domain: Domain { lower: -DVec3::INFINITY, upper: DVec3::INFINITY, ..Domain::default() },
         width: 160,
@@ -196,4 +199,34 @@ fn a_png_can_be_read_back() {
     let error = render::write_png(&missing, 1, 1, &[0; 4]).unwrap_err();
     assert!(error.to_string().contains("nowhere.png"));
     assert_eq!(colors(ColorBy::Id, &[0.0, 1.0]).len(), 2);
+}
+
+/// A rod between two points is where they are, turned to where up is, and its disks have no rims.
+#[test]
+fn rods_lie_between_their_ends() {
+    let device = device_or_return!();
+    let red = [0.9, 0.1, 0.1];
+    let dark = |pixel: &Pixel| pixel[0] > 150 && pixel[1] < 90;
+    for dimension in [2, 3] {
+        // Across or upright, as the way up says.
+        for (up, wide) in [(DVec3::AXES[dimension - 1], true), (DVec3::X, false)] {
+            let mut picture = picture(dimension, &[]);
+            let ends = [DVec3::ZERO, DVec3::X];
+            picture.rods = vec![Rod { ends, radius: 0.05, color: red }];
+            (picture.up, picture.eye) = (up, (-90.0, 0.0));
+            let pixels = pixels(&device, &picture);
+            let places: Vec<(u32, u32)> =
+                (0..).zip(&pixels).filter(|(_, p)| dark(p)).map(|(k, _)| (k % 160, k / 160)).collect();
+            let extent = |of: fn(&(u32, u32)) -> u32| {
+                let (low, high) = (places.iter().map(of).min().unwrap(), places.iter().map(of).max().unwrap());
+                high - low + 1
+            };
+            let (across, upright) = (extent(|p| p.0), extent(|p| p.1));
+            println!("{dimension}: {across} x {upright}, {} pixels", places.len());
+            assert_eq!(across > 5 * upright, wide, "{across} x {upright}");
+            assert_eq!(upright > 5 * across, !wide, "{across} x {upright}");
+            // All of it, without rims in between.
+            assert!(places.len() as u32 > across * upright * 8 / 10, "{} of {across} x {upright}", places.len());
+        }
+    }
 }

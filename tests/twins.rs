@@ -152,15 +152,7 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
             },
         },
         stop: Stop { steps: Some(1), ..Stop::default() },
-        output: Output {
-            history: None,
-            snapshots: None,
-            checkpoint: 0.0,
-            works: model.works,
-            csv: false,
-            bin: false,
-            vtp: false,
-        },
+        output: Output { works: model.works, ..Output::default() },
     };
     if model.grains == Grains::Clumps {
         stick_together(&mut scene);

@@ -3,7 +3,12 @@
 
 var<storage, read_write> partial_sums: array<PartialSums>;      // parts: rows of the measurement
 
+var<storage, read_write> wall_load_sums: array<WallLoad>; // parts x walls
+
 var<storage, read_write> works: array<Works>; // N, by number, of the steps since the host has read them
+
+/// Parts that the loads on a wall are left in.
+const WALL_PARTS: u32 = 256u;
 
 struct PartialSums {
     kinetic: Real,       // J, velocities brought to step n
@@ -23,6 +28,12 @@ struct PartialSums {
     flux: Vec,           // J, sum over free grains of mass times velocity times velocity, xx, yy, zz
     flux_above: Spin,    // J: yz, xz, xy
     stiffness: Real,     // J, sum over contacts of grains of what a strain of all lengths alike does to the trace of the virial
+}
+
+/// What free grains do to a wall.
+struct WallLoad {
+    force: Vec,   // N
+    moment: Spin, // N m, about its point, or the centre of a cylinder
 }
 
 /// What free grains have lost, and what others have done to them, J.

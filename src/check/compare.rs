@@ -81,9 +81,16 @@ fn is_masked(s: &State, stage: &Stage, array: &Array, undecided: &[bool], row: u
         Length::Bodies | Length::BodiesPlusOne | Length::Clumps | Length::OnDemand => is_undecided(row),
         Length::SlicesPlusOne if row < s.sizes.slices() => s.sizes.lists_of_slice(row).0.any(is_undecided),
         Length::Entries => owner(s, row).is_some_and(is_undecided),
-        Length::PartialSums => (row..undecided.len()).step_by(s.sizes.partial_sums()).any(is_undecided),
+        Length::WallLoadSums => is_masked_row(s, undecided, row / s.sizes.walls),
+        Length::WallLoads => undecided.contains(&true),
+        Length::PartialSums => is_masked_row(s, undecided, row),
         _ => false,
     }
+}
+
+/// Whether one of the bodies is undecided that a row of the measurement adds up.
+fn is_masked_row(s: &State, undecided: &[bool], row: usize) -> bool {
+    (row..undecided.len()).step_by(s.sizes.partial_sums()).any(|body| undecided[body])
 }
 
 /// What differences in some lanes of an array are measured against at least.

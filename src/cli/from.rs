@@ -1,7 +1,7 @@
 //! Another scene with the last state of a run: `--from`.
 
 use super::common::note;
-use super::last::{Last, last};
+use super::last::{CHECKPOINTS, Last, last};
 use packstone::{
     Error,
     io::{folder, write_state},
@@ -36,7 +36,7 @@ impl From {
         let folders = folder::resumable(folder)?.into_iter().rev();
         let folders: Vec<_> = folders.map(|folder| folder::last_stage(&folder).unwrap_or(folder)).collect();
         let Last { from, scene: old_scene, given, assembly: old, state: mut simulation } =
-            last(&folders, &[], |_, mut checkpoint, old| Simulation::view(old.clone(), &mut checkpoint))?;
+            last(&folders, &CHECKPOINTS, &[], |_, mut checkpoint, old| Simulation::view(old.clone(), &mut checkpoint))?;
         let given = given.map_or_else(|| Ok(old_scene.clone()), |name| Scene::load(&from.join(name), &[]))?;
         let (step, time) = (simulation.step(), simulation.time());
         let (grains, clumps) = (simulation.grains()?, simulation.clumps()?);

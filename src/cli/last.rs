@@ -9,6 +9,9 @@ use packstone::{
 };
 use std::path::{Path, PathBuf};
 
+/// What checkpoints are called in the folder of a run, the last one first.
+pub const CHECKPOINTS: [&str; 2] = [names::CHECKPOINT, names::PREVIOUS];
+
 pub struct Last<T> {
     /// The folder that has it.
     pub from: PathBuf,
@@ -21,16 +24,17 @@ pub struct Last<T> {
     pub state: T,
 }
 
-/// That in the first of these folders that has a checkpoint of which `make` makes something, with `set` applied to the
-/// scene. One that is damaged is told, and the one before it taken.
+/// That in the first of these folders that has a checkpoint, by one of these names, of which `make` makes something, with
+/// `set` applied to the scene. One that is damaged is told, and the one before it taken.
 pub fn last<T>(
     folders: &[PathBuf],
+    names: &[&str],
     set: &[String],
     mut make: impl FnMut(&Path, Checkpoint, &Assembly) -> packstone::Result<T>,
 ) -> anyhow::Result<Last<T>> {
     for from in folders {
-        let checkpoints = [names::CHECKPOINT, names::PREVIOUS].map(|name| from.join(name));
-        let there: Vec<_> = checkpoints.into_iter().filter(|path| path.exists()).collect();
+        let checkpoints = names.iter().map(|name| from.join(name));
+        let there: Vec<_> = checkpoints.filter(|path| path.exists()).collect();
         if there.is_empty() {
             warn(format!("{}: the run was killed before its first checkpoint", from.display()));
             continue;

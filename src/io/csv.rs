@@ -4,8 +4,8 @@ use super::files::{at, create, is_file, write};
 use crate::{
     error::{Error, Result},
     input,
-    measure::Sample,
-    scene::{Clump, Grain, Material, Shape},
+    measure::{Sample, micromechanics::packing::Load},
+    scene::{Clump, Grain, Material, Shape, Wall},
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// The last column of `history.csv`; those before are the members of [`Sample`].
+/// What follows the members of [`Sample`] in `history.csv`.
 #[derive(Serialize)]
 struct Rate {
     particle_steps_per_second: f64,
@@ -25,17 +25,20 @@ struct Rate {
 pub struct History {
     path: PathBuf,
     file: File,
+    /// Names of the walls, whose loads are the last columns.
+    walls: Vec<String>,
     /// Bytes of whole rows.
     length: u64,
 }
 
 impl History {
-    pub(super) fn create(path: &Path) -> Result<History> {
-        Ok(History { path: path.to_owned(), file: create(path).map_err(at(path))?, length: 0 })
+    pub(super) fn create(path: &Path, walls: &[Wall]) -> Result<History> {
+        let walls = walls.iter().map(|wall| wall.name.clone()).collect();
+        Ok(History { path: path.to_owned(), file: create(path).map_err(at(path))?, walls, length: 0 })
     }
 
     /// Go on after so many rows.
-    pub(super) fn resume(path: &Path, rows: u64) -> Result<History> {
+    pub(super) fn resume(path: &Path, walls: &[Wall], rows: u64) -> Result<History> {
         let text = fs::read_to_string(path).map_err(at(path))?;
         let lines: Vec<&str> = text.split_inclusive('\n').filter(|line| line.ends_with('\n')).collect();
         // The first is that of the names.
@@ -48,11 +51,14 @@ impl History {
         is_file(path)
             .and_then(|_| OpenOptions::new().read(true).write(true).open(path))
             .and_then(|file| file.set_len(length).map(|()| file))
-            .map(|file| History { path: path.to_owned(), file, length })
+            .map(|file| {
+                let walls = walls.iter().map(|wall| wall.name.clone()).collect();
+                History { path: path.to_owned(), file, walls, length }
+            })
             .map_err(at(path))
     }
 
-    pub(super) fn row(&mut self, sample: &Sample, rate: f64) -> Result<()> {
+    pub(super) fn row(&mut self, sample: &Sample, rate: f64, loads: &[Load]) -> Result<()> {
         let mut writer = csv::WriterBuilder::new().has_headers(self.length == 0).from_writer(Vec::new());
         let rate = Rate { particle_steps_per_second: rate };
         let row = match &sample.cell {
@@ -61,7 +67,7 @@ impl History {
         };
         let row = row.map_err(io::Error::from);
         let row = row.and_then(|()| writer.into_inner().map_err(|e| io::Error::other(e.to_string())));
-        let row = row.map_err(at(&self.path))?;
+        let row = row.and_then(|row| self.with_loads(row, loads)).map_err(at(&self.path))?;
         let written = self.file.seek(SeekFrom::Start(self.length)).and_then(|_| self.file.write_all(&row));
         match written {
             Ok(()) => self.length += row.len() as u64,
@@ -69,6 +75,22 @@ impl History {
             Err(_) => drop(self.file.set_len(self.length)),
         }
         written.map_err(at(&self.path))
+    }
+
+    /// A line, which that of the names may be before, with the loads on walls behind it.
+    fn with_loads(&self, row: Vec<u8>, loads: &[Load]) -> io::Result<Vec<u8>> {
+        let parts = ["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z"];
+        let names = self.walls.iter().flat_map(|wall| parts.map(|part| format!("walls.{wall}.{part}")));
+        let numbers = loads.iter().flat_map(|load| [load.force.to_array(), load.moment.to_array()].concat());
+        let more = [names.collect::<Vec<_>>(), numbers.map(|x| format!("{x:?}")).collect()];
+        let lines: Vec<&[u8]> = row.split_inclusive(|byte| *byte == b'\n').collect();
+        let mut writer = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());
+        for (line, more) in lines.iter().zip(&more[2 - lines.len()..]) {
+            let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(*line);
+            let fields = reader.records().next().transpose()?.unwrap_or_default();
+            writer.write_record(fields.iter().chain(more.iter().map(String::as_str)))?;
+        }
+        writer.into_inner().map_err(|e| io::Error::other(e.to_string()))
     }
 
     /// The rows are on the disk when this returns.
@@ -82,7 +104,7 @@ impl History {
         let _ = self.file.rewind().and_then(|()| (&self.file).take(self.length).read_to_end(&mut rows));
         let mut file = create(path).map_err(at(path))?;
         file.write_all(&rows).map_err(at(path))?;
-        *self = History { path: path.to_owned(), file, length: rows.len() as u64 };
+        (self.path, self.file, self.length) = (path.to_owned(), file, rows.len() as u64);
         Ok(())
     }
 }
@@ -107,7 +129,8 @@ pub struct GrainRow {
 }
 
 impl GrainRow {
-    fn new(id: usize, grain: &Grain, materials: &[Material]) -> GrainRow {
+    /// Of a grain with a number.
+    pub fn new(id: usize, grain: &Grain, materials: &[Material]) -> GrainRow {
         let (x, v, w) = (grain.position, grain.velocity, grain.spin);
         let material = materials[grain.material as usize].name.clone();
         let (id, radius) = (Some(id as u64), grain.radius);

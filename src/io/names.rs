@@ -26,20 +26,43 @@ pub fn within_stage(name: &str) -> &str {
     of_stage.map_or(name, |(_, name)| name)
 }
 
+/// The beginning of a name, and the endings that come with it: what the last state and snapshots may be written as.
+const OF_GRAINS: (&str, &[&str]) = ("snapshot", &["vtp", "bin", "npz", "xyz", "dump"]);
+const OF_CONTACTS: (&str, &[&str]) = ("contacts", &["csv", "vtp"]);
+
+/// Of the grains of a snapshot.
 pub fn snapshot(number: usize, extension: &str) -> String {
-    format!("snapshot_{number:06}.{extension}")
+    format!("{}_{number:06}.{extension}", OF_GRAINS.0)
+}
+
+/// Of its contacts.
+pub fn contacts_of_snapshot(number: usize, extension: &str) -> String {
+    format!("{}_{number:06}.{extension}", OF_CONTACTS.0)
+}
+
+/// Of all that the last state has.
+pub fn last(extension: &str) -> String {
+    format!("final.{extension}")
+}
+
+/// Of the contacts of the last state.
+pub fn contacts(extension: &str) -> String {
+    format!("{}.{extension}", OF_CONTACTS.0)
 }
 
 /// The number of a snapshot of this name.
 pub fn snapshot_number(name: &str) -> Option<usize> {
-    let of_snapshot = name.strip_suffix(".vtp").or_else(|| name.strip_suffix(".bin"))?;
-    let digits = of_snapshot.strip_prefix("snapshot_")?;
+    let (beginning, rest) = name.split_once('_')?;
+    let (digits, ending) = rest.split_once('.')?;
+    [OF_GRAINS, OF_CONTACTS].iter().find(|(known, endings)| *known == beginning && endings.contains(&ending))?;
     digits.bytes().all(|digit| digit.is_ascii_digit()).then(|| digits.parse().ok())?
 }
 
 /// Whether a run may write a file of this name. The scene and the inputs are called otherwise where a name is taken.
 pub fn is_reserved(name: &str) -> bool {
     [HISTORY, FINAL, MEMBERS, FINAL_BIN, SUMMARY, SERIES, RUN, CHECKPOINT, PREVIOUS].contains(&name)
+        || OF_GRAINS.1[2..].iter().any(|ending| last(ending) == name)
+        || OF_CONTACTS.1.iter().any(|ending| contacts(ending) == name)
         || snapshot_number(name).is_some()
 }
 
@@ -49,11 +72,31 @@ mod tests {
 
     #[test]
     fn names_of_a_run_are_reserved() {
-        let ours =
-            ["summary.json", "snapshot_000012.vtp", "snapshot_1234567.bin", "final.bin", "run.json", "checkpoint.bin"];
+        let ours = [
+            "contacts.csv",
+            "contacts_000003.vtp",
+            "final.npz",
+            "final.dump",
+            "snapshot_000001.xyz",
+            "summary.json",
+            "snapshot_000012.vtp",
+            "snapshot_1234567.bin",
+            "final.bin",
+            "run.json",
+            "checkpoint.bin",
+        ];
         assert!(ours.into_iter().all(is_reserved));
-        let others =
-            ["picture.png", "snapshot_mine.vtp", "snapshot_+1.vtp", "snapshot_.vtp", "notes.csv", "summary.json.bak"];
+        let others = [
+            "contacts_000003.xyz",
+            "snapshot_000001.csv",
+            "final.vtp",
+            "picture.png",
+            "snapshot_mine.vtp",
+            "snapshot_+1.vtp",
+            "snapshot_.vtp",
+            "notes.csv",
+            "summary.json.bak",
+        ];
         assert!(!others.into_iter().any(is_reserved));
         assert_eq!(snapshot_number(&snapshot(7, "vtp")), Some(7));
         let within = [("stages/a/final.csv", "final.csv"), ("stages/a", "stages/a"), ("inputs/a/b", "inputs/a/b")];

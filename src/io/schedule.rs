@@ -1,6 +1,6 @@
 //! When a run writes what, and how much that is.
 
-use super::{csv, vtp};
+use super::{csv, export::Kind, vtp};
 use crate::scene::{
     Assembly, Clump, Grain, Output, Stop,
     grain_file::{self, Moment, Names},
@@ -113,6 +113,18 @@ pub struct Forecast {
 const CHECKPOINT_OF_GRAIN: u64 = 300;
 /// Bytes of a row of the history.
 const HISTORY_ROW: u64 = 220;
+/// Of the load on a wall in it.
+const WALL_OF_ROW: u64 = 120;
+/// Of a file for other programs, per grain of a dense packing of spheres, which has three contacts.
+fn of_export(kind: Kind) -> u64 {
+    match kind {
+        Kind::ContactsCsv => 3 * 360,
+        Kind::ContactsVtp => 3 * 290,
+        Kind::Npz => 88 + 3 * 185,
+        Kind::Xyz | Kind::Dump => 220,
+    }
+}
+
 /// Of summary, record and scene, which do not grow with the grains.
 const SMALL_FILE: u64 = 2000;
 /// Of what the list of snapshots says of each.
@@ -140,7 +152,12 @@ impl Forecast {
             others.add(1, size.csv);
             others.files += u64::from(!assembly.clumps.is_empty());
         }
-        others.add(1, HISTORY_ROW * rows);
+        for kind in Kind::wanted(&assembly.output) {
+            let bytes = of_export(kind) * assembly.grains.len() as u64;
+            of_snapshots.add(snapshots, bytes);
+            others.add(1, bytes);
+        }
+        others.add(1, (HISTORY_ROW + WALL_OF_ROW * assembly.walls.len() as u64) * rows);
         if assembly.output.checkpoint > 0.0 {
             others.add(1, CHECKPOINT_OF_GRAIN * assembly.grains.len() as u64);
         }

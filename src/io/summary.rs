@@ -3,7 +3,15 @@
 use super::files::at;
 use crate::{
     error::{Error, Result},
-    measure::{self, Sample, Sizes},
+    measure::{
+        self, Contact, Packing, Sample, Sizes,
+        micromechanics::{
+            Cell,
+            coordination::{Coordination, carrying},
+            packing::Load,
+            stress::stress,
+        },
+    },
     scene::{self, Assembly, Clump, Grain, Surface},
     simulation::{DEEP_OVERLAP, DEEPER, DeepOverlap, Other, Simulation, SolverStatistics},
 };
@@ -35,6 +43,12 @@ pub struct Summary {
     pub lost_contacts: u64,
     pub contacts: u64,
     pub coordination_number: f64,
+    /// Of free particles that are no rattlers, and how many are.
+    pub coordination_without_rattlers: Option<f64>,
+    pub rattlers: usize,
+    /// Over the cell, Pa; compression is positive.
+    pub stress: Option<[[f64; 3]; 3]>,
+    pub pressure: Option<f64>,
     pub packing_fraction: Option<f64>,
     pub packing_fraction_error: Option<f64>,
     pub overall_packing_fraction: Option<f64>,
@@ -197,6 +211,14 @@ pub struct Strain {
     pub xy: f64,
 }
 
+/// What a simulation consists of now.
+pub struct State<'a> {
+    pub grains: &'a [Grain],
+    pub clumps: &'a [Clump],
+    pub walls: &'a [scene::Wall],
+    pub contacts: &'a [Contact],
+}
+
 /// How a run ended.
 pub struct Ending {
     pub wall_seconds: f64,
@@ -209,19 +231,17 @@ pub struct Ending {
 }
 
 impl Summary {
-    /// Of a simulation now, with the sample and the grains of now.
+    /// Of a simulation now, with the sample and what it consists of now.
     ///
     /// # Errors
-    /// Whatever goes wrong when the walls are read.
+    /// Whatever goes wrong when the engine is asked.
     pub fn new(
         scene: &str,
         simulation: &mut Simulation,
         sample: &Sample,
-        grains: &[Grain],
-        clumps: &[Clump],
+        &State { grains, clumps, walls, contacts }: &State,
         ending: Ending,
     ) -> Result<Summary> {
-        let walls = simulation.walls()?;
         let rounds = simulation.rotation_rounds()?;
         let balance = if simulation.solver_statistics().is_some() { simulation.force_balance()? } else { None };
         let (domain, strain) = (simulation.domain()?, simulation.strain()?);
@@ -233,8 +253,11 @@ impl Summary {
         } else {
             (measure::momentum_of_clumps(assembly, clumps), measure::angular_momentum_of_clumps(assembly, clumps))
         };
-        let inside = measure::packing_fraction(assembly, grains, &walls);
-        let overall = measure::overall_packing_fraction(assembly, grains, &walls);
+        let packing = Packing::new(assembly, grains, clumps, walls, contacts);
+        let coordination = Coordination::of(&packing, &carrying(&packing));
+        let stress = Cell::of(&packing).map(|cell| stress(&packing, cell.volume()));
+        let inside = measure::packing_fraction(assembly, grains, walls);
+        let overall = measure::overall_packing_fraction(assembly, grains, walls);
         let work = grains.len() as f64 * s.step() as f64;
         Ok(Summary {
             scene: scene.to_owned(),
@@ -253,6 +276,10 @@ impl Summary {
             lost_contacts: s.lost_contacts(),
             contacts: sample.contacts,
             coordination_number: sample.coordination_number,
+            coordination_without_rattlers: coordination.coordination_without_rattlers,
+            rattlers: coordination.rattlers,
+            stress: stress.map(|stress| stress.total),
+            pressure: stress.map(|stress| stress.pressure),
             packing_fraction: inside.map(|f| f.value),
             packing_fraction_error: inside.map(|f| f.error),
             overall_packing_fraction: overall.map(|f| f.value),
@@ -278,7 +305,7 @@ impl Summary {
             ended: ending.ended,
             stopped: ending.stopped,
             version: env!("CARGO_PKG_VERSION"),
-            surroundings: Surroundings::new(assembly, &walls),
+            surroundings: Surroundings::new(assembly, walls).with_loads(&packing.loads_on_walls()),
         })
     }
 }
@@ -322,6 +349,9 @@ fn missed(assembly: &Assembly, sample: &Sample, ending: &Ending) -> Option<Strin
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Surroundings {
     pub dimension: usize,
+    /// m/s²; summaries of older versions have none.
+    #[serde(default)]
+    gravity: DVec3,
     domain: Domain,
     walls: Vec<Wall>,
 }
@@ -359,6 +389,9 @@ struct Wall {
     velocity: DVec3,
     spin: f64,
     material: String,
+    /// Of all grains on it, N and, about its point or centre, N m.
+    force: Option<DVec3>,
+    moment: Option<DVec3>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -382,9 +415,12 @@ impl Surroundings {
             velocity: wall.velocity,
             spin: wall.spin,
             material: assembly.materials[wall.material as usize].name.clone(),
+            force: None,
+            moment: None,
         };
         Surroundings {
             dimension: assembly.dimension,
+            gravity: assembly.gravity,
             domain: Domain {
                 lower: bounds(domain.lower),
                 upper: bounds(domain.upper),
@@ -395,10 +431,18 @@ impl Surroundings {
         }
     }
 
+    /// With what the grains do to the walls.
+    fn with_loads(mut self, loads: &[Load]) -> Surroundings {
+        for (wall, load) in self.walls.iter_mut().zip(loads) {
+            (wall.force, wall.moment) = (Some(load.force), Some(load.moment));
+        }
+        self
+    }
+
     /// Unbounded space without walls.
     pub fn empty(dimension: usize) -> Surroundings {
         let domain = Domain { lower: [None; 3], upper: [None; 3], periodic: [false; 3], tilt: Tilt::default() };
-        Surroundings { dimension, domain, walls: Vec::new() }
+        Surroundings { dimension, gravity: DVec3::ZERO, domain, walls: Vec::new() }
     }
 
     /// From `summary.json`.
@@ -408,6 +452,11 @@ impl Surroundings {
     pub fn read(path: &Path) -> Result<Surroundings> {
         let text = fs::read_to_string(path).map_err(at(path))?;
         serde_json::from_str(&text).map_err(|e| Error::Scene(format!("{}: {e}", path.display())))
+    }
+
+    /// m/s²
+    pub fn gravity(&self) -> DVec3 {
+        self.gravity
     }
 
     pub fn domain(&self) -> scene::Domain {

@@ -11,7 +11,7 @@ use std::{
 };
 
 /// VTK's name of a type, and its bytes.
-trait Number {
+pub(super) trait Number {
     const TYPE: &'static str;
     const BYTES: usize;
     fn put(self, out: &mut impl Write) -> io::Result<()>;
@@ -35,11 +35,7 @@ number!(f64 = "Float64", i64 = "Int64", u32 = "UInt32");
 pub fn write(out: &mut impl Write, time: f64, grains: &[Grain], owners: &[u32]) -> io::Result<()> {
     let count = grains.len();
     let ids = || (0..count).map(|id| id as i64);
-    writeln!(out, r#"<?xml version="1.0"?>"#)?;
-    writeln!(out, r#"<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">"#)?;
-    writeln!(out, "<PolyData>")?;
-    let others = r#"NumberOfLines="0" NumberOfStrips="0" NumberOfPolys="0""#;
-    writeln!(out, r#"<Piece NumberOfPoints="{count}" NumberOfVerts="{count}" {others}>"#)?;
+    begin(out, count, [count, 0])?;
     writeln!(out, r#"<PointData Scalars="radius" Vectors="velocity">"#)?;
     array(out, "id", 1, ids())?;
     array(out, "radius", 1, grains.iter().map(|g| g.radius))?;
@@ -54,7 +50,22 @@ pub fn write(out: &mut impl Write, time: f64, grains: &[Grain], owners: &[u32]) 
     writeln!(out, "</Points>\n<Verts>")?;
     array(out, "connectivity", 1, ids())?;
     array(out, "offsets", 1, ids().map(|id| id + 1))?;
-    writeln!(out, "</Verts>\n</Piece>\n<FieldData>")?;
+    writeln!(out, "</Verts>")?;
+    end(out, time)
+}
+
+/// Of a file with so many points, vertices and lines.
+pub(super) fn begin(out: &mut impl Write, points: usize, [verts, lines]: [usize; 2]) -> io::Result<()> {
+    writeln!(out, r#"<?xml version="1.0"?>"#)?;
+    writeln!(out, r#"<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">"#)?;
+    writeln!(out, "<PolyData>")?;
+    let others = r#"NumberOfStrips="0" NumberOfPolys="0""#;
+    writeln!(out, r#"<Piece NumberOfPoints="{points}" NumberOfVerts="{verts}" NumberOfLines="{lines}" {others}>"#)
+}
+
+/// With the time, s.
+pub(super) fn end(out: &mut impl Write, time: f64) -> io::Result<()> {
+    writeln!(out, "</Piece>\n<FieldData>")?;
     // VTK takes it anywhere, OVITO behind the piece only.
     writeln!(
         out,
@@ -63,13 +74,13 @@ pub fn write(out: &mut impl Write, time: f64, grains: &[Grain], owners: &[u32]) 
     writeln!(out, "</FieldData>\n</PolyData>\n</VTKFile>")
 }
 
-fn vectors(out: &mut impl Write, name: &str, grains: &[Grain], of: fn(&Grain) -> DVec3) -> io::Result<()> {
-    let components: Vec<f64> = grains.iter().flat_map(|g| of(g).to_array()).collect();
+pub(super) fn vectors<T>(out: &mut impl Write, name: &str, all: &[T], of: fn(&T) -> DVec3) -> io::Result<()> {
+    let components: Vec<f64> = all.iter().flat_map(|x| of(x).to_array()).collect();
     array(out, name, 3, components.into_iter())
 }
 
 /// The number of bytes as UInt64 and then the bytes, encoded as one.
-fn array<T: Number>(
+pub(super) fn array<T: Number>(
     out: &mut impl Write,
     name: &str,
     components: usize,

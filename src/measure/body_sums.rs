@@ -226,7 +226,7 @@ pub fn add_energies(sum: &mut PartialSums, own: &Energies) {
 }
 
 /// The couple of rolling resistance of a contact, N m.
-fn couple(contact: &Contact) -> glam::DVec3 {
+pub fn couple(contact: &Contact) -> glam::DVec3 {
     contact.torque - moment(contact.arm, contact.force)
 }
 

@@ -1,12 +1,16 @@
 //! Which part of space the grains fill.
 
-use super::analysis::{mass_of_clump, masses};
-use crate::scene::{Assembly, Grain, Neighbours, Wall};
+use super::{
+    analysis::{mass_of_clump, masses},
+    clip::ball_in_box,
+};
+use crate::scene::{Assembly, Grain, Neighbours, Surface, Wall};
 use glam::DVec3;
+use serde::Serialize;
 use std::{collections::HashMap, f64::consts::PI};
 
 /// A part of space, with the standard error of what is sampled; 0 where it is exact.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PackingFraction {
     pub value: f64,
     pub error: f64,
@@ -17,7 +21,8 @@ pub struct PackingFraction {
 /// Inside is what lies two largest radii away from every wall, from the free faces of the packing and, under gravity,
 /// below its surface: the highest free grain of each upright column two largest radii wide. So heaps and cylinders
 /// count with what they fill. Where everything repeats and nothing falls, all space is inside, and the fraction is
-/// exact as long as no point is inside three grains.
+/// exact as long as no point is inside three grains; where walls and free faces leave a box, it is as exact but for the
+/// overlaps that its faces cut.
 pub fn packing_fraction(assembly: &Assembly, grains: &[Grain], walls: &[Wall]) -> Option<PackingFraction> {
     free(grains).next()?;
     let dims = assembly.dimension;
@@ -31,10 +36,66 @@ pub fn packing_fraction(assembly: &Assembly, grains: &[Grain], walls: &[Wall]) -
     }
     let inset = 2.0 * largest(grains);
     let (lower, upper) = extent(assembly, grains, |up| if up { 0.0 } else { inset });
+    if let Some((lower, upper)) = boxed(assembly, walls, inset, lower, upper) {
+        return in_box(assembly, grains, lower, upper);
+    }
     let surface = Skyline::new(assembly, grains, inset, 2.0 * inset);
     sampled(assembly, grains, lower, upper, |x| {
         surface.depth(x) >= inset && walls.iter().all(|w| w.surface.distance(x) >= inset)
     })
+}
+
+/// The part of a box that is as far as `inset` from all walls, if that is a box too, and nothing falls.
+fn boxed(assembly: &Assembly, walls: &[Wall], inset: f64, lower: DVec3, upper: DVec3) -> Option<(DVec3, DVec3)> {
+    let (mut lower, mut upper) = (lower, upper);
+    for wall in walls {
+        let Surface::Plane { point, normal } = wall.surface else { return None };
+        let axis = (0..assembly.dimension).find(|axis| normal[*axis].abs() == 1.0)?;
+        match normal[axis] > 0.0 {
+            true => lower[axis] = lower[axis].max(point[axis] + inset),
+            false => upper[axis] = upper[axis].min(point[axis] - inset),
+        }
+    }
+    (vertical(assembly).is_none() && assembly.clumps.is_empty()).then_some((lower, upper))
+}
+
+/// What grains fill of a box, by what it has of each of them, less the lenses that two of them share where their middle is
+/// inside; the error is what lenses that its faces cut may change. None of a box with nothing in it.
+fn in_box(assembly: &Assembly, grains: &[Grain], lower: DVec3, upper: DVec3) -> Option<PackingFraction> {
+    let dims = assembly.dimension;
+    if (0..dims).any(|axis| upper[axis] <= lower[axis]) {
+        return None;
+    }
+    // A periodic axis counts whole, wherever a grain is along it.
+    let along = |bound: DVec3, open: f64| {
+        DVec3::from_array([0, 1, 2].map(|axis| if assembly.domain.periodic[axis] { open } else { bound[axis] }))
+    };
+    let (low, high) = (along(lower, f64::NEG_INFINITY), along(upper, f64::INFINITY));
+    let spheres = Neighbours::of_grains(assembly.domain, dims, grains);
+    let (mut solid, mut cut, mut others) = (0.0, 0.0, Vec::new());
+    for (k, grain) in grains.iter().enumerate() {
+        let (x, radius) = (grain.position, grain.radius);
+        solid += ball_in_box(dims, x, radius, low, high);
+        others.clear();
+        spheres.find_overlap(x, radius, false, |other, overlap| {
+            others.push((other, overlap));
+            false
+        });
+        others.sort_by_key(|(other, _)| *other);
+        others.dedup_by_key(|(other, _)| *other);
+        for (other, overlap) in others.iter().filter(|(other, _)| *other > k) {
+            let branch = assembly.domain.nearest(grains[*other].position - x);
+            let middle = x + (radius - 0.5 * overlap) * branch.normalize_or_zero();
+            let reach = (2.0 * radius.min(grains[*other].radius) * overlap).sqrt();
+            let depth = (0..dims).map(|axis| (middle[axis] - low[axis]).min(high[axis] - middle[axis]));
+            let depth = depth.fold(f64::INFINITY, f64::min);
+            let shared = lens(dims, radius, grains[*other].radius, *overlap);
+            solid -= if depth >= 0.0 { shared } else { 0.0 };
+            cut += if depth.abs() < reach { shared } else { 0.0 };
+        }
+    }
+    let space: f64 = (0..dims).map(|axis| upper[axis] - lower[axis]).product();
+    Some(PackingFraction { value: solid / space, error: cut / space })
 }
 
 /// Fraction of the whole vessel that grains fill, next to walls too: between the walls, within the box around the free
@@ -124,7 +185,7 @@ fn solid_volume(assembly: &Assembly, grains: &[Grain]) -> f64 {
 }
 
 /// What two spheres (disks) share that overlap by this, m³ (m²).
-fn lens(dims: usize, a: f64, b: f64, overlap: f64) -> f64 {
+pub(super) fn lens(dims: usize, a: f64, b: f64, overlap: f64) -> f64 {
     let d = (a + b - overlap).max((a - b).abs());
     let inside = d <= (a - b).abs();
     let small = a.min(b);

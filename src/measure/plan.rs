@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::{
-    model::{Grains, Model},
+    model::{Grains, Model, Walls},
     plan::*,
     state::array::WORKS,
 };
@@ -10,6 +10,11 @@ use crate::{
 /// Sums for a row of the history.
 pub fn sums(model: &Model) -> Plan {
     plan([run(&MEASURE), run(&MEASURE_CLUMPS).when(model.grains == Grains::Clumps)])
+}
+
+/// What grains do to walls, for the same.
+pub fn wall_loads(model: &Model) -> Plan {
+    plan([run(&WALL_LOADS), run(&ADD_WALL_LOADS)]).when(model.walls == Walls::Some)
 }
 
 /// Dissipation and works of a step, before it.

@@ -1,7 +1,7 @@
 //! Where the camera and the key light stand.
 
 use encase::ShaderType;
-use glam::{Mat4, UVec2, Vec2, Vec3, Vec4, Vec4Swizzles};
+use glam::{DVec3, Mat4, Quat, UVec2, Vec2, Vec3, Vec4, Vec4Swizzles};
 
 use super::stage::Stage;
 
@@ -11,9 +11,7 @@ pub const SUPERSAMPLING: u32 = 2;
 const HALF_VIEW: f32 = 0.268;
 /// Free border of the picture, as a fraction of its size.
 const MARGIN: f32 = 0.045;
-/// Direction from the scene to the eye, degrees from the x axis and above the horizon.
-const EYE: (f32, f32) = (-60.0, 24.0);
-/// The same of the key light: over the left shoulder of the viewer.
+/// Direction from the scene to the key light, degrees from the x axis and above the horizon: over the left shoulder of the viewer.
 const LIGHT: (f32, f32) = (-110.0, 52.0);
 
 /// A ball as an eye sees it: lengths across in cells of the coarse picture, depths in any unit.
@@ -79,25 +77,27 @@ impl Camera {
         let points = points(stage);
         let size = Vec2::new(width as f32, height as f32);
         match stage.dimension {
-            2 => Self::flat(&points, size),
-            _ => Self::solid(&points, size),
+            2 => Self::flat(&points, size, stage.up),
+            _ => Self::solid(&points, size, stage),
         }
     }
 
-    fn flat(points: &[Vec4], size: Vec2) -> Self {
-        let ends = |axis: usize| {
-            let low = points.iter().map(|p| p[axis] - p.w).fold(f32::INFINITY, f32::min);
-            let high = points.iter().map(|p| p[axis] + p.w).fold(f32::NEG_INFINITY, f32::max);
+    fn flat(points: &[Vec4], size: Vec2, up: DVec3) -> Self {
+        let up = up.as_vec3();
+        let right = up.cross(Vec3::Z);
+        let ends = |axis: Vec3| {
+            let low = points.iter().map(|p| p.xyz().dot(axis) - p.w).fold(f32::INFINITY, f32::min);
+            let high = points.iter().map(|p| p.xyz().dot(axis) + p.w).fold(f32::NEG_INFINITY, f32::max);
             if low <= high { (low, high) } else { (-1.0, 1.0) }
         };
-        let (x, y) = (ends(0), ends(1));
+        let (x, y) = (ends(right), ends(up));
         let wanted = Vec2::new(x.1 - x.0, y.1 - y.0) / (2.0 - 4.0 * MARGIN);
         let half = size * (wanted / size).max_element();
         Self {
             perspective: false,
-            eye: Vec3::new(0.5 * (x.0 + x.1), 0.5 * (y.0 + y.1), 1.0),
-            right: Vec3::X,
-            up: Vec3::Y,
+            eye: 0.5 * (x.0 + x.1) * right + 0.5 * (y.0 + y.1) * up + Vec3::Z,
+            right,
+            up,
             forward: -Vec3::Z,
             half,
             near: 0.0,
@@ -106,15 +106,17 @@ impl Camera {
         }
     }
 
-    fn solid(points: &[Vec4], size: Vec2) -> Self {
-        let forward = -direction(EYE);
-        let right = forward.cross(Vec3::Z).normalize();
+    fn solid(points: &[Vec4], size: Vec2, stage: &Stage) -> Self {
+        let upright = stage.up.as_vec3();
+        let forward = -upright_to(upright, direction(stage.eye));
+        // Straight from above or below the picture's upper edge is that of the north.
+        let right = forward.cross(upright).try_normalize().unwrap_or_else(|| upright_to(upright, Vec3::X));
         let up = right.cross(forward);
         let half = HALF_VIEW * size / size.min_element();
-        let across = snug(points, right, forward, half.x * (1.0 - 2.0 * MARGIN));
-        let upright = snug(points, up, forward, half.y * (1.0 - 2.0 * MARGIN));
-        let back = across.1.min(upright.1);
-        let eye = across.0 * right + upright.0 * up + back * forward;
+        let sideways = snug(points, right, forward, half.x * (1.0 - 2.0 * MARGIN));
+        let upward = snug(points, up, forward, half.y * (1.0 - 2.0 * MARGIN));
+        let back = sideways.1.min(upward.1);
+        let eye = sideways.0 * right + upward.0 * up + back * forward;
         let depths = |sign: f32| points.iter().map(move |p| (p.xyz() - eye).dot(forward) + sign * p.w);
         let near = depths(-1.0).fold(f32::INFINITY, f32::min).max(1e-3) * 0.95;
         let far = depths(1.0).fold(2.0 * near, f32::max) * 1.05;
@@ -174,10 +176,16 @@ impl Camera {
     }
 }
 
+/// A direction that was meant with z upright.
+fn upright_to(up: Vec3, direction: Vec3) -> Vec3 {
+    Quat::from_rotation_arc(Vec3::Z, up) * direction
+}
+
 /// Sets the key light of `view`, with a shadow map of `texels` squared fitted to the stage.
 pub fn add_light(view: &mut View, stage: &Stage, texels: u32) {
-    let light = direction(LIGHT);
-    let x = light.cross(Vec3::Z).normalize();
+    let upright = stage.up.as_vec3();
+    let light = upright_to(upright, direction(LIGHT));
+    let x = light.cross(upright).normalize();
     let y = x.cross(light);
     let points = points(stage);
     let row = |axis: Vec3| {

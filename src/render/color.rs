@@ -9,33 +9,49 @@ pub enum ColorBy {
     Radius,
     /// Values are speeds, m/s.
     Speed,
+    /// Values are sizes that count from 0: forces, numbers of contacts.
+    Size,
     /// Values are whole numbers of grains (or of materials); each gets a hue of its own.
     Id,
 }
 
-/// One sRGB colour, 0 to 1, per value. Radii and speeds run from dark blue (lowest) over green to yellow (highest);
-/// a value that is not finite is grey.
-pub fn colors(by: ColorBy, values: &[f64]) -> Vec<[f32; 3]> {
+/// The values that the two ends of the map of colours stand for; None where every value has a hue of its own, or there
+/// is none. `least` is what the upper end is at least.
+pub fn range(by: ColorBy, values: &[f64], least: f64) -> Option<[f64; 2]> {
     let finite = || values.iter().copied().filter(|value| value.is_finite());
+    let high = finite().fold(f64::NEG_INFINITY, f64::max).max(least);
     let low = match by {
-        ColorBy::Speed => 0.0,
-        ColorBy::Radius | ColorBy::Id => finite().fold(f64::INFINITY, f64::min),
+        ColorBy::Speed | ColorBy::Size => 0.0,
+        ColorBy::Radius => finite().fold(f64::INFINITY, f64::min),
+        ColorBy::Id => return None,
     };
-    let span = finite().fold(f64::NEG_INFINITY, f64::max) - low;
+    (low.is_finite() && high.is_finite()).then_some([low, high])
+}
+
+/// One sRGB colour, 0 to 1, per value. All but numbers run from dark blue (lowest) over green to yellow (highest); a
+/// value that is not finite is grey.
+pub fn colors(by: ColorBy, values: &[f64]) -> Vec<[f32; 3]> {
+    colors_between(by, values, range(by, values, f64::NEG_INFINITY))
+}
+
+/// The same between these ends of the map.
+pub fn colors_between(by: ColorBy, values: &[f64], range: Option<[f64; 2]>) -> Vec<[f32; 3]> {
+    let [low, high] = range.unwrap_or([f64::NAN; 2]);
+    let span = high - low;
     // Values that are all alike up to rounding sit in the middle of the map.
     let flat = span.is_nan() || span <= 1e-9 * low.abs() || span <= f64::MIN_POSITIVE;
     let color = |&value: &f64| match by {
         _ if !value.is_finite() => [0.6; 3],
         ColorBy::Id => distinct(value),
-        ColorBy::Speed if flat => ramp(0.0),
+        ColorBy::Speed | ColorBy::Size if flat => ramp(0.0),
         ColorBy::Radius if flat => ramp(0.5),
-        ColorBy::Radius | ColorBy::Speed => ramp(((value - low) / span) as f32),
+        ColorBy::Radius | ColorBy::Speed | ColorBy::Size => ramp(((value - low) / span) as f32),
     };
     values.iter().map(color).collect()
 }
 
 /// Colour at `t` from 0 to 1 of the map: lightness grows evenly while the hue turns from violet-blue to yellow.
-fn ramp(t: f32) -> [f32; 3] {
+pub fn ramp(t: f32) -> [f32; 3] {
     let t = t.clamp(0.0, 1.0);
     let hue = 285.0 - 180.0 * t;
     oklch(0.36 + 0.53 * t, 0.115 + 0.055 * t * t, hue / 360.0)
@@ -88,6 +104,19 @@ mod tests {
         let map = colors(ColorBy::Radius, &[1.0, 1.2, 1.4, 1.6, 1.8, 2.0]);
         assert!(map.iter().flatten().all(|c| (0.0..=1.0).contains(c)));
         assert!(map.windows(2).all(|pair| luminance(pair[0]) + 0.05 < luminance(pair[1])), "{map:?}");
+    }
+
+    /// What trembles at rest has the colour of rest, beside the speed of a flow.
+    #[test]
+    fn noise_is_no_flow() {
+        let speeds = [3e-9, 1e-8, 0.0];
+        let range = range(ColorBy::Speed, &speeds, 1e-3);
+        assert_eq!(range, Some([0.0, 1e-3]));
+        let found = colors_between(ColorBy::Speed, &speeds, range);
+        assert!(found.iter().flatten().zip([ramp(0.0); 3].iter().flatten()).all(|(a, b)| (a - b).abs() < 1e-3));
+        assert_eq!(super::range(ColorBy::Speed, &[2.0, 1.0], 1e-3), Some([0.0, 2.0]));
+        assert_eq!(super::range(ColorBy::Radius, &[2.0, 1.0], f64::NEG_INFINITY), Some([1.0, 2.0]));
+        assert_eq!(super::range(ColorBy::Id, &[2.0], f64::NEG_INFINITY), None);
     }
 
     #[test]

@@ -42,6 +42,9 @@ pub type Line = [Vec4; 2];
 #[derive(Clone, Debug, Default)]
 pub struct Stage {
     pub dimension: usize,
+    /// As in the picture, `up` of unit length.
+    pub eye: (f32, f32),
+    pub up: DVec3,
     /// Centre and radius.
     pub balls: Vec<Vec4>,
     /// sRGB, 8 bits a channel, red lowest.
@@ -60,7 +63,9 @@ impl Stage {
         let drawn: Vec<usize> = (0..picture.centers.len())
             .filter(|&i| picture.centers[i].is_finite() && picture.radii[i].is_finite() && picture.radii[i] > 0.0)
             .collect();
-        let mut stage = Self { dimension: picture.dimension, ..Self::default() };
+        let up = if picture.dimension == 2 { picture.up.with_z(0.0) } else { picture.up };
+        let (eye, up) = (picture.eye, up.normalize());
+        let mut stage = Self { dimension: picture.dimension, eye, up, ..Self::default() };
         let Some((low, high)) = bounds(picture, &drawn) else { return stage };
         let origin = 0.5 * (low + high);
         let size = (0.5 * (high - low)).max_element();
@@ -70,6 +75,12 @@ impl Stage {
             .map(|&i| local(picture.centers[i]).as_vec3().extend((picture.radii[i] / size) as f32))
             .collect();
         stage.colors = drawn.iter().map(|&i| packed(picture.colors[i])).collect();
+        for rod in &picture.rods {
+            let radius = (rod.radius / size) as f32;
+            let before = stage.balls.len();
+            stage.balls.extend(rod.balls().map(|x| local(x).as_vec3().extend(radius)));
+            stage.colors.resize(stage.colors.len() + stage.balls.len() - before, packed(rod.color) & !RIM);
+        }
         let sides = sides(picture, origin, size);
         let frame = frame(local(low), local(high), &sides, &picture.domain, picture.dimension, &local);
         stage.add_walls(&sides, frame);
@@ -99,19 +110,26 @@ impl Stage {
     }
 }
 
-/// Bounding box of the drawn grains, m.
+/// Bounding box of the drawn grains, or without any of the rods, m.
 fn bounds(picture: &Picture, drawn: &[usize]) -> Option<(DVec3, DVec3)> {
     let spread = |i: usize| match picture.dimension {
         2 => DVec3::new(picture.radii[i], picture.radii[i], 0.0),
         _ => DVec3::splat(picture.radii[i]),
     };
     let boxes = drawn.iter().map(|&i| (picture.centers[i] - spread(i), picture.centers[i] + spread(i)));
-    boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    let rods = picture.rods.iter().filter(|rod| rod.ends.iter().all(|end| end.is_finite()));
+    let ends = rods.flat_map(|rod| rod.ends.map(|end| (end - rod.radius, end + rod.radius)));
+    let ends =
+        ends.map(|(low, high)| if picture.dimension == 2 { (low.with_z(0.0), high.with_z(0.0)) } else { (low, high) });
+    boxes.chain(ends).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
+
+/// The part of a packed colour that says that a disk has a rim.
+const RIM: u32 = 255 << 24;
 
 fn packed(color: [f32; 3]) -> u32 {
     let [r, g, b] = color.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u32);
-    r | g << 8 | b << 16 | 255 << 24
+    r | g << 8 | b << 16 | RIM
 }
 
 /// Walls and periodic faces of the domain as half-spaces, in units of the stage.

@@ -133,6 +133,14 @@ pub enum Surface {
 }
 
 impl Surface {
+    /// The point that moments on a wall are about, m: of a plane its point, of a cylinder its centre.
+    pub fn reference(&self) -> DVec3 {
+        match *self {
+            Surface::Plane { point, .. } => point,
+            Surface::Cylinder { center, .. } => center,
+        }
+    }
+
     /// Distance of a point from the surface, m; negative beyond it.
     pub fn distance(&self, x: DVec3) -> f64 {
         match *self {
@@ -328,7 +336,7 @@ pub struct Stop {
 }
 
 /// What a run writes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Output {
     /// Simulated time between rows of `history.csv`, s. None: 100 rows over the run (or every 1,000 steps).
     pub history: Option<f64>,
@@ -344,4 +352,10 @@ pub struct Output {
     pub bin: bool,
     /// Write `.vtp` and `.pvd`.
     pub vtp: bool,
+    /// Write contacts in tables and as lines, and packings for NumPy, as extended XYZ and as dumps of LAMMPS.
+    pub contacts_csv: bool,
+    pub contacts_vtp: bool,
+    pub npz: bool,
+    pub xyz: bool,
+    pub dump: bool,
 }

@@ -458,6 +458,18 @@ pub enum Format {
     Bin,
     /// `.vtp` and `.pvd` for ParaView.
     Vtp,
+    /// Contacts in a table.
+    #[serde(rename = "contacts.csv")]
+    ContactsCsv,
+    /// Contacts as lines from centre to centre, for ParaView.
+    #[serde(rename = "contacts.vtp")]
+    ContactsVtp,
+    /// Grains, contacts, cell and walls for NumPy.
+    Npz,
+    /// Extended XYZ.
+    Xyz,
+    /// Dump of LAMMPS.
+    Dump,
 }
 
 /// What is wrong with a TOML text, and where (lines and columns count from 1).

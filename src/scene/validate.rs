@@ -248,14 +248,20 @@ pub fn check_stop(stop: &Stop, check: &Check) -> Result<()> {
 }
 
 fn output(output: &schema::Output, check: &Check) -> Result<Output> {
+    let wanted = |format| output.formats.contains(&format);
     let output = Output {
         history: output.history,
         snapshots: output.snapshots,
         checkpoint: output.checkpoint,
         works: output.works,
-        csv: output.formats.contains(&Format::Csv),
-        bin: output.formats.contains(&Format::Bin),
-        vtp: output.formats.contains(&Format::Vtp),
+        csv: wanted(Format::Csv),
+        bin: wanted(Format::Bin),
+        vtp: wanted(Format::Vtp),
+        contacts_csv: wanted(Format::ContactsCsv),
+        contacts_vtp: wanted(Format::ContactsVtp),
+        npz: wanted(Format::Npz),
+        xyz: wanted(Format::Xyz),
+        dump: wanted(Format::Dump),
     };
     check_output(&output, check)?;
     Ok(output)

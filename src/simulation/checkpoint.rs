@@ -186,6 +186,10 @@ impl Simulation {
     /// [`Error::Scene`] if it is of another scene, or is damaged, and as [`Simulation::new`].
     pub fn resume(assembly: Assembly, options: Options, checkpoint: &mut Checkpoint) -> Result<Simulation> {
         let mut simulation = Simulation::build(assembly, checkpoint.options(options)?)?;
+        let engine = simulation.engine().name();
+        if checkpoint.about().engine != engine {
+            return Err(checkpoint.wrong(format!("is of another engine: {}, not {engine}", checkpoint.about().engine)));
+        }
         simulation.load(checkpoint)?;
         Ok(simulation)
     }
@@ -201,6 +205,7 @@ impl Simulation {
         let options = checkpoint.options(Options::default())?;
         // Its arrays are those of the precision that it is of.
         let setup = Setup::new(&assembly, &options)?;
+        memory::check_host(setup.state.bytes(&setup.state.sizes.of_dense_packing()))?;
         // What it does not have, such as moments of inertia, follows from the scene.
         let engine = filled(&assembly, &setup, Box::new(Cpu::new(setup.state.clone())?))?;
         let mut simulation = Simulation::of_parts(assembly, options, setup, engine, String::new())?;

@@ -3,16 +3,21 @@
 use super::{
     Options, Simulation,
     lists::{resize, with_room},
-    overlaps::Other,
+    runner::Runner,
 };
 use crate::{
+    engine::PIECE,
     error::Result,
+    measure::{Contact, Other, micromechanics::contact::contacts_of},
     memory,
     model::History,
     scene::Assembly,
     state::{
         ACTIVE, Array, INDEX, Length, NONE, Packed, Spin, State,
-        array::{ID, IMPULSE, LIST_START, NEIGHBOUR, ROLLING_TORQUE, TANGENTIAL_FORCE},
+        array::{
+            CLUMP_OF_ID, ID, IMPULSE, LIST_START, MATERIAL, NEIGHBOUR, POSITION, POSITION_LOW, ROLLING_TORQUE, SPIN,
+            TANGENTIAL_FORCE, VELOCITY, WALL,
+        },
         present,
     },
 };
@@ -71,6 +76,42 @@ impl Simulation {
         }
         self.runner.state.release(&arrays);
         contacts.sort_unstable_by_key(|contact| contact.key());
+        Ok(contacts)
+    }
+
+    /// The contacts of free grains now, each once, by the numbers of their grains, with walls last. They are computed
+    /// on the host in double precision, from what the engine holds: forces and couples are those of the next step, in
+    /// contact dynamics the impulses of the last one over the time step.
+    ///
+    /// # Errors
+    /// [`Error::Device`](crate::Error::Device) if the device is lost.
+    pub fn contacts(&mut self) -> Result<Vec<Contact>> {
+        self.refresh()?;
+        let (model, sizes) = (*self.model(), self.sizes());
+        let of_bodies = [&POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &ID, &CLUMP_OF_ID, &MATERIAL, &LIST_START, &WALL];
+        let of_bodies = present(&model, &of_bodies);
+        let of_entries = present(&model, &[&NEIGHBOUR, &TANGENTIAL_FORCE, &ROLLING_TORQUE, &IMPULSE]);
+        self.runner.read(&of_bodies)?;
+        let params = self.runner.params();
+        let kept = std::mem::replace(&mut self.runner.state.params, params);
+        let mut lists = State::bare(model, sizes, params);
+        let mut contacts = Vec::new();
+        let Runner { engine, state: s, .. } = &mut self.runner;
+        let mut slice = 0;
+        while slice < sizes.slices() {
+            // Lists of about as many entries as are moved at a time.
+            let first = s.list_start[slice] as usize;
+            let further = s.list_start[slice + 1..].partition_point(|start| (*start as usize) < first + PIECE);
+            let next = (slice + further.max(1)).min(sizes.slices());
+            engine.read(&of_entries, first..s.list_start[next] as usize, &mut lists)?;
+            let bodies = sizes.lists_of_slice(slice).0.start..sizes.lists_of_slice(next - 1).0.end;
+            contacts.append(&mut contacts_of(s, bodies, &lists, first));
+            slice = next;
+        }
+        s.params = kept;
+        // The mirror has walls at all times.
+        s.release(&of_bodies.into_iter().filter(|array| **array != WALL).collect::<Vec<_>>());
+        contacts.sort_unstable_by_key(|contact| (contact.grain, contact.other));
         Ok(contacts)
     }
 

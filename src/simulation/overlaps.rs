@@ -1,13 +1,6 @@
 //! Overlaps that are too deep for grains.
 
-/// The other one of a contact.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Other {
-    /// A grain, by its number.
-    Grain(u32),
-    /// A wall, by its place in [`Assembly::walls`](crate::scene::Assembly).
-    Wall(u32),
-}
+use crate::measure::Other;
 
 /// An overlap, in radii of the smaller grain, beyond which grains are not what their contact law was made for.
 pub const DEEP_OVERLAP: f64 = 0.1;

@@ -53,7 +53,7 @@ impl Runner {
     }
 
     /// The parameters of the next step.
-    fn params(&self) -> Params {
+    pub fn params(&self) -> Params {
         let params = params_of_step(&self.state.params, self.step);
         if self.remembering { Params { history_dt: params.dt, ..params } } else { params }
     }

@@ -3,14 +3,14 @@
 use super::{
     Simulation,
     columns::Columns,
-    overlaps::{DeepOverlap, Other},
+    overlaps::DeepOverlap,
     runner::is_kept,
 };
 use crate::{
     body::grains::{self, same_grain},
     contact::overlap::gaps,
     error::Result,
-    measure::{CellSample, Sample, mass_of_clump, masses},
+    measure::{CellSample, Other, Sample, mass_of_clump, masses, micromechanics::packing::Load},
     memory,
     model::{Grains, Rotation},
     plan::swap_again,
@@ -28,7 +28,7 @@ use rayon::prelude::*;
 
 impl Simulation {
     /// Lists that reach, for a look at the contacts between two chunks.
-    fn refresh(&mut self) -> Result<()> {
+    pub(super) fn refresh(&mut self) -> Result<()> {
         if self.lists.margin_is_used_up() {
             self.lists.set_margin(&mut self.runner.state.params);
             self.lists.make(&self.plans, &mut self.runner)?;
@@ -62,6 +62,32 @@ impl Simulation {
             step_energy: 0.5 * mass * (pull * p.dt).powi(2),
             ..sample
         })
+    }
+
+    /// What free grains do to every wall now; moments are about its point, or the centre of a cylinder. The engine adds it
+    /// up, in its precision.
+    ///
+    /// # Errors
+    /// [`Error::Device`](crate::Error::Device) if the device is lost.
+    pub fn wall_loads(&mut self) -> Result<Vec<Load>> {
+        let walls = self.walls()?;
+        if walls.is_empty() {
+            return Ok(Vec::new());
+        }
+        self.refresh()?;
+        self.runner.execute_plan(&self.plans.wall_loads)?;
+        let s = self.runner.read(&[&WALL_LOAD, &WALL])?;
+        let mut loads = vec![Load::default(); walls.len()];
+        for (k, part) in s.wall_load.iter().enumerate() {
+            loads[k % walls.len()].force += part.force;
+            loads[k % walls.len()].moment += part.moment.0;
+        }
+        // The engine's point of a plane is the one that is nearest to the grains.
+        for (load, (now, wall)) in loads.iter_mut().zip(s.wall.iter().zip(&walls)) {
+            load.moment += (now.point - wall.surface.reference()).cross(load.force);
+        }
+        self.runner.state.release(&[&WALL_LOAD]);
+        Ok(loads)
     }
 
     /// The deepest overlap now. None where nothing touches.

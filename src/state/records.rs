@@ -166,6 +166,10 @@ record!(
     }
 );
 record!(
+    /// What grains do to a wall (`shaders/measure/sums.wgsl`).
+    WallLoad { force: DVec3 [Force], moment: Spin [Torque] }
+);
+record!(
     /// Dissipation and works since the host has read them (`shaders/measure/sums.wgsl`).
     Works { dissipated: f64 [Energy], walls: f64 [Energy], fixed: f64 [Energy], cell: f64 [Energy] }
 );

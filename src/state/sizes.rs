@@ -7,6 +7,8 @@ use std::ops::Range;
 pub const TILE: usize = 256;
 /// Bodies of a workgroup: `GROUP` of `nscd/contact.wgsl`.
 pub const GROUP: usize = 64;
+/// Parts that the loads on a wall are left in: `WALL_PARTS` of `measure/sums.wgsl`.
+pub const WALL_PARTS: usize = 256;
 /// Bodies that a row of the measurement adds up, and so many rows at most, which the host adds up.
 const BODIES_OF_ROW: usize = 16;
 const MOST_ROWS: usize = 1 << 16;
@@ -37,6 +39,9 @@ pub enum Length {
     Contacts,
     Colors,
     PartialSums,
+    /// For each of these one of every wall, and sums of them.
+    WallLoadSums,
+    WallLoads,
     /// Workgroups that walk lists, then groups of [`GROUP`] clumps.
     Groups,
     /// Nothing, until somebody asks for what it holds.
@@ -163,6 +168,8 @@ impl Sizes {
             Length::Contacts => self.contacts,
             Length::Colors => self.colors,
             Length::PartialSums => self.partial_sums(),
+            Length::WallLoadSums => self.partial_sums() * self.walls,
+            Length::WallLoads => WALL_PARTS * self.walls,
             Length::Groups => self.list_groups() + self.clumps.div_ceil(GROUP),
             Length::OnDemand => 0,
         };

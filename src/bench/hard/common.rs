@@ -94,15 +94,7 @@ pub fn blank(dimension: usize) -> Assembly {
             twist: Twist::Ignored,
         },
         stop: Stop::default(),
-        output: Output {
-            history: None,
-            snapshots: None,
-            checkpoint: 0.0,
-            works: false,
-            csv: false,
-            bin: false,
-            vtp: false,
-        },
+        output: Output::default(),
         notices: vec![],
     }
 }

@@ -3,7 +3,7 @@
 use super::super::{
     common::{DeviceArgs, engines, note, warn},
     from::From,
-    last::{Last, last},
+    last::{CHECKPOINTS, Last, last},
 };
 use super::drive::{Run, SoFar, interrupted, listen};
 use packstone::{
@@ -143,7 +143,7 @@ pub fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
     let folders = folder::resumable(folder)?;
     let options = Options { interrupted, ..args.device.options() };
     let go_on = |path: &Path, checkpoint, assembly: &Assembly| at_checkpoint(path, checkpoint, assembly, options);
-    let Last { from, scene, assembly, state: (simulation, so_far), .. } = last(&folders, &args.stop(), go_on)?;
+    let Last { from, scene, assembly, state: (simulation, so_far), .. } = last(&folders, &CHECKPOINTS, &args.stop(), go_on)?;
     let SoFar { mut schedule, wall_seconds, deepest, inherited } = so_far;
     if args.steps.is_some() || args.time.is_some() {
         schedule.end = Schedule::new(&assembly, simulation.dt()).end;
@@ -184,7 +184,8 @@ fn at_checkpoint(
     let about = checkpoint.about();
     let (adapter, version) = (simulation.engine().adapter(), env!("CARGO_PKG_VERSION"));
     // The threads of the cpu engine leave no trace in its results.
-    if about.engine == "gpu" && about.adapter != adapter || about.version != version {
+    let on_device = simulation.engine().name() == "gpu";
+    if on_device && about.adapter != adapter || about.version != version {
         warn(format!(
             "{}: is of packstone {} on {}; with packstone {version} on {adapter} the last digits may be others",
             path.display(),

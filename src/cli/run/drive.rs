@@ -9,9 +9,9 @@ use packstone::{
     io::{
         Results,
         schedule::{Amount, Forecast, Schedule},
-        summary::{Deepest, Ending, Summary},
+        summary::{Deepest, Ending, State, Summary},
     },
-    measure::Sample,
+    measure::{Packing, Sample},
     scene::{Assembly, Scene, grain_file::Moment},
     simulation::Simulation,
 };
@@ -245,7 +245,8 @@ impl Run {
     /// A row of the history.
     fn record(&mut self) -> packstone::Result<Sample> {
         let sample = self.sample()?;
-        self.results.history(&sample, self.rate(&sample))?;
+        let loads = self.simulation.wall_loads()?;
+        self.results.history(&sample, self.rate(&sample), &loads)?;
         self.row = (Instant::now(), Some(sample));
         Ok(sample)
     }
@@ -297,9 +298,18 @@ impl Run {
 
     fn snapshot(&mut self) -> packstone::Result<()> {
         let grains = self.simulation.grains()?;
-        let clumps = if self.simulation.assembly().output.bin { self.simulation.clumps()? } else { Vec::new() };
+        let all = self.simulation.assembly().output.bin || self.results.wants_contacts();
+        let clumps = if all { self.simulation.clumps()? } else { Vec::new() };
         let (step, time) = (self.simulation.step(), self.simulation.time());
-        self.results.snapshot(&Moment { step, time, grains: &grains, clumps: &clumps })
+        let moment = Moment { step, time, grains: &grains, clumps: &clumps };
+        if !self.results.wants_contacts() {
+            return self.results.snapshot(&moment, None);
+        }
+        let (walls, contacts) = (self.simulation.walls()?, self.simulation.contacts()?);
+        let domain = self.simulation.domain()?;
+        let assembly = self.simulation.assembly_in(domain);
+        let packing = Packing::new(&assembly, &grains, &clumps, &walls, &contacts);
+        self.results.snapshot(&moment, Some(&packing))
     }
 
     fn is_at_rest(&self, sample: &Sample) -> bool {
@@ -328,7 +338,10 @@ impl Run {
         let (step, time) = (self.simulation.step(), self.simulation.time());
         let of_now = self.row.1.filter(|sample| sample.step == step);
         let sample = of_now.map_or_else(|| self.sample(), Ok)?;
-        let mut row = of_now.is_none().then(|| self.rate(&sample));
+        let mut row = match of_now {
+            Some(_) => None,
+            None => Some((self.rate(&sample), self.simulation.wall_loads()?)),
+        };
         let end = match end {
             End::Reached | End::Interrupted => self.fault(&sample).map_or(end, End::Stopped),
             end => end,
@@ -343,13 +356,20 @@ impl Run {
         let deepest = self.deepest.take();
         let inherited = self.inherited;
         let ending = Ending { wall_seconds, converged, ended: end.label(), stopped, deepest, inherited };
-        let summary = Summary::new(scene.name(), &mut self.simulation, &sample, &grains, &clumps, ending)?;
+        let (walls, contacts) = (self.simulation.walls()?, self.simulation.contacts()?);
+        let state = State { grains: &grains, clumps: &clumps, walls: &walls, contacts: &contacts };
+        let summary = Summary::new(scene.name(), &mut self.simulation, &sample, &state, ending)?;
+        let domain = self.simulation.domain()?;
+        let assembly = self.simulation.assembly_in(domain);
+        let packing = Packing::new(&assembly, &grains, &clumps, &walls, &contacts);
         let moment = Moment { step, time, grains: &grains, clumps: &clumps };
         let mut results = self.results;
         loop {
-            let written =
-                row.take().map_or(Ok(()), |rate| results.history(&sample, rate).inspect_err(|_| row = Some(rate)));
-            let Err(error) = written.and_then(|()| results.finish(&summary, &moment)) else { break };
+            let written = row.as_ref().map_or(Ok(()), |(rate, loads)| results.history(&sample, *rate, loads));
+            if written.is_ok() {
+                row = None;
+            }
+            let Err(error) = written.and_then(|()| results.finish(&summary, &moment, &packing)) else { break };
             spoilt = spoilt.or(Some(error));
             results.elsewhere()?;
         }
