@@ -33,7 +33,6 @@ use crate::{
     engine::{Cpu, Engine, Gpu, programs},
     error::{Error, Result},
     gpu::{Device, selected},
-    memory,
     model::{Model, Precision},
     plan::Op,
     plans::Plans,

@@ -17,7 +17,7 @@ use packstone::{
         },
     },
     scene::{Assembly, Clump, Domain, Grain, Pair, Rolling, Wall},
-    simulation::{Checkpoint, Options, Simulation},
+    simulation::{Checkpoint, Simulation},
 };
 use std::{fs, process::Command};
 
@@ -208,7 +208,7 @@ fn lattice(dimension: usize, edges: DVec3, n: usize, basis: &[DVec3]) -> Assembl
     if dimension == 2 {
         (lower.z, upper.z) = (f64::NEG_INFINITY, f64::INFINITY);
     }
-    scene.domain = Domain { lower, upper, periodic: [true, true, dimension == 3] };
+    scene.domain = Domain { lower, upper, periodic: [true, true, dimension == 3], ..Domain::default() };
     for cell in cells {
         for b in basis {
             let x = (cell + *b) * edges;
@@ -294,7 +294,8 @@ fn work_of_stress_is_the_change_of_elastic_energy() {
             let size = SPACING * side as f64 * (DVec3::ONE + strain);
             let open = if dimension == 2 { f64::INFINITY } else { size.z };
             let lower = if dimension == 2 { DVec3::new(0.0, 0.0, -open) } else { DVec3::ZERO };
-            scene.domain = Domain { lower, upper: size.with_z(open), periodic: [true, true, dimension == 3] };
+            scene.domain =
+                Domain { lower, upper: size.with_z(open), periodic: [true, true, dimension == 3], ..Domain::default() };
             for g in &mut scene.grains {
                 g.radius *= 1.2;
                 g.position *= DVec3::ONE + strain;

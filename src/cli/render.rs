@@ -160,7 +160,7 @@ fn with_contacts(args: &RenderArgs) -> anyhow::Result<View> {
         of_contacts: (0..grains.len()).map(|grain| of_particles[packing.particle_of(grain as u32)]).collect(),
         contacts: contacts.iter().map(|contact| (ends(&packing, contact), contact.normal_force())).collect(),
         grains: grains.iter().enumerate().map(|(id, grain)| GrainRow::new(id, grain, &assembly.materials)).collect(),
-        surroundings: Surroundings::new(assembly, &walls),
+        surroundings: Surroundings::new(&assembly, &walls),
     })
 }
 

@@ -15,7 +15,7 @@ use std::{
     process::ExitCode,
 };
 
-pub use begin::{CHECKPOINTS, Last, RunArgs, last};
+pub use begin::RunArgs;
 pub use drive::{interrupted, listen};
 
 /// A run that is about to go on.

@@ -10,6 +10,7 @@ use crate::{
     container::{Container, Description, Number, Writer},
     engine::{Cpu, PIECE},
     error::{Error, Result},
+    memory,
     model::Precision,
     record::Element,
     scene::Assembly,

@@ -1,11 +1,6 @@
 //! What a simulation hands out: sums, grains, clumps, forces and walls now.
 
-use super::{
-    Simulation,
-    columns::Columns,
-    overlaps::DeepOverlap,
-    runner::is_kept,
-};
+use super::{Simulation, columns::Columns, overlaps::DeepOverlap, runner::is_kept};
 use crate::{
     body::grains::{self, same_grain},
     contact::overlap::gaps,

@@ -143,7 +143,8 @@ pub fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
     let folders = folder::resumable(folder)?;
     let options = Options { interrupted, ..args.device.options() };
     let go_on = |path: &Path, checkpoint, assembly: &Assembly| at_checkpoint(path, checkpoint, assembly, options);
-    let Last { from, scene, assembly, state: (simulation, so_far), .. } = last(&folders, &CHECKPOINTS, &args.stop(), go_on)?;
+    let Last { from, scene, assembly, state: (simulation, so_far), .. } =
+        last(&folders, &CHECKPOINTS, &args.stop(), go_on)?;
     let SoFar { mut schedule, wall_seconds, deepest, inherited } = so_far;
     if args.steps.is_some() || args.time.is_some() {
         schedule.end = Schedule::new(&assembly, simulation.dt()).end;
