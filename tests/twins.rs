@@ -220,7 +220,7 @@ fn walls(model: &Model, edge: f64, materials: usize) -> Vec<Wall> {
 
 /// All that walls can do.
 fn motion(model: &Model, surface: &Surface) -> Motion {
-    let periodic = model.boundary == Boundary::Periodic;
+    let periodic = model.boundary != Boundary::Open;
     let axis = if model.dims() == 2 || matches!(surface, Surface::Cylinder { .. }) { DVec3::Z } else { DVec3::X };
     let turning = (!periodic).then_some(Turning { point: DVec3::new(0.01, 0.02, 0.0), axis, rate: 1.5 });
     let oscillation = Some(Oscillation { amplitude: DVec3::Y * 1e-5, frequency: 300.0, interval: None });

@@ -45,9 +45,9 @@ mod tests {
     }
 
     /// Ten grains with 60 list entries and the numbers that all share: list_start has one more, `halt` is read,
-    /// `halt_next` and the nine counters are read and written.
+    /// `halt_next` and the ten counters are read and written.
     fn advance(per_grain: u64, per_entry: u64) -> u64 {
-        10 * per_grain + 60 * per_entry + 4 + (4 + 2 * 4) + 2 * 9 * 4
+        10 * per_grain + 60 * per_entry + 4 + (4 + 2 * 4) + 2 * 10 * 4
     }
 
     #[test]
