@@ -78,7 +78,9 @@ fn at_rest(s: &State) -> PartialSums {
     let smallest = s.position.iter().map(|here| here.radius).fold(f64::INFINITY, f64::min);
     let overlap = if s.model.method == Method::ContactDynamics { s.params.gap_band / smallest } else { 0.0 };
     let largest = s.position.iter().map(|here| here.radius).fold(0.0, f64::max);
-    let (virial, flux) = (net_force * largest, 2.0 * kinetic);
+    // Of a tensor all components have the rounding of the largest.
+    let flux = s.partial_sums.iter().map(|part| part.flux.max_element()).fold(2.0 * kinetic, f64::max);
+    let virial = net_force * largest;
     PartialSums {
         kinetic,
         net_force,
