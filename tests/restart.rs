@@ -182,6 +182,7 @@ fn runs_go_on_from_checkpoints_to_the_bit() {
 /// Positions to the bit, and velocities and what contacts remember to the rounding of single precision.
 fn same_to_the_eye(a: &mut Simulation, b: &mut Simulation, what: &str) {
     let vectors = |simulation: &mut Simulation| {
+        let forces = simulation.contacts().unwrap();
         let (grains, clumps) = (simulation.grains().unwrap(), simulation.clumps().unwrap());
         let contacts = simulation.contact_history().unwrap();
         let positions: Vec<_> = grains.iter().map(|g| g.position).chain(clumps.iter().map(|c| c.position)).collect();
@@ -193,6 +194,7 @@ fn same_to_the_eye(a: &mut Simulation, b: &mut Simulation, what: &str) {
             contacts.iter().map(|contact| contact.tangential_force).collect(),
             contacts.iter().map(|contact| contact.rolling_torque).collect(),
             contacts.iter().map(|contact| contact.mean_force).collect(),
+            forces.iter().map(|contact| contact.force).collect(),
         ];
         (positions, walls, others, numbers)
     };

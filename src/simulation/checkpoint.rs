@@ -14,7 +14,11 @@ use crate::{
     model::Precision,
     record::Element,
     scene::Assembly,
-    state::{ARRAYS, Array, Length, Lifetime, Sizes, State, array::WALL, present},
+    state::{
+        ARRAYS, Array, Length, Lifetime, Sizes, State,
+        array::{CELL, WALL},
+        present,
+    },
 };
 use serde::{Deserialize, Serialize};
 use std::{
@@ -266,8 +270,8 @@ impl Simulation {
             })?;
             piece.release(&[array]);
         }
-        // The mirror has walls at all times.
-        self.runner.read(&present(&self.runner.state.model, &[&WALL]))?;
+        // The mirror has them at all times.
+        self.runner.read(&present(&self.runner.state.model, &[&WALL, &CELL]))?;
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 use super::{
     Options, Simulation,
     lists::{resize, with_room},
-    runner::Runner,
+    runner::{Runner, is_kept},
 };
 use crate::{
     engine::PIECE,
@@ -15,8 +15,8 @@ use crate::{
     state::{
         ACTIVE, Array, INDEX, Length, NONE, Packed, Spin, State,
         array::{
-            CLUMP_OF_ID, ID, IMPULSE, LIST_START, MATERIAL, NEIGHBOUR, POSITION, POSITION_LOW, ROLLING_TORQUE, SPIN,
-            TANGENTIAL_FORCE, VELOCITY, WALL,
+            CELL, CLUMP_OF_ID, ID, IMPULSE, LIST_START, MATERIAL, NEIGHBOUR, POSITION, POSITION_LOW, ROLLING_TORQUE,
+            SPIN, TANGENTIAL_FORCE, VELOCITY, WALL,
         },
         present,
     },
@@ -88,7 +88,8 @@ impl Simulation {
     pub fn contacts(&mut self) -> Result<Vec<Contact>> {
         self.refresh()?;
         let (model, sizes) = (*self.model(), self.sizes());
-        let of_bodies = [&POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &ID, &CLUMP_OF_ID, &MATERIAL, &LIST_START, &WALL];
+        let of_bodies =
+            [&POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &ID, &CLUMP_OF_ID, &MATERIAL, &LIST_START, &WALL, &CELL];
         let of_bodies = present(&model, &of_bodies);
         let of_entries = present(&model, &[&NEIGHBOUR, &TANGENTIAL_FORCE, &ROLLING_TORQUE, &IMPULSE]);
         self.runner.read(&of_bodies)?;
@@ -109,8 +110,7 @@ impl Simulation {
             slice = next;
         }
         s.params = kept;
-        // The mirror has walls at all times.
-        s.release(&of_bodies.into_iter().filter(|array| **array != WALL).collect::<Vec<_>>());
+        s.release(&of_bodies.into_iter().filter(|array| !is_kept(array)).collect::<Vec<_>>());
         contacts.sort_unstable_by_key(|contact| (contact.grain, contact.other));
         Ok(contacts)
     }
