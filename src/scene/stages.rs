@@ -96,7 +96,7 @@ impl Scene {
         self.file.output.checkpoint != 0.0
     }
 
-    /// What stage `number` comes down to before anything has run, given what the first one does: see [`Scene::outline`].
+    /// What stage `number` comes down to before anything has run, given what the first one does. Every value is checked, but not where grains are.
     ///
     /// # Errors
     /// As there.
