@@ -96,10 +96,11 @@ impl Scene {
         self.file.output.checkpoint != 0.0
     }
 
-    /// What stage `number` comes down to before anything has run, given what the first one does. Every value is checked, but not where grains are.
+    /// What stage `number` comes down to before anything has run, given what the first one does: every value is checked,
+    /// but not where grains are, as they will have moved.
     ///
     /// # Errors
-    /// As there.
+    /// As [`Scene::assemble`], and for grains that are not as they were given to the stage before.
     pub fn outline_of(&self, number: usize, first: &Assembly) -> Result<Assembly> {
         match number.checked_sub(1) {
             None => Ok(first.clone()),
