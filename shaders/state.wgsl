@@ -70,6 +70,7 @@ struct Params {
     controlled: Vec,               // 1 where there is a target, else 0
     controlled_above: Spin,
     servo_time: Real,              // s
+    servo_recall: Real,            // part of what it takes away that it makes steady, from look to look
     most_rate: Real,               // 1/s, that the servo sets
     least_rigidity: Real,          // Pa s (N s/m), that it takes a modulus times its time for
     dt: Real,                      // s

@@ -15,6 +15,7 @@ mod progress;
 mod render;
 mod run;
 mod solve;
+mod study;
 mod table;
 mod tune;
 
@@ -50,6 +51,7 @@ enum Command {
     Bench(bench::BenchArgs),
     Tune(tune::TuneArgs),
     Solve(solve::SolveArgs),
+    Study(study::StudyArgs),
     Adapters(adapters::AdaptersArgs),
     Completions(completions::CompletionsArgs),
     Man(man::ManArgs),
@@ -94,6 +96,7 @@ pub fn main() -> ExitCode {
         Command::Bench(args) => bench::bench(args),
         Command::Tune(args) => tune::tune(args),
         Command::Solve(args) => solve::solve(args),
+        Command::Study(args) => study::study(args),
         Command::Adapters(_) => adapters::adapters(),
         Command::Completions(args) => completions::completions(args, &mut Cli::command()),
         Command::Man(args) => man::man(args, Cli::command()),

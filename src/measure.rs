@@ -164,6 +164,8 @@ fn floors_of_servo(s: &State) -> Vec<f64> {
     let floors = Cell {
         rate: splat(p.most_rate),
         shear_rate: Spin(splat(p.most_rate)),
+        steady_rate: splat(p.most_rate),
+        steady_shear_rate: Spin(splat(p.most_rate)),
         stress: splat(stress),
         stress_above: Spin(splat(stress)),
         ..Cell::default()

@@ -2,7 +2,8 @@
 // The servo of the cell: components of the gradient of the flow that are to bring the stress of the contacts to a target.
 // Rates are what would take away the difference within the servo's time if the cell were elastic and isotropic, with all
 // its contacts as stiff as they are and no grain giving way: both Lamé constants are then the same. That is stiffer than any
-// packing, so that stress comes to its target from one side.
+// packing, so that stress comes to its target from one side. What other components do to the stress all the time, and grains
+// that give way, is made up for by a rate that adds up slowly (a PI controller).
 var<storage, read> halt: u32;
 
 const LANES = 256u;
@@ -43,13 +44,20 @@ fn servo(@builtin(local_invocation_index) lane: u32) {
     let missing = params.controlled * (params.stress - stress);
     let count = dot(params.controlled, Vec(1));
     let mean = dot(missing, params.controlled) / max(count, Real(1));
-    let rate = -(Vec(mean / (count + 2)) + 0.5 * (missing - Vec(mean))) / rigidity;
-    let shear_rate = (stress_above - params.stress_above) / rigidity;
+    let step = -(Vec(mean / (count + 2)) + 0.5 * (missing - Vec(mean))) / rigidity;
+    let shear_step = (stress_above - params.stress_above) / rigidity;
     let most = Vec(params.most_rate);
     let most_above = Spin(params.most_rate);
-    cell.rate = select(cell.rate, clamp(rate, -most, most), params.controlled > Vec());
-    let limited = clamp(shear_rate, -most_above, most_above);
-    cell.shear_rate = select(cell.shear_rate, limited, params.controlled_above > Spin());
+    let rate = clamp(cell.steady_rate + step, -most, most);
+    let shear_rate = clamp(cell.steady_shear_rate + shear_step, -most_above, most_above);
+    let controlled = params.controlled > Vec();
+    let controlled_above = params.controlled_above > Spin();
+    // A rate at its limit says nothing of what the other components do to the stress.
+    let recall = params.servo_recall;
+    cell.steady_rate += select(Vec(), recall * step, controlled & (abs(rate) < most));
+    cell.steady_shear_rate += select(Spin(), recall * shear_step, controlled_above & (abs(shear_rate) < most_above));
+    cell.rate = select(cell.rate, rate, controlled);
+    cell.shear_rate = select(cell.shear_rate, shear_rate, controlled_above);
     cell.largest_rate = sqrt(dot(cell.rate, cell.rate) + spin_squared(cell.shear_rate));
     cell.stress = stress;
     cell.stress_above = stress_above;

@@ -50,9 +50,14 @@ fn whole(steps: f64) -> u64 {
     (steps * (1.0 - 1e-9)).ceil() as u64
 }
 
+/// The step at whose end a time has come.
+pub fn step_at(time: f64, dt: f64) -> u64 {
+    whole(time / dt)
+}
+
 /// The last step, if the scene sets a time or a number of steps, or when the cell meets a target.
 fn last_step(stop: &Stop, time_of_target: Option<f64>, dt: f64) -> Option<u64> {
-    let of_time = stop.time.into_iter().chain(time_of_target).map(|time| whole(time / dt));
+    let of_time = stop.time.into_iter().chain(time_of_target).map(|time| step_at(time, dt));
     of_time.chain(stop.steps).min()
 }
 

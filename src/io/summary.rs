@@ -223,6 +223,8 @@ pub struct State<'a> {
 pub struct Ending {
     pub wall_seconds: f64,
     pub converged: bool,
+    /// Whether a target of the cell ended it.
+    pub target_met: bool,
     pub ended: &'static str,
     pub stopped: Option<String>,
     pub deepest: Option<Deepest>,
@@ -339,7 +341,7 @@ fn doubts(s: &Simulation, sample: &Sample, ending: &Ending) -> Vec<String> {
 
 /// Rest that was asked for and not reached.
 fn missed(assembly: &Assembly, sample: &Sample, ending: &Ending) -> Option<String> {
-    assembly.stop.equilibrium.filter(|_| !ending.converged).map(|asked| {
+    assembly.stop.equilibrium.filter(|_| !ending.converged && !ending.target_met).map(|asked| {
         let found = sample.unbalanced_force_ratio;
         format!("stop.equilibrium = {asked:e} was not reached: the ratio of unbalanced forces is {found:.1e}")
     })

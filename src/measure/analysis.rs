@@ -81,6 +81,8 @@ pub struct CellSample {
     pub strain_yz: f64,
     pub strain_xz: f64,
     pub strain_xy: f64,
+    /// Sum of the strains along axes; compression is negative.
+    pub volumetric_strain: f64,
     /// Of contacts and motion, Pa (N/m); compression is positive. None unless all axes are periodic.
     pub stress_xx: Option<f64>,
     pub stress_yy: Option<f64>,
@@ -88,6 +90,10 @@ pub struct CellSample {
     pub stress_yz: Option<f64>,
     pub stress_xz: Option<f64>,
     pub stress_xy: Option<f64>,
+    /// Mean of the stresses along axes, Pa (N/m).
+    pub pressure: Option<f64>,
+    /// √(D/(D − 1) s : s) of the deviator s in D dimensions, Pa (N/m): σ₁ − σ₃ in a triaxial state, σ₁ − σ₂ of disks.
+    pub deviatoric_stress: Option<f64>,
     /// Volumes of grains over that of the cell, overlaps counted twice.
     pub solid_fraction: Option<f64>,
     /// Work of the cell on free grains since step 0, J. None unless works are added up in every step.
@@ -95,10 +101,12 @@ pub struct CellSample {
 }
 
 impl CellSample {
-    /// Of a cell of this volume, m³ (m²), if it has one, around grains of these volumes.
-    pub fn new(sample: &Sample, strain: [f64; 6], volume: Option<f64>, grains: f64) -> CellSample {
+    /// Of a cell of this volume, m³ (m²), if it has one, around the grains of a scene.
+    pub fn new(sample: &Sample, strain: [f64; 6], volume: Option<f64>, scene: &Assembly) -> CellSample {
         let [strain_xx, strain_yy, strain_zz, strain_yz, strain_xz, strain_xy] = strain;
         let stress = |k: usize| volume.map(|volume| (sample.flux[k] - sample.virial[k]) / volume);
+        let tensor = volume.map(|_| std::array::from_fn(|k| stress(k).unwrap_or_default()));
+        let (pressure, deviatoric_stress) = tensor.map(|stress| invariants(stress, scene.dimension)).unzip();
         CellSample {
             strain_xx,
             strain_yy,
@@ -106,21 +114,38 @@ impl CellSample {
             strain_yz,
             strain_xz,
             strain_xy,
+            volumetric_strain: strain_xx + strain_yy + strain_zz,
             stress_xx: stress(0),
             stress_yy: stress(1),
             stress_zz: stress(2),
             stress_yz: stress(3),
             stress_xz: stress(4),
             stress_xy: stress(5),
-            solid_fraction: volume.map(|volume| grains / volume),
+            pressure,
+            deviatoric_stress,
+            solid_fraction: volume.map(|volume| scene.grain_volume() / volume),
             work_cell: None,
         }
+    }
+
+    /// Component by component as [`COMPONENTS`](crate::scene::COMPONENTS).
+    pub fn strain(&self) -> [f64; 6] {
+        [self.strain_xx, self.strain_yy, self.strain_zz, self.strain_yz, self.strain_xz, self.strain_xy]
     }
 
     /// Component by component as [`COMPONENTS`](crate::scene::COMPONENTS), Pa (N/m).
     pub fn stress(&self) -> [Option<f64>; 6] {
         [self.stress_xx, self.stress_yy, self.stress_zz, self.stress_yz, self.stress_xz, self.stress_xy]
     }
+}
+
+/// Mean and deviatoric stress of a symmetric tensor, component by component as in Voigt's order.
+fn invariants(stress: [f64; 6], dimension: usize) -> (f64, f64) {
+    let (dims, normal) = (dimension as f64, &stress[..dimension]);
+    let mean = normal.iter().sum::<f64>() / dims;
+    let along: f64 = normal.iter().map(|stress| (stress - mean).powi(2)).sum();
+    let shear: f64 = stress[3..].iter().map(|stress| 2.0 * stress * stress).sum();
+    (mean, (dims / (dims - 1.0) * (along + shear)).sqrt())
 }
 
 impl Sample {

@@ -23,14 +23,18 @@ pub fn servo(s: &mut State) {
     let missing = p.controlled * (p.stress - stress);
     let count = p.controlled.element_sum();
     let mean = missing.dot(p.controlled) / count.max(1.0);
-    let rate = -(DVec3::splat(mean / (count + 2.0)) + 0.5 * (missing - DVec3::splat(mean))) / rigidity;
-    let shear_rate = (stress_above - p.stress_above.0) / rigidity;
+    let step = -(DVec3::splat(mean / (count + 2.0)) + 0.5 * (missing - DVec3::splat(mean))) / rigidity;
+    let shear_step = (stress_above - p.stress_above.0) / rigidity;
     let most = DVec3::splat(p.most_rate);
-    let set = |controlled: DVec3, now: DVec3, servo: DVec3| {
-        DVec3::select(controlled.cmpgt(DVec3::ZERO), servo.clamp(-most, most), now)
+    // A rate at its limit says nothing of what the other components do to the stress.
+    let set = |controlled: DVec3, now: &mut DVec3, steady: &mut DVec3, step: DVec3| {
+        let controlled = controlled.cmpgt(DVec3::ZERO);
+        let rate = (*steady + step).clamp(-most, most);
+        *steady += DVec3::select(controlled & rate.abs().cmplt(most), p.servo_recall * step, DVec3::ZERO);
+        *now = DVec3::select(controlled, rate, *now);
     };
-    cell.rate = set(p.controlled, cell.rate, rate);
-    cell.shear_rate = Spin(set(p.controlled_above.0, cell.shear_rate.0, shear_rate));
+    set(p.controlled, &mut cell.rate, &mut cell.steady_rate, step);
+    set(p.controlled_above.0, &mut cell.shear_rate.0, &mut cell.steady_shear_rate.0, shear_step);
     cell.largest_rate = (cell.rate.length_squared() + spin_squared(cell.shear_rate.0)).sqrt();
     (cell.stress, cell.stress_above) = (stress, Spin(stress_above));
 }

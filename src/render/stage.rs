@@ -5,7 +5,7 @@ use std::collections::HashSet;
 
 use glam::{DVec2, DVec3, Vec4};
 
-use super::picture::Picture;
+use super::picture::{Picture, Rod};
 use crate::scene::{Domain, Surface};
 
 /// A cylinder is drawn with this many flat faces.
@@ -66,16 +66,23 @@ impl Stage {
         let up = if picture.dimension == 2 { picture.up.with_z(0.0) } else { picture.up };
         let (eye, up) = (picture.eye, up.normalize());
         let mut stage = Self { dimension: picture.dimension, eye, up, ..Self::default() };
-        let Some((low, high)) = bounds(picture, &drawn) else { return stage };
+        let tilted = picture.domain.tilt != DVec3::ZERO;
+        let place = |x: DVec3| if tilted { picture.domain.in_tilted_cell(x) } else { x };
+        let rods = picture.rods.iter().map(|rod| {
+            let [from, to] = rod.ends;
+            Rod { ends: [place(from), place(from) + (to - from)], ..*rod }
+        });
+        let rods: Vec<Rod> = rods.collect();
+        let balls = drawn.iter().map(|&i| (place(picture.centers[i]), picture.radii[i]));
+        let balls: Vec<(DVec3, f64)> = balls.collect();
+        let Some((low, high)) = bounds(&balls, &rods, picture.dimension) else { return stage };
         let origin = 0.5 * (low + high);
         let size = (0.5 * (high - low)).max_element();
         let local = |x: DVec3| (x - origin) / size;
-        stage.balls = drawn
-            .iter()
-            .map(|&i| local(picture.centers[i]).as_vec3().extend((picture.radii[i] / size) as f32))
-            .collect();
+        stage.balls =
+            balls.iter().map(|&(center, radius)| local(center).as_vec3().extend((radius / size) as f32)).collect();
         stage.colors = drawn.iter().map(|&i| packed(picture.colors[i])).collect();
-        for rod in &picture.rods {
+        for rod in &rods {
             let radius = (rod.radius / size) as f32;
             let before = stage.balls.len();
             stage.balls.extend(rod.balls().map(|x| local(x).as_vec3().extend(radius)));
@@ -111,16 +118,16 @@ impl Stage {
 }
 
 /// Bounding box of the drawn grains, or without any of the rods, m.
-fn bounds(picture: &Picture, drawn: &[usize]) -> Option<(DVec3, DVec3)> {
-    let spread = |i: usize| match picture.dimension {
-        2 => DVec3::new(picture.radii[i], picture.radii[i], 0.0),
-        _ => DVec3::splat(picture.radii[i]),
+fn bounds(balls: &[(DVec3, f64)], rods: &[Rod], dimension: usize) -> Option<(DVec3, DVec3)> {
+    let spread = |radius: f64| match dimension {
+        2 => DVec3::new(radius, radius, 0.0),
+        _ => DVec3::splat(radius),
     };
-    let boxes = drawn.iter().map(|&i| (picture.centers[i] - spread(i), picture.centers[i] + spread(i)));
-    let rods = picture.rods.iter().filter(|rod| rod.ends.iter().all(|end| end.is_finite()));
+    let boxes = balls.iter().map(|&(center, radius)| (center - spread(radius), center + spread(radius)));
+    let rods = rods.iter().filter(|rod| rod.ends.iter().all(|end| end.is_finite()));
     let ends = rods.flat_map(|rod| rod.ends.map(|end| (end - rod.radius, end + rod.radius)));
     let ends =
-        ends.map(|(low, high)| if picture.dimension == 2 { (low.with_z(0.0), high.with_z(0.0)) } else { (low, high) });
+        ends.map(|(low, high)| if dimension == 2 { (low.with_z(0.0), high.with_z(0.0)) } else { (low, high) });
     boxes.chain(ends).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
@@ -148,11 +155,13 @@ fn sides(picture: &Picture, origin: DVec3, size: f64) -> Vec<Side> {
         }
     }
     let domain = &picture.domain;
-    for (axis, unit) in DVec3::AXES.into_iter().enumerate().take(picture.dimension) {
-        if domain.periodic[axis] && domain.lower[axis].is_finite() && domain.upper[axis].is_finite() {
-            sides.push(plane(unit * domain.lower[axis], unit, true));
-            sides.push(plane(unit * domain.upper[axis], -unit, true));
-        }
+    let edge = |axis: usize| if domain.periodic[axis] { domain.edge(axis) } else { DVec3::AXES[axis] };
+    for axis in (0..picture.dimension).filter(|axis| domain.periodic[*axis]) {
+        let normal = edge((axis + 1) % 3).cross(edge((axis + 2) % 3)).normalize();
+        // Axes without bounds have no corner, but no part in the normal either.
+        let lower = DVec3::select(domain.lower.is_finite_mask(), domain.lower, DVec3::ZERO);
+        sides.push(plane(lower, normal, true));
+        sides.push(plane(lower + edge(axis), -normal, true));
     }
     sides
 }
@@ -180,7 +189,7 @@ fn frame(
     let extent = (high - low).max_element();
     let up = dimension - 1;
     let rim = PADDING * (high - low)[up] + 0.03 * extent;
-    let (domain_low, domain_high) = (local(domain.lower), local(domain.upper));
+    let [domain_low, domain_high] = domain.bounds().map(local);
     let mut frame = (low, high);
     let mut padding = PADDING * extent;
     // The vertical first: below grains high over a floor, the floor must be wide enough for their shadow.
@@ -193,12 +202,16 @@ fn frame(
             upper.extend(Some(domain_high[axis]).filter(|x| x - high[axis] < 0.5 * extent));
         }
         let reach_down = if axis == up { 4.0 * extent } else { 1.5 * extent };
-        for side in sides {
+        if domain.periodic[axis] {
+            lower.push(domain_low[axis]);
+            upper.push(domain_high[axis]);
+        }
+        for side in sides.iter().filter(|side| !side.periodic) {
             let facing = side.normal.dot(unit);
-            if facing > 0.999 && (side.periodic || low[axis] - side.offset < reach_down) {
+            if facing > 0.999 && low[axis] - side.offset < reach_down {
                 lower.push(side.offset);
             }
-            if facing < -0.999 && (side.periodic || -side.offset - high[axis] < 1.5 * extent) {
+            if facing < -0.999 && -side.offset - high[axis] < 1.5 * extent {
                 upper.push(-side.offset);
             }
         }
@@ -256,13 +269,10 @@ fn cut(outline: &[DVec3], normal: DVec3, offset: f64) -> Vec<DVec3> {
 
 /// The line of a wall of a two-dimensional scene: its two ends, the width and whether the ends stick out, the normal.
 fn wall_line(side: &Side, outline: &[DVec3], frame: (DVec3, DVec3)) -> Option<Line> {
-    if side.periodic {
-        return None;
-    }
     let along = DVec3::new(side.normal.y, -side.normal.x, 0.0);
     let by_place = |a: &&DVec3, b: &&DVec3| along.dot(**a).total_cmp(&along.dot(**b));
     let (start, end) = (outline.iter().min_by(by_place)?, outline.iter().max_by(by_place)?);
-    let width = 0.009 * (frame.1 - frame.0).max_element();
+    let width = if side.periodic { 0.003 } else { 0.009 } * (frame.1 - frame.0).max_element();
     let overhang = if side.round.is_none() { 1.0 } else { 0.3 };
     Some([
         Vec4::new(start.x as f32, start.y as f32, overhang, width as f32),

@@ -90,6 +90,24 @@ impl Domain {
         reach * DVec3::new(x.length(), 1.0_f64.hypot(slopes.x), 1.0)
     }
 
+    /// A position brought into the tilted cell, where [`fold`](Domain::fold) leaves it in the box of the lengths.
+    pub fn in_tilted_cell(&self, position: DVec3) -> DVec3 {
+        let straight = self.sheared_back(position - self.lower);
+        let periods = (0..3).filter(|axis| self.periodic[*axis]);
+        periods.fold(position, |x, axis| {
+            let edge = self.edge(axis);
+            x - edge * (straight[axis] / edge[axis]).floor()
+        })
+    }
+
+    /// The box around the cell, m.
+    pub fn bounds(&self) -> [DVec3; 2] {
+        let edges = (0..3).filter(|axis| self.periodic[*axis]).map(|axis| self.edge(axis) * (1.0 - DVec3::AXES[axis]));
+        edges.fold([self.lower, self.upper], |[lower, upper], edge| {
+            [lower + edge.min(DVec3::ZERO), upper + edge.max(DVec3::ZERO)]
+        })
+    }
+
     /// The minimum image of a difference of positions: the shortest that periods make of it, if that is within half of
     /// them.
     pub fn nearest(&self, mut difference: DVec3) -> DVec3 {

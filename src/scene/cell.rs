@@ -44,6 +44,11 @@ impl Cell {
         self.stress != [None; 6]
     }
 
+    /// Whether the volume is what the servo makes of it.
+    pub fn has_volume_of_servo(&self) -> bool {
+        self.stress[..3] != [None; 3]
+    }
+
     /// The largest target, Pa (N/m).
     pub fn largest_stress(&self) -> f64 {
         self.stress.iter().flatten().map(|stress| stress.abs()).fold(0.0, f64::max)

@@ -65,15 +65,25 @@ impl Assembly {
         }
     }
 
-    /// When the first target of the cell is met, s; None without one.
+    /// When the first target is met of those that follow from given rates, s; None without one.
     pub fn time_of_target(&self) -> Option<f64> {
-        let rates = self.cell.strain_rate;
-        let of_strain = self.stop.strain.iter().zip(rates).filter_map(|(target, rate)| Some((*target)? / rate));
-        let of_fraction = self.stop.packing_fraction.map(|target| {
+        let Cell { strain_rate: rates, stress, .. } = self.cell;
+        let of_strain = (0..6).filter(|k| stress[*k].is_none()).filter_map(|k| Some(self.stop.strain[k]? / rates[k]));
+        let of_fraction = self.stop.packing_fraction.filter(|_| !self.cell.has_volume_of_servo()).map(|target| {
             let fraction = self.grain_volume() / self.cell_volume();
             (fraction / target).ln() / rates[..3].iter().sum::<f64>()
         });
         of_strain.chain(of_fraction).min_by(f64::total_cmp)
+    }
+
+    /// Whether a cell that began as the scene's has met a target that the servo has to bring about.
+    pub fn has_target_of_servo(&self, strain: [f64; 6], fraction: Option<f64>) -> bool {
+        let far = |k: usize, target: f64| self.cell.stress[k].is_some() && strain[k] * target.signum() >= target.abs();
+        let of_strain = (0..6).any(|k| self.stop.strain[k].is_some_and(|target| far(k, target)));
+        let begun = self.grain_volume() / self.cell_volume();
+        let beyond = |target: f64, now: f64| if begun < target { now >= target } else { now <= target };
+        let of_fraction = self.stop.packing_fraction.zip(fraction);
+        of_strain || self.cell.has_volume_of_servo() && of_fraction.is_some_and(|(target, now)| beyond(target, now))
     }
 }
 
@@ -114,17 +124,12 @@ pub fn check_cell(assembly: &Assembly, check: &Check) -> Result<()> {
     for (k, target) in stop.strain.iter().enumerate() {
         let (key, rate) = (format!("stop.strain.{}", COMPONENTS[k]), cell.strain_rate[k]);
         if let Some(target) = *target
+            && cell.stress[k].is_none()
             && !(target / rate > 0.0)
         {
             let rule = format!("is never met with cell.strain_rate.{} = {}", COMPONENTS[k], show(rate));
             return Err(check.origin.bad(&key, show(target), rule));
         }
-    }
-    if let Some(target) = stop.packing_fraction
-        && cell.is_controlled()
-    {
-        let rule = "is for a cell whose rates are given (cell.strain_rate); one with a target stress comes to a fraction of its own";
-        return Err(check.origin.bad("stop.packing_fraction", show(target), rule));
     }
     if let Some(target) = stop.packing_fraction {
         let key = "stop.packing_fraction";
@@ -134,7 +139,7 @@ pub fn check_cell(assembly: &Assembly, check: &Check) -> Result<()> {
         }
         let fraction = assembly.grain_volume() / assembly.cell_volume();
         let rate: f64 = cell.strain_rate[..3].iter().sum();
-        if !((fraction / target).ln() / rate > 0.0) {
+        if !cell.has_volume_of_servo() && !((fraction / target).ln() / rate > 0.0) {
             let rule = format!(
                 "is never met: the cell begins with {} and its volume grows at {} 1/s (cell.strain_rate)",
                 show(fraction),

@@ -284,7 +284,7 @@ impl Simulation {
         let strain = self.strain()?.unwrap_or_default();
         let length = cell.length + cell.length_low;
         let volume = Some(volume_of(self.model().dimension, length)).filter(|volume| *volume > 0.0);
-        let of_sample = CellSample::new(&sample, strain, volume, self.assembly.grain_volume());
+        let of_sample = CellSample::new(&sample, strain, volume, &self.assembly);
         let part = |of: &[f64; 6]| (DVec3::new(of[0], of[1], of[2]), DVec3::new(of[3], of[4], of[5]));
         let ((virial, above), (flux, flux_above)) = (part(&sample.virial), part(&sample.flux));
         let cell_power = flow_power(&self.runner.state, virial - flux, above - flux_above);

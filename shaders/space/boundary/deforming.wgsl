@@ -15,6 +15,8 @@ struct Cell {
     stretch_tilt: Spin,    // (the inverse of its deformation), with what is above the diagonal
     rate: Vec,             // 1/s, gradient of the flow: dv_x/dx, dv_y/dy, dv_z/dz
     shear_rate: Spin,      // 1/s: dv_y/dz, dv_x/dz, dv_x/dy
+    steady_rate: Vec,      // 1/s: what the servo has come to in the long run
+    steady_shear_rate: Spin,
     largest_rate: Real,    // 1/s, no distance shrinks faster, over its length
     stress: Vec,           // Pa (N/m), of contacts, when a servo last looked: xx, yy, zz; compression is positive
     stress_above: Spin,    // Pa (N/m): yz, xz, xy

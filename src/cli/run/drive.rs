@@ -8,10 +8,10 @@ use packstone::{
     Error,
     io::{
         Results,
-        schedule::{Amount, Forecast, Schedule},
+        schedule::{Amount, Forecast, Schedule, step_at},
         summary::{Deepest, Ending, State, Summary},
     },
-    measure::{Packing, Sample},
+    measure::{CellSample, Packing, Sample},
     scene::{Assembly, Scene, grain_file::Moment},
     simulation::Simulation,
 };
@@ -83,6 +83,8 @@ pub fn flood(assembly: &Assembly, schedule: &Schedule) -> Option<String> {
 pub enum End {
     /// The last step.
     Reached,
+    /// A strain or a fraction of the cell.
+    TargetMet,
     /// Equilibrium.
     AtRest,
     Interrupted,
@@ -94,6 +96,7 @@ impl End {
     pub fn label(&self) -> &'static str {
         match self {
             End::Reached => "last step",
+            End::TargetMet => "target met",
             End::AtRest => "at rest",
             End::Interrupted => "interrupted",
             End::Stopped(_) => "error",
@@ -185,15 +188,17 @@ impl Run {
             self.snapshot()?;
             self.schedule.snapshots.as_mut().map(|clock| clock.strikes(step));
         }
-        let (mut at_rest, mut fault) = (false, None);
+        let (mut at_rest, mut met, mut fault) = (false, false, None);
         if self.schedule.history.next() <= step {
             let sample = self.record()?;
             self.schedule.history.strikes(step);
             at_rest = self.is_at_rest(&sample);
+            met = self.has_met_target(&sample);
             fault = self.fault(&sample);
         }
         Ok(match () {
             () if fault.is_some() => fault.map(End::Stopped),
+            () if met || last && self.ends_at_target() => Some(End::TargetMet),
             () if at_rest => Some(End::AtRest),
             () if last => Some(End::Reached),
             () if interrupted() => Some(End::Interrupted),
@@ -318,6 +323,19 @@ impl Run {
             && assembly.has_target_stress(sample.cell.map(|cell| cell.stress()))
     }
 
+    /// Whether the last step is the one in which given rates bring the cell to a target.
+    fn ends_at_target(&self) -> bool {
+        let of_target = self.simulation.assembly().time_of_target();
+        of_target.map(|time| step_at(time, self.simulation.dt())) == self.schedule.end
+    }
+
+    fn has_met_target(&self, sample: &Sample) -> bool {
+        let met = |cell: CellSample| {
+            self.simulation.assembly().has_target_of_servo(cell.strain(), cell.solid_fraction)
+        };
+        sample.cell.is_some_and(met)
+    }
+
     /// The last state and the summary. Where they cannot be written they go somewhere else.
     pub fn write(mut self, scene: &Scene, end: End) -> packstone::Result<Written> {
         let wall_seconds = self.earlier + self.start.elapsed().as_secs_f64();
@@ -343,19 +361,20 @@ impl Run {
             None => Some((self.rate(&sample), self.simulation.wall_loads()?)),
         };
         let end = match end {
-            End::Reached | End::Interrupted => self.fault(&sample).map_or(end, End::Stopped),
+            End::Reached | End::TargetMet | End::Interrupted => self.fault(&sample).map_or(end, End::Stopped),
             end => end,
         };
         let (converged, stopped) = match &end {
-            End::Reached | End::AtRest => (self.is_at_rest(&sample), None),
+            End::Reached | End::TargetMet | End::AtRest => (self.is_at_rest(&sample), None),
             End::Interrupted => (false, Some(format!("interrupted at step {step}"))),
             End::Stopped(error) => (false, Some(error.to_string())),
         };
         let (grains, clumps) = (self.simulation.grains()?, self.simulation.clumps()?);
+        let target_met = matches!(end, End::TargetMet);
         let ended = stopped.clone().unwrap_or_else(|| end.label().to_owned());
         let deepest = self.deepest.take();
         let inherited = self.inherited;
-        let ending = Ending { wall_seconds, converged, ended: end.label(), stopped, deepest, inherited };
+        let ending = Ending { wall_seconds, converged, target_met, ended: end.label(), stopped, deepest, inherited };
         let (walls, contacts) = (self.simulation.walls()?, self.simulation.contacts()?);
         let state = State { grains: &grains, clumps: &clumps, walls: &walls, contacts: &contacts };
         let summary = Summary::new(scene.name(), &mut self.simulation, &sample, &state, ending)?;
@@ -373,7 +392,7 @@ impl Run {
             spoilt = spoilt.or(Some(error));
             results.elsewhere()?;
         }
-        let complete = spoilt.is_none() && matches!(end, End::Reached | End::AtRest);
+        let complete = spoilt.is_none() && matches!(end, End::Reached | End::TargetMet | End::AtRest);
         let place = results.place().to_owned();
         let (place, unclosed) = match results.close(&ended, complete) {
             Ok(place) => (place, None),
