@@ -9,8 +9,9 @@ use packstone::{io, scene::Scene};
 use serde::Deserialize;
 use std::{
     collections::BTreeMap,
-    fmt::Write,
+    fmt::Write as _,
     fs,
+    io::Write as _,
     path::{Path, PathBuf},
     process::{Command, ExitCode, Stdio},
 };
@@ -157,7 +158,7 @@ pub fn study(args: &StudyArgs) -> anyhow::Result<ExitCode> {
     if let Some(folder) = file.parent() {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
-    io::replace(&file, |part| Ok(fs::write(part, &page)?))?;
+    io::write(&file, |out| out.write_all(page.as_bytes()))?;
     say(file.display());
     Ok(match () {
         () if interrupted() => ExitCode::from(INTERRUPTED),
@@ -224,7 +225,7 @@ fn run_all(args: &StudyArgs, study: &Study, folder: &Path) -> anyhow::Result<usi
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let scene = folder.join("scene.toml");
     let text = study.scene_text()?;
-    io::replace(&scene, |part| Ok(fs::write(part, &text)?))?;
+    io::write(&scene, |out| out.write_all(text.as_bytes()))?;
     let mut failed = 0;
     let seeds = args.seeds.unwrap_or(study.seeds);
     for (seed, case) in (1..=seeds).flat_map(|seed| study.cases.iter().map(move |case| (seed, case))) {
