@@ -1,12 +1,12 @@
 //! Scenes in stages: what each begins with, what is kept, and what is refused before the first step.
 
+#[path = "common/place.rs"]
+mod place;
+
 use packstone::io::folder;
+use place::{Place, engines};
 use serde_json::Value;
-use std::{
-    fs,
-    path::{Path, PathBuf},
-    process::Command,
-};
+use std::fs;
 
 /// A bed that slides when its friction is lowered, and is then pressed while more grains come.
 const SCENE: &str = r#"
@@ -55,47 +55,16 @@ radius = 0.5e-3
 region = { lower = [0, 0.026], upper = [0.02, 0.0295] }
 "#;
 
-struct Place(tempfile::TempDir);
-
-impl Place {
-    fn new() -> Place {
-        let place = Place(tempfile::tempdir().unwrap());
-        fs::write(place.path("bed.toml"), SCENE).unwrap();
-        place
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn text(&self, name: &str) -> String {
-        fs::read_to_string(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
-    }
-
-    fn json(&self, name: &str) -> Value {
-        serde_json::from_str(&self.text(name)).unwrap()
-    }
-
-    /// What the program says on the standard error.
-    fn packstone(&self, arguments: &str, code: i32) -> String {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_packstone"));
-        let output = command.current_dir(self.0.path()).args(arguments.split(' ')).output().unwrap();
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{arguments}: {said}");
-        said
-    }
-
-    /// A column of a history.
-    fn column(&self, stage: &str, name: &str) -> Vec<f64> {
-        let text = self.text(&format!("{stage}/history.csv"));
-        let column = text.lines().next().unwrap().split(',').position(|column| column == name).unwrap();
-        text.lines().skip(1).map(|row| row.split(',').nth(column).unwrap().parse().unwrap()).collect()
-    }
+/// What the program says on the standard error.
+fn packstone(place: &Place, arguments: &str, code: i32) -> String {
+    place.errors(&arguments.split(' ').collect::<Vec<_>>(), code)
 }
 
-fn engines() -> &'static [&'static str] {
-    let without_gpu = std::env::var("PACKSTONE_ALLOW_NO_GPU").is_ok_and(|v| v == "1");
-    if without_gpu { &["cpu"] } else { &["cpu", "gpu"] }
+/// A column of a history.
+fn column(place: &Place, stage: &str, name: &str) -> Vec<f64> {
+    let text = place.text(&format!("{stage}/history.csv"));
+    let column = text.lines().next().unwrap().split(',').position(|column| column == name).unwrap();
+    text.lines().skip(1).map(|row| row.split(',').nth(column).unwrap().parse().unwrap()).collect()
 }
 
 fn names(summary: &Value) -> Vec<(&str, &str, bool)> {
@@ -112,15 +81,15 @@ fn names(summary: &Value) -> Vec<(&str, &str, bool)> {
 #[test]
 fn each_stage_begins_with_the_state_of_the_one_before() {
     for engine in engines() {
-        let place = Place::new();
-        let said = place.packstone(&format!("run bed.toml --engine {engine} --out out"), 0);
+        let place = Place::new(SCENE);
+        let said = packstone(&place, &format!("run scene.toml --engine {engine} --out out"), 0);
         assert!(said.contains("stage press (3 of 3)") && said.contains("population.1 is added"), "{said}");
         let summary = place.json("out/summary.json");
         let all = [("fill", "last step", false), ("slip", "last step", false), ("press", "last step", false)];
         assert_eq!(names(&summary), all);
         assert_eq!((&summary["stage"], &summary["particles"]), (&"press".into(), &63.into()));
         let of = |stage: &str| place.json(&format!("out/stages/{stage}/summary.json"));
-        assert_eq!((&of("slip")["particles"], &of("slip")["scene"]), (&60.into(), &"bed: slip".into()));
+        assert_eq!((&of("slip")["particles"], &of("slip")["scene"]), (&60.into(), &"scene: slip".into()));
         // The lid has gone where it should.
         let lid = summary["walls"].as_array().unwrap().last().unwrap();
         let expected = 0.03 - 0.05 * summary["time"].as_f64().unwrap();
@@ -133,19 +102,19 @@ fn each_stage_begins_with_the_state_of_the_one_before() {
         assert!(kept.len() == 2 && kept.iter().all(whole), "{kept:?}");
         // As with --from, to the bit.
         fs::copy(place.path("out/stages/slip/scene.given.toml"), place.path("slip.toml")).unwrap();
-        place.packstone(&format!("run slip.toml --engine {engine} --from out/stages/fill --out slip"), 0);
+        packstone(&place, &format!("run slip.toml --engine {engine} --from out/stages/fill --out slip"), 0);
         assert!(place.text("slip/final.csv") == place.text("out/stages/slip/final.csv"), "{engine}");
         // A result of stages is also one.
         assert_eq!(folder::find(&place.path("out")).unwrap(), (place.path("out/stages/press"), None));
-        let said = place.packstone(&format!("run slip.toml --engine {engine} --steps 1 --from out --out more"), 0);
+        let said = packstone(&place, &format!("run slip.toml --engine {engine} --steps 1 --from out --out more"), 0);
         assert!(said.contains("out/stages/press at step") && said.contains("63 grains"), "{said}");
         // Where a stage changes nothing, springs and speeds are those at the end of the one before.
         let same =
             "--set stage.slip.material.glass.friction=0.5 --set stage.slip.stop.steps=2 --set stage.press.stop.steps=1";
-        place.packstone(&format!("run bed.toml --engine {engine} --out same {same}"), 0);
+        packstone(&place, &format!("run scene.toml --engine {engine} --out same {same}"), 0);
         for energy in ["elastic_energy", "kinetic_energy"] {
-            let last = *place.column("same/stages/fill", energy).last().unwrap();
-            let first = place.column("same/stages/slip", energy)[0];
+            let last = *column(&place, "same/stages/fill", energy).last().unwrap();
+            let first = column(&place, "same/stages/slip", energy)[0];
             assert!(last > 0.0 && (first / last - 1.0).abs() < 1e-4, "{engine}: {energy} {last:e} J, then {first:e} J");
         }
     }
@@ -153,8 +122,8 @@ fn each_stage_begins_with_the_state_of_the_one_before() {
 
 #[test]
 fn stages_run_again_and_the_others_stay() {
-    let place = Place::new();
-    place.packstone("run bed.toml --engine cpu --out out", 0);
+    let place = Place::new(SCENE);
+    packstone(&place, "run scene.toml --engine cpu --out out", 0);
     let first = |name: &str| fs::read(place.path("out/stages/fill").join(name)).unwrap();
     let (history, checkpoint) = (first("history.csv"), first("checkpoint.bin"));
     let finals = ["slip", "press"].map(|stage| place.text(&format!("out/stages/{stage}/final.csv")));
@@ -162,79 +131,82 @@ fn stages_run_again_and_the_others_stay() {
         assert!(first("history.csv") == history && first("checkpoint.bin") == checkpoint);
         ["slip", "press"].map(|stage| place.text(&format!("out/stages/{stage}/final.csv"))) == *finals
     };
-    place.packstone("run bed.toml --engine cpu --out out --from-stage slip", 0);
+    packstone(&place, "run scene.toml --engine cpu --out out --from-stage slip", 0);
     assert!(same(&finals));
     // One alone, changed: what is behind it is as it was, and is said not to follow from it.
-    let said = place.packstone("run bed.toml --engine cpu --out out --only slip --set stage.slip.gravity=[5,0]", 0);
+    let said = packstone(&place, "run scene.toml --engine cpu --out out --only slip --set stage.slip.gravity=[5,0]", 0);
     assert!(said.contains("warning: stage press began with a state that was there before"), "{said}");
     assert!(!same(&finals) && place.text("out/stages/press/final.csv") == finals[1]);
     let summary = place.json("out/summary.json");
     assert_eq!(names(&summary)[1..], [("slip", "last step", false), ("press", "last step", true)]);
     assert!(summary["doubts"][0].as_str().unwrap().starts_with("stage press: began with"), "{}", summary["doubts"]);
     // The scene has it otherwise now.
-    let said = place.packstone("run bed.toml --engine cpu --out out --from-stage press", 0);
+    let said = packstone(&place, "run scene.toml --engine cpu --out out --from-stage press", 0);
     assert!(said.contains("stage slip is as it was run; the scene has it otherwise now"), "{said}");
     assert!(!said.contains("stage fill is as it was"), "{said}");
     assert_eq!(names(&place.json("out/summary.json"))[2], ("press", "last step", false));
     assert!(place.text("out/stages/press/final.csv") != finals[1]);
     // A result without stages takes the place of all of it.
-    fs::write(place.path("plain.toml"), SCENE.split("[[stage]]").next().unwrap()).unwrap();
-    place.packstone("run plain.toml --engine cpu --steps 2 --out out", 0);
+    place.write("plain.toml", SCENE.split("[[stage]]").next().unwrap());
+    packstone(&place, "run plain.toml --engine cpu --steps 2 --out out", 0);
     assert!(!place.path("out/stages").exists() && place.path("out/final.csv").exists());
 }
 
 /// Nothing runs, and nothing is written, if any stage is wrong.
 #[test]
 fn what_is_wrong_with_a_later_stage_is_said_first() {
-    let place = Place::new();
+    let place = Place::new(SCENE);
     for (arguments, words) in [
-        ("--set stage.press.solvr.damping=1", "bed.toml: stage.press: unknown key `solvr`"),
-        ("--set stage.press.solver.dt=1", "bed.toml: stage.press: "),
-        ("--set solver.dt=1e-6 --set stage.press.wall.lid.velocity=[0,-5000]", "bed.toml: stage.press: wall lid moves"),
+        ("--set stage.press.solvr.damping=1", "scene.toml: stage.press: unknown key `solvr`"),
+        ("--set stage.press.solver.dt=1", "scene.toml: stage.press: "),
+        (
+            "--set solver.dt=1e-6 --set stage.press.wall.lid.velocity=[0,-5000]",
+            "scene.toml: stage.press: wall lid moves",
+        ),
         ("--set stage.slip.population.0.count=61", "stage.slip: population.0: count is not as given"),
         ("--set stage.press.stop.time=0", "stage.press (--set stage.press.stop.time=0): stop.time = 0"),
         ("--set stage.fill.output.checkpoint=0", "stage.fill: output.checkpoint = 0: must be above 0, as stage slip"),
         ("--only pess", "--only pess: there is no such stage; there are fill, slip, press"),
         ("--only slip", "there is no such folder"),
     ] {
-        let said = place.packstone(&format!("run bed.toml --engine cpu --out out {arguments}"), 2);
+        let said = packstone(&place, &format!("run scene.toml --engine cpu --out out {arguments}"), 2);
         assert!(said.contains(words), "{arguments}: {said}");
         assert!(!place.path("out").exists(), "{arguments}");
     }
-    let said = place.packstone("describe bed.toml --set stage.press.stop.steps=7", 0);
+    let said = packstone(&place, "describe scene.toml --set stage.press.stop.steps=7", 0);
     assert!(!said.contains("error"), "{said}");
-    fs::write(place.path("plain.toml"), SCENE.split("[[stage]]").next().unwrap()).unwrap();
-    let said = place.packstone("run plain.toml --only fill", 2);
+    place.write("plain.toml", SCENE.split("[[stage]]").next().unwrap());
+    let said = packstone(&place, "run plain.toml --only fill", 2);
     assert!(said.contains("has no [[stage]]"), "{said}");
     // What somebody else has put where results go.
     fs::create_dir_all(place.path("out/stages/slip")).unwrap();
-    fs::write(place.path("out/stages/slip/summary.json"), "mine").unwrap();
-    let said = place.packstone("run bed.toml --engine cpu --out out", 2);
+    place.write("out/stages/slip/summary.json", "mine");
+    let said = packstone(&place, "run scene.toml --engine cpu --out out", 2);
     assert!(said.contains("was not written by packstone"), "{said}");
     assert_eq!(place.text("out/stages/slip/summary.json"), "mine");
 }
 
 #[test]
 fn a_stage_that_does_not_come_to_rest_stops_the_run_or_not() {
-    let place = Place::new();
+    let place = Place::new(SCENE);
     let rest = "--set stop.time=1e-3 --set stage.fill.stop.equilibrium=1e-2 --set stage.slip.stop.steps=5";
-    let said = place.packstone(&format!("run bed.toml --engine cpu --out out {rest}"), 1);
+    let said = packstone(&place, &format!("run scene.toml --engine cpu --out out {rest}"), 1);
     assert!(said.contains("error: stage fill: stop.equilibrium = 1e-2 was not reached"), "{said}");
     let summary = place.json("out/summary.json");
     assert_eq!(names(&summary), [("fill", "last step", false), ("slip", "-", false), ("press", "-", false)]);
     assert!(summary["stages"][0]["missed"].as_str().unwrap().starts_with("stop.equilibrium"));
-    let said = place.packstone("run --resume out", 2);
+    let said = packstone(&place, "run --resume out", 2);
     assert!(said.contains("stage fill has come to its end already"), "{said}");
     // A longer one comes to rest, and the others follow.
-    place.packstone("run --resume out --time 10", 0);
+    packstone(&place, "run --resume out --time 10", 0);
     let ended = [("fill", "at rest", false), ("slip", "last step", false), ("press", "last step", false)];
     assert_eq!(names(&place.json("out/summary.json")), ended);
     assert!(!place.path("out/partial").exists());
     let may = format!("{rest} --set stage.fill.required=false");
-    place.packstone(&format!("run bed.toml --engine cpu --out may {may}"), 0);
+    packstone(&place, &format!("run scene.toml --engine cpu --out may {may}"), 0);
     assert_eq!(names(&place.json("may/summary.json"))[0], ("fill", "last step", false));
-    place.packstone(&format!("run bed.toml --engine cpu --out strict --strict {may}"), 3);
-    assert!(Path::new(&place.path("strict/stages/press/final.csv")).exists());
+    packstone(&place, &format!("run scene.toml --engine cpu --out strict --strict {may}"), 3);
+    assert!(place.path("strict/stages/press/final.csv").exists());
 }
 
 /// A periodic cell goes on as it has become: contacts are what they were across its faces, which have moved and tilted.
@@ -275,14 +247,13 @@ material.glass.friction = 0.5
 cell.strain_rate = { xy = 2 }
 stop.strain.xy = 0.3
 "#;
-    let place = Place::new();
-    fs::write(place.path("cell.toml"), CELL).unwrap();
+    let place = Place::new(CELL);
     for engine in engines() {
-        let said = place.packstone(&format!("run cell.toml --engine={engine} --out=out"), 0);
+        let said = packstone(&place, &format!("run scene.toml --engine={engine} --out=out"), 0);
         assert_eq!(said.matches("the cell has deformed, and goes on from what it is").count(), 2, "{said}");
         for [before, after] in [["squeeze", "shear"], ["shear", "on"]] {
             let ends = |name: &str| {
-                let [before, after] = [before, after].map(|stage| place.column(&format!("out/stages/{stage}"), name));
+                let [before, after] = [before, after].map(|stage| column(&place, &format!("out/stages/{stage}"), name));
                 (*before.last().unwrap(), after[0])
             };
             let (contacts, energy) = (ends("contacts"), ends("elastic_energy"));

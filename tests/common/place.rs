@@ -80,6 +80,13 @@ impl Place {
     }
 }
 
+/// The engines to run on: a machine without an adapter fails the test, unless `PACKSTONE_ALLOW_NO_GPU=1` says that this
+/// is known and wanted.
+pub fn engines() -> &'static [&'static str] {
+    let without_gpu = std::env::var("PACKSTONE_ALLOW_NO_GPU").is_ok_and(|v| v == "1");
+    if without_gpu { &["cpu"] } else { &["cpu", "gpu"] }
+}
+
 /// What was said on the standard error.
 pub fn errors(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
