@@ -105,10 +105,6 @@ fn loads_at_rest(s: &State) -> Vec<f64> {
     WallLoad { force: DVec3::splat(force), moment: Spin(DVec3::splat(moment)) }.lanes(s.model.dims())
 }
 
-fn rows_of_walls(sizes: &state::Sizes) -> usize {
-    sizes.partial_sums() * sizes.walls
-}
-
 fn parts_of_walls(sizes: &state::Sizes) -> usize {
     WALL_PARTS * sizes.walls
 }
@@ -176,7 +172,7 @@ fn floors_of_servo(s: &State) -> Vec<f64> {
 /// What grains do to walls, row by row.
 pub static WALL_LOADS: Stage = Stage {
     check: Check { member_floors: WALL_FLOORS, ..Check::FORCES },
-    ..Stage::new("measure", "wall_loads", wall_loads::wall_loads, rows_of_walls)
+    ..Stage::new("measure", "wall_loads", wall_loads::wall_loads, state::Sizes::partial_sums)
 };
 
 /// Sums of that.

@@ -131,6 +131,10 @@ slot!(
     /// Walls, or none.
     Walls in "space/walls" { None = "none", Some = "some" }
 );
+slot!(
+    /// Whether walls turn, or cylinders about their axes.
+    Turning in "space/turning" { None = "none", Some = "some" }
+);
 
 /// One choice per slot, and which optional stages the plan has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -151,6 +155,7 @@ pub struct Model {
     pub gyroscopic: Gyroscopic,
     pub materials: Materials,
     pub walls: Walls,
+    pub turning: Turning,
     pub levels: Levels,
     /// Optional stages: some grains are so large that workgroups serve them, one each.
     pub large_grains: bool,
@@ -219,6 +224,7 @@ impl Model {
             gyroscopic: if clumped && gyroscopic { Gyroscopic::Kept } else { Gyroscopic::Dropped },
             materials: if pairs.windows(2).all(|w| w[0] == w[1]) { Materials::One } else { Materials::Many },
             walls: if assembly.walls.is_empty() { Walls::None } else { Walls::Some },
+            turning: if assembly.walls.iter().any(scene::Wall::turns) { Turning::Some } else { Turning::None },
             levels: if assembly.size_levels().len() == 1 { Levels::One } else { Levels::Several },
             large_grains: assembly.large_grains() > 0,
             moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO || w.is_guided()),
@@ -262,6 +268,7 @@ impl Model {
             ("gyroscopic", self.gyroscopic.label()),
             ("materials", self.materials.label()),
             ("walls", self.walls.label()),
+            ("turning", self.turning.label()),
             ("levels", self.levels.label()),
         ];
         [&before, law, &after].concat()
@@ -290,6 +297,9 @@ impl Model {
             "measure/sums.wgsl",
             "measure/body_sums.wgsl",
         ];
+        if self.walls == Walls::Some {
+            files.push(self.turning.file());
+        }
         match self.method {
             Method::DiscreteElements => files.extend([
                 "contact/law.wgsl",
@@ -409,6 +419,11 @@ impl Model {
                                         gyroscopic,
                                         materials,
                                         walls,
+                                        turning: if moving_walls && boundary == Boundary::Open {
+                                            Turning::Some
+                                        } else {
+                                            Turning::None
+                                        },
                                         levels,
                                         large_grains,
                                         moving_walls,

@@ -6,6 +6,7 @@ pub mod dimension;
 mod guide_walls;
 mod move_walls;
 pub mod precision;
+pub mod turning;
 pub mod walls;
 
 use crate::{

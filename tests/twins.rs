@@ -13,7 +13,7 @@ use packstone::{
     model::{
         Boundary, Damping as DampingSlot, Dimension, Grains, Gyroscopic, History, Levels, Materials,
         Method as MethodSlot, Model, Normal as NormalSlot, Precision, Rolling as RollingSlot, Rotation, Tangential,
-        Twist as TwistSlot, Walls,
+        Turning as TurningSlot, Twist as TwistSlot, Walls,
     },
     plans::Plans,
     scene::*,
@@ -204,11 +204,12 @@ fn walls(model: &Model, edge: f64, materials: usize) -> Vec<Wall> {
         let center = DVec3::new(0.5 * edge, 0.5 * edge, 0.0);
         surfaces.push(Surface::Cylinder { center, radius: 0.75 * edge });
     }
+    let turns = model.turning == TurningSlot::Some;
     let wall = |(k, surface)| Wall {
         name: format!("wall {k}"),
         surface,
         velocity,
-        spin: if matches!(surface, Surface::Cylinder { .. }) { 2.0 } else { 0.0 },
+        spin: if turns && matches!(surface, Surface::Cylinder { .. }) { 2.0 } else { 0.0 },
         motion: match model.guided_walls {
             true => motion(model, &surface),
             false => Motion::default(),

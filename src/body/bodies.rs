@@ -81,26 +81,14 @@ pub struct Limits {
     /// Mark of the first lost body (0: none): one that is beyond the domain or a wall, or moves or turns too fast to be
     /// followed.
     pub lost_body: u32,
-    /// Whether a contact is deep.
-    pub deep: bool,
-    /// Whether the lists may miss a neighbour from now on, a body is lost, or a contact is deep.
+    /// Whether the lists may miss a neighbour from now on, or a body is lost.
     pub halt: bool,
 }
 
 impl Limits {
-    /// Of contacts of which one is deep, or none.
-    #[inline(always)]
-    pub fn of_contacts(deep: bool) -> Limits {
-        Limits { deep, halt: deep, ..Limits::default() }
-    }
-
     #[inline(always)]
     pub fn and(self, other: Limits) -> Limits {
-        Limits {
-            lost_body: self.lost_body.max(other.lost_body),
-            deep: self.deep | other.deep,
-            halt: self.halt | other.halt,
-        }
+        Limits { lost_body: self.lost_body.max(other.lost_body), halt: self.halt | other.halt }
     }
 }
 
@@ -125,7 +113,6 @@ impl NextPositions<'_> {
         Limits {
             lost_body: if lost { s.params.bodies - s.id[i] } else { 0 },
             halt: lost || !(self.displacement[k] <= s.params.displacement_limit),
-            ..Limits::default()
         }
     }
 }

@@ -185,7 +185,11 @@ impl Moved {
         let (v, w) = (velocities.velocity.v, velocities.spin.0);
         let start = requantised(s, here.center);
         Moved {
-            center: wrap(s, displaced(s, start.x, start.low, s.params.dt * carried(s, start.x, v))),
+            center: wrap(
+                s,
+                s.model.boundary,
+                displaced(s, start.x, start.low, s.params.dt * carried(s, s.model.boundary, start.x, v)),
+            ),
             velocities,
             orientation: add_rotation(s, &split_orientation(s, c), orientation_increment(s, c, here, w)),
         }
@@ -210,7 +214,7 @@ pub fn set_clump_velocity(s: &mut State, c: usize, here: &Clump, next: Velocitie
     for member_id in member_ids(s, c) {
         let i = s.index_of_id[member_id] as usize;
         let arm = arm_of(s, here.orientation, member_id);
-        let v = past_flow(s, next.velocity.v + surface_velocity(spin, arm), arm);
+        let v = past_flow(s, s.model.boundary, next.velocity.v + surface_velocity(spin, arm), arm);
         s.velocity_next[i] = Velocity { v, inverse_mass: next.velocity.inverse_mass };
         s.spin_next[i].0 = spin;
     }

@@ -121,10 +121,11 @@ pub trait Kept: Default {
     fn store(&mut self, lane: usize, pair: &GrainPair, contact: &Contact);
 }
 
-/// What contacts do: the force on the first grains, and the moments on both; and which of them are deep.
+/// What contacts do: the force on the first grains, and the moments on both.
 #[derive(Default)]
 pub struct Forces {
-    is_deep: [bool; LANES],
+    /// Of each lane, whether a contact has been deep, as numbers as wide as all others here.
+    deep: [u64; LANES],
     force: Rows,
     torque: Rows,
     torque_to: Rows,
@@ -139,7 +140,7 @@ fn kept(contact: &Contact, v: DVec3) -> DVec3 {
 impl Kept for Forces {
     #[inline(always)]
     fn store(&mut self, lane: usize, _: &GrainPair, contact: &Contact) {
-        self.is_deep[lane] = contact.is_deep;
+        self.deep[lane] |= u64::from(contact.is_deep);
         set(&mut self.force, lane, contact.force);
         set(&mut self.torque, lane, contact.torque);
         set(&mut self.torque_to, lane, contact.torque_to);
@@ -147,16 +148,14 @@ impl Kept for Forces {
 }
 
 impl Forces {
-    /// What the first grains of the lanes get, and what the second get: whether a contact is deep.
+    /// Whether any of them has been deep.
+    pub fn deep(&self) -> bool {
+        self.deep.iter().fold(0, |any, deep| any | deep) != 0
+    }
+
+    /// What the first grains of the lanes get, and what the second get.
     #[inline(always)]
-    pub fn add(
-        &self,
-        pairs: &Pairs,
-        lanes: usize,
-        is_active: &[bool; LANES],
-        sums: &mut OfGrains<ForceTorque>,
-    ) -> bool {
-        let mut deep = false;
+    pub fn add(&self, pairs: &Pairs, lanes: usize, is_active: &[bool; LANES], sums: &mut OfGrains<ForceTorque>) {
         for lane in lanes_of::<LANES>(lanes, |lane| is_active[lane]) {
             let force = at(&self.force, lane);
             let first = &mut sums[index(pairs[0][lane])];
@@ -165,9 +164,7 @@ impl Forces {
             let second = &mut sums[index(pairs[1][lane])];
             second.force -= force;
             second.torque += at(&self.torque_to, lane);
-            deep |= self.is_deep[lane];
         }
-        deep
     }
 }
 
@@ -302,12 +299,10 @@ impl GrainPairs {
     /// From grain to grain.
     #[inline(always)]
     fn take_images(&mut self, s: &State) {
-        let boundary = s.model.boundary;
-        if boundary != Boundary::Open {
-            for lane in 0..LANES {
-                let branch = at(&self.branch, lane);
-                set(&mut self.branch, lane, nearest_image_of(s, branch));
-            }
+        match s.model.boundary {
+            Boundary::Open => {}
+            Boundary::Periodic => self.take_nearest(s, Boundary::Periodic),
+            Boundary::Deforming => self.take_nearest(s, Boundary::Deforming),
         }
         let coincide = |lane: usize| at(&self.branch, lane).length_squared() == 0.0;
         if (0..LANES).fold(false, |any, lane| any | coincide(lane)) {
@@ -316,11 +311,19 @@ impl GrainPairs {
                 set(&mut self.branch, lane, separated(true, branch));
             }
         }
-        if boundary == Boundary::Deforming {
+        if s.model.boundary == Boundary::Deforming {
             for lane in 0..LANES {
-                let v = past_flow(s, at(&self.v, lane), at(&self.branch, lane));
+                let v = past_flow(s, Boundary::Deforming, at(&self.v, lane), at(&self.branch, lane));
                 set(&mut self.v, lane, v);
             }
+        }
+    }
+
+    #[inline(always)]
+    fn take_nearest(&mut self, s: &State, boundary: Boundary) {
+        for lane in 0..LANES {
+            let branch = at(&self.branch, lane);
+            set(&mut self.branch, lane, nearest_image_of(s, boundary, branch));
         }
     }
 

@@ -102,6 +102,13 @@ impl Blocks {
         tasks.zip(&mut self.blocks).with_max_len(1).map(run) // so that no thread waits for several of another
     }
 
+    /// Contacts that are in no batch of pairs, each with the number in memory of its grain.
+    pub fn singles(&self) -> impl ParallelIterator<Item = (usize, &Single)> {
+        self.blocks
+            .par_iter()
+            .flat_map_iter(|block| block.single.iter().map(|one| (block.grains.start + one.grain as usize, one)))
+    }
+
     /// Active contacts, as far as lists tell them.
     pub fn active_contacts(&mut self, s: &State) -> u32 {
         if s.model.history == Memory::None {
@@ -164,7 +171,7 @@ pub struct Block {
     /// The others that they may touch, in ascending order.
     halo: Vec<u32>,
     /// Pairs of grains, counted from the first of the run and on through the halo. Of each the first has the smaller
-    /// number; the last lanes may be of no pair.
+    /// number; in the last lanes a pair may be repeated that is not looked at there.
     pub pairs: Vec<Pairs>,
     /// Their entries in the lists of the block; none of grains of other blocks.
     entries: Vec<[u32; 2]>,
@@ -297,7 +304,7 @@ impl Block {
     fn push(&mut self, s: &State, [a, b]: [u16; 2], entries: [Option<usize>; 2]) {
         let (group, lane) = (self.entries.len() / LANES, self.entries.len() % LANES);
         if lane == 0 {
-            self.pairs.push([[0; LANES]; 2]);
+            self.pairs.push([a, b].map(|grain| [grain; LANES]));
             self.is_active.push([false; LANES]);
             self.force.push(ZERO);
             self.torque.extend((s.model.rolling != Rolling::None).then_some(ZERO));

@@ -23,7 +23,8 @@ use crate::{
     space::{
         boundary::past_flow,
         dimension::{moment, spin_dot},
-        walls::{relative_to_wall, wall_normal_before, wall_separation, wall_velocity},
+        turning::{relative_to_wall, wall_normal_before, wall_velocity},
+        walls::wall_separation,
     },
     state::{ACTIVE, Pair, State},
 };
@@ -190,7 +191,7 @@ pub fn grain_pair(s: &State, i: usize, here: &Body, j: usize, old: History) -> G
     let (there, branch) = (body(s, j), branch_vector(s, i, j));
     GrainPair {
         branch,
-        v: past_flow(s, here.velocity.v - there.velocity.v, branch),
+        v: past_flow(s, s.model.boundary, here.velocity.v - there.velocity.v, branch),
         spin: here.spin,
         spin_to: there.spin,
         old,
@@ -259,8 +260,8 @@ fn wall_state(law: Law, i: usize, here: &Body, w: usize, separation: Separation)
     let (s, wall, Separation { gap, n }) = (law.state, &law.state.wall[w], separation);
     let (radius, inverse_mass) = (here.position.radius, here.velocity.inverse_mass);
     let arm = (radius + 0.5 * gap) * n;
-    let v = here.velocity.v - wall_velocity(wall, here.position.x + arm);
-    let spin = relative_to_wall(here.spin, wall);
+    let v = here.velocity.v - wall_velocity(s, wall, here.position.x + arm);
+    let spin = relative_to_wall(s, here.spin, wall);
     ContactState {
         gap,
         opening: -law.history_dt * v.dot(n),

@@ -13,7 +13,7 @@ use crate::{
         law::{Contact, contact_with},
     },
     dem::leapfrog::velocity_change,
-    model::Precision,
+    model::{Boundary, Precision},
     space::{
         boundary::{approach, carried, wrap},
         precision::displaced,
@@ -42,11 +42,25 @@ pub fn begin_step(s: &mut State) -> bool {
     !halted
 }
 
-/// What the places of bodies say of the step.
-pub fn end_step(s: &mut State, limits: Limits) {
+/// What a step has come to.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Outcome {
+    pub limits: Limits,
+    /// A contact is deep.
+    pub deep: bool,
+}
+
+impl Outcome {
+    pub fn and(self, other: Outcome) -> Outcome {
+        Outcome { limits: self.limits.and(other.limits), deep: self.deep | other.deep }
+    }
+}
+
+/// What bodies and their contacts say of the step.
+pub fn end_step(s: &mut State, Outcome { limits, deep }: Outcome) {
     s.counters[0].lost_body = s.counters[0].lost_body.max(limits.lost_body);
-    s.counters[0].deep_overlaps = s.counters[0].deep_overlaps.max(u32::from(limits.deep));
-    if limits.halt {
+    s.counters[0].deep_overlaps = s.counters[0].deep_overlaps.max(u32::from(deep));
+    if limits.halt | deep {
         s.halt_next[0] = HALTED;
     }
 }
@@ -59,15 +73,15 @@ pub fn advance_bodies(s: &mut State, bodies: Range<usize>) {
         let run = bodies.start.max(first)..bodies.end.min(first + next.len());
         let of_body = |i: usize| {
             let here = body(s, i);
-            let forces = contact_forces(s, first, i, &here, &mut lists);
-            next.advance(s, (i, i - first), &here, &forces)
+            let BodyForces { sum, crossed, deep } = contact_forces(s, first, i, &here, &mut lists);
+            Outcome { limits: next.advance(s, (i, i - first), &here, &sum, crossed), deep }
         };
-        run.map(of_body).fold(Limits::default(), Limits::and)
+        run.map(of_body).fold(Outcome::default(), Outcome::and)
     };
     let blocks = next.blocks(s);
-    let limits = with_lists(s, blocks, work, Limits::and, Limits::default);
+    let outcome = with_lists(s, blocks, work, Outcome::and, Outcome::default);
     next.put(s);
-    end_step(s, limits);
+    end_step(s, outcome);
 }
 
 /// What all contacts do to a body in a step.
@@ -80,14 +94,9 @@ pub struct BodyForces {
     pub deep: bool,
 }
 
-impl BodyForces {
-    /// One more, with neighbour j.
-    #[inline(always)]
-    pub fn add(&mut self, s: &State, here: &Body, j: usize, contact: &Contact) {
-        self.sum.add(contact);
-        self.crossed |= j >= s.sizes.bodies && is_crossed(s, contact.gap, here.position.radius);
-        self.deep |= contact.is_deep;
-    }
+/// Whether the centre of a grain is beyond the neighbour of this contact, which may be a wall.
+pub fn is_beyond(s: &State, here: &Body, j: usize, contact: &Contact) -> bool {
+    j >= s.sizes.bodies && is_crossed(s, contact.gap, here.position.radius)
 }
 
 /// What the contacts of grain i of a block do to it; the first grain of the block is `first`.
@@ -102,7 +111,9 @@ pub fn contact_forces(s: &State, first: usize, i: usize, here: &Body, lists: &mu
         let contact = contact_with(s, i, here, j, lists.is_active(entry), lists.history(entry));
         if contact.is_active {
             lists.set_history(entry, &contact.history);
-            forces.add(s, here, j, &contact);
+            forces.sum.add(&contact);
+            forces.crossed |= is_beyond(s, here, j, &contact);
+            forces.deep |= contact.is_deep;
         }
         lists.set_active(entry, contact.is_active);
     }
@@ -161,32 +172,47 @@ impl NextOfBlock<'_> {
         self.positions.position.len()
     }
 
-    /// Body i, the k-th of the run, moves under what acts on it.
+    /// Body i, the k-th of the run, moves under what acts on it; it is lost if its centre is beyond a wall.
     #[inline(always)]
-    pub fn advance(&mut self, s: &State, at: (usize, usize), here: &Body, forces: &BodyForces) -> Limits {
-        match s.model.precision {
-            Precision::Double => self.move_body(s, at, here, forces),
-            Precision::Single => self.move_in_single(s, at, here, forces),
+    pub fn advance(&mut self, s: &State, at: (usize, usize), here: &Body, sum: &ForceTorque, crossed: bool) -> Limits {
+        match (s.model.precision, s.model.boundary) {
+            (Precision::Double, Boundary::Open) => self.move_body(s, Boundary::Open, at, here, sum, crossed),
+            (Precision::Double, Boundary::Periodic) => self.move_body(s, Boundary::Periodic, at, here, sum, crossed),
+            (_, boundary) => self.move_body_apart(s, boundary, at, here, sum, crossed),
         }
     }
 
-    /// Apart, so that in double precision nothing goes through memory for the sake of low parts.
+    /// Apart, so that nothing goes through memory for the sake of low parts, or of a flow, where there are none.
     #[inline(never)]
-    fn move_in_single(&mut self, s: &State, at: (usize, usize), here: &Body, forces: &BodyForces) -> Limits {
-        self.move_body(s, at, here, forces)
+    fn move_body_apart(
+        &mut self,
+        s: &State,
+        boundary: Boundary,
+        at: (usize, usize),
+        here: &Body,
+        sum: &ForceTorque,
+        crossed: bool,
+    ) -> Limits {
+        self.move_body(s, boundary, at, here, sum, crossed)
     }
 
     #[inline(always)]
-    fn move_body(&mut self, s: &State, (i, k): (usize, usize), here: &Body, forces: &BodyForces) -> Limits {
-        let BodyForces { sum, crossed, deep } = forces;
-        let change = velocity_change(s, &here.velocity, sum.force);
+    fn move_body(
+        &mut self,
+        s: &State,
+        boundary: Boundary,
+        (i, k): (usize, usize),
+        here: &Body,
+        sum: &ForceTorque,
+        crossed: bool,
+    ) -> Limits {
+        let change = velocity_change(s, boundary, &here.velocity, sum.force);
         let changed = changed_velocities(s, i, here, change, sphere_spin_change(s, here, sum.torque, spin_change));
         let v = changed.velocity.v;
         self.velocities.store(k, changed);
-        let step = s.params.dt * carried(s, here.position.x, v);
-        let point = wrap(s, displaced(s, here.position.x, here.low.x, step));
-        let stride = approach(s, s.params.dt * v.length(), here.position.radius);
-        let limits = self.positions.commit_position(s, (i, k), point, stride, *crossed);
-        limits.and(Limits::of_contacts(*deep))
+        let step = s.params.dt * carried(s, boundary, here.position.x, v);
+        let point = wrap(s, boundary, displaced(s, here.position.x, here.low.x, step));
+        let stride = approach(s, boundary, s.params.dt * v.length(), here.position.radius);
+        self.positions.commit_position(s, (i, k), point, stride, crossed)
     }
 }

@@ -32,7 +32,7 @@ pub fn integrate_clumps(s: &mut State) {
 fn driven(s: &State, c: usize) -> (Moved, Option<SpinIncrement>) {
     let here = clump(s, c);
     let sum = clump_load(s, c, here.orientation);
-    let change = velocity_change(s, &here.velocity, sum.force);
+    let change = velocity_change(s, s.model.boundary, &here.velocity, sum.force);
     let (mut turned, mut gain) = (DVec3::ZERO, None);
     if !spins_in_scene(&s.model, here.inverse_moments) {
         let found = predictor_corrector(s, &here, own_torque(&here, sum.torque), s.spin_increment[c].0);

@@ -2,6 +2,7 @@
 //! the half step.
 
 use crate::{
+    model::Boundary,
     space::boundary::past_flow,
     state::{State, Velocity},
 };
@@ -9,20 +10,20 @@ use glam::DVec3;
 
 /// Change of the velocity from n - 1/2 to n + 1/2 (2.19), m/s.
 #[inline(always)]
-pub fn velocity_change(s: &State, velocity: &Velocity, force: DVec3) -> DVec3 {
+pub fn velocity_change(s: &State, boundary: Boundary, velocity: &Velocity, force: DVec3) -> DVec3 {
     if velocity.inverse_mass == 0.0 {
         return DVec3::ZERO;
     }
     let half = 0.5 * s.params.dt * s.params.damping;
     let acceleration = velocity.inverse_mass * force + s.params.gravity;
-    with_flow(s, velocity.v, (s.params.dt * acceleration - 2.0 * half * velocity.v) * (1.0 / (1.0 + half)))
+    with_flow(s, boundary, velocity.v, (s.params.dt * acceleration - 2.0 * half * velocity.v) * (1.0 / (1.0 + half)))
 }
 
 /// A change of a velocity past the flow of the cell with what the way from faster to slower flow does to it: half of it at
 /// the velocity before, half after.
 #[inline(always)]
-fn with_flow(s: &State, v: DVec3, change: DVec3) -> DVec3 {
-    past_flow(s, change, s.params.dt * (v + 0.5 * change))
+fn with_flow(s: &State, boundary: Boundary, v: DVec3, change: DVec3) -> DVec3 {
+    past_flow(s, boundary, change, s.params.dt * (v + 0.5 * change))
 }
 
 /// From 0 to -1/2, m/s: without it the leapfrog loses an order of accuracy.
@@ -31,7 +32,7 @@ pub fn velocity_change_back(s: &State, velocity: &Velocity, force: DVec3) -> DVe
         return DVec3::ZERO;
     }
     let acceleration = velocity.inverse_mass * force + s.params.gravity - s.params.damping * velocity.v;
-    -0.5 * s.params.dt * past_flow(s, acceleration, velocity.v)
+    -0.5 * s.params.dt * past_flow(s, s.model.boundary, acceleration, velocity.v)
 }
 
 /// From n - 1/2 to n, m/s: the inverse of the kick.
@@ -43,5 +44,5 @@ pub fn velocity_change_to_step(s: &State, velocity: &Velocity, force: DVec3) -> 
     let half = 0.5 * s.params.dt * s.params.damping;
     let acceleration = velocity.inverse_mass * force + s.params.gravity;
     let change = (0.5 * s.params.dt * acceleration - half * velocity.v) * (1.0 / (1.0 + half));
-    past_flow(s, change, 0.5 * s.params.dt * (velocity.v + change))
+    past_flow(s, s.model.boundary, change, 0.5 * s.params.dt * (velocity.v + change))
 }

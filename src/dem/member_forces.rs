@@ -2,11 +2,12 @@
 
 use crate::{
     body::{
+        ForceTorque,
         blocks::{BLOCK, by_body},
         bodies::{Limits, body},
     },
     contact::history::{Lists, with_lists},
-    dem::advance::{BodyForces, begin_step, contact_forces, end_step},
+    dem::advance::{BodyForces, Outcome, begin_step, contact_forces, end_step},
     state::{Spin, State},
 };
 use glam::DVec3;
@@ -20,14 +21,16 @@ pub fn member_forces(s: &mut State) {
     let mut loads = Loads::take(s);
     let work = |s: &State, k: usize, mut loads: LoadsOfBlock, mut lists: Lists| {
         let (first, len) = (k * BLOCK, loads.force.len());
-        let of_member =
-            |i: usize| loads.store(s, (i, i - first), &contact_forces(s, first, i, &body(s, i), &mut lists));
-        (first..first + len).map(of_member).fold(Limits::default(), Limits::and)
+        let of_member = |i: usize| {
+            let BodyForces { sum, crossed, deep } = contact_forces(s, first, i, &body(s, i), &mut lists);
+            Outcome { limits: loads.store(s, (i, i - first), &sum, crossed), deep }
+        };
+        (first..first + len).map(of_member).fold(Outcome::default(), Outcome::and)
     };
     let blocks = loads.blocks(s);
-    let limits = with_lists(s, blocks, work, Limits::and, Limits::default);
+    let outcome = with_lists(s, blocks, work, Outcome::and, Outcome::default);
     loads.put(s);
-    end_step(s, limits);
+    end_step(s, outcome);
 }
 
 /// What acts on members, taken out of the state.
@@ -59,11 +62,10 @@ impl Loads {
 }
 
 impl LoadsOfBlock<'_> {
-    /// Of body i, the k-th of the run.
+    /// Of body i, the k-th of the run; it is lost if its centre is beyond a wall.
     #[inline(always)]
-    pub fn store(&mut self, s: &State, (i, k): (usize, usize), forces: &BodyForces) -> Limits {
-        let BodyForces { sum, crossed, deep } = *forces;
+    pub fn store(&mut self, s: &State, (i, k): (usize, usize), sum: &ForceTorque, crossed: bool) -> Limits {
         (self.force[k], self.torque[k].0) = (sum.force, sum.torque);
-        Limits { lost_body: if crossed { s.params.bodies - s.id[i] } else { 0 }, deep, halt: crossed | deep }
+        Limits { lost_body: if crossed { s.params.bodies - s.id[i] } else { 0 }, halt: crossed }
     }
 }

@@ -80,13 +80,17 @@ fn place_member(s: &State, i: usize) -> Placed {
     let center = Point { x: s.center_next[c], low };
     let middle = arm + 0.5 * gain;
     Placed {
-        point: wrap(s, arm_end(s, center, s.orientation_next[c].0, rest, s.member_offset[member_id].0)),
+        point: wrap(
+            s,
+            s.model.boundary,
+            arm_end(s, center, s.orientation_next[c].0, rest, s.member_offset[member_id].0),
+        ),
         velocity: Velocity {
-            v: past_flow(s, v + surface_velocity(spin, middle), middle),
+            v: past_flow(s, s.model.boundary, v + surface_velocity(spin, middle), middle),
             inverse_mass: before.velocity.inverse_mass,
         },
         spin: Spin(spin),
-        stride: approach(s, (s.params.dt * v + gain).length(), s.position[i].radius + arm.length()),
+        stride: approach(s, s.model.boundary, (s.params.dt * v + gain).length(), s.position[i].radius + arm.length()),
         hopeless: !(s.params.dt * spin_squared(spin).sqrt() <= s.params.turn_limit),
     }
 }

@@ -6,7 +6,7 @@ use crate::{
     contact::blocks::Blocks,
     dem::{self, ADVANCE, ADVANCE_LARGE, INTEGRATE_CLUMPS, MEMBER_FORCES, PLACE_MEMBERS},
     error::Result,
-    measure::{self, ADD_WORKS, MEASURE, MEASURE_FOR_SERVO, SERVO},
+    measure::{self, ADD_WALL_LOADS, ADD_WORKS, MEASURE, MEASURE_FOR_SERVO, SERVO, WALL_LOADS},
     model::{Method, Precision},
     neighbours::{
         COUNT_NEIGHBOURS, DISPLACEMENT_CHECK, FILL_NEIGHBOURS, ORDER_LONG_LISTS, ORDER_NEIGHBOURS,
@@ -68,6 +68,10 @@ impl Cpu {
     }
 }
 
+/// Stages that look at no list, nor at what contacts remember.
+const WITHOUT_CONTACTS: &[&Stage] =
+    &[&INTEGRATE_CLUMPS, &PLACE_MEMBERS, &MOVE_WALLS, &GUIDE_WALLS, &DEFORM_CELL, &SERVO, &ADD_WALL_LOADS];
+
 /// Do what a stage does with blocks, or without lists: whether it was done.
 fn stand_in(stage: &Stage, blocks: &mut Blocks, s: &mut State) -> bool {
     match () {
@@ -77,10 +81,9 @@ fn stand_in(stage: &Stage, blocks: &mut Blocks, s: &mut State) -> bool {
         () if *stage == DISPLACEMENT_CHECK => displacement_check_of_blocks(blocks, s),
         () if *stage == MEASURE => measure::blocks::measure(blocks, s),
         () if *stage == MEASURE_FOR_SERVO => measure::blocks::measure_for_servo(blocks, s),
+        () if *stage == WALL_LOADS => measure::blocks::wall_loads(blocks, s),
         () if *stage == ADD_WORKS => measure::blocks::add_works(blocks, s),
-        () if [&INTEGRATE_CLUMPS, &PLACE_MEMBERS, &MOVE_WALLS, &GUIDE_WALLS, &DEFORM_CELL, &SERVO].contains(&stage) => {
-            (stage.twin)(s)
-        }
+        () if WITHOUT_CONTACTS.contains(&stage) => (stage.twin)(s),
         () => return false,
     }
     true

@@ -4,12 +4,13 @@ use super::{
     add_works,
     body_sums::{BodySums, fixed_power, is_single, share, stiffness_of},
     measure, measure_for_servo,
+    wall_loads::{self, Load},
 };
 use crate::{
     body::{ForceTorque, blocks::by_body, bodies::body},
     contact::{
         batch::{Batch, Kept, LANES, OfGrains, Row, Rows, Springs, at, index, lanes_of, set},
-        blocks::{Block, Blocks, Task, Workspace},
+        blocks::{Block, Blocks, Single, Task, Workspace},
         history::History,
         law::{Contact, GrainPair, energy_forgotten_by_grains, forgotten_energy, grain_contact},
         rolling::RollingHistory,
@@ -44,6 +45,18 @@ pub fn add_works(blocks: &mut Blocks, s: &mut State) {
         let of_bodies = sums_of_bodies(blocks, s);
         add_works::add_up(s, &of_bodies);
     }
+}
+
+/// Stands in for the twin of `wall_loads`: contacts with walls are in no batch of pairs.
+pub fn wall_loads(blocks: &mut Blocks, s: &mut State) {
+    blocks.update(s);
+    let of_contact = |(i, one): (usize, &Single)| {
+        let here = body(s, i);
+        Load::of(s, i, &here, one.other as usize, &one.contact(s, i, &here))
+    };
+    let of_walls = blocks.singles().filter(|(_, one)| one.other as usize >= s.sizes.bodies);
+    let loads: Vec<Load> = of_walls.filter_map(of_contact).collect();
+    wall_loads::add_up(s, loads);
 }
 
 fn sums_of_bodies(blocks: &mut Blocks, s: &State) -> Vec<PartialSums> {

@@ -16,7 +16,7 @@ use crate::{
     model::Method,
     space::{
         dimension::{moment, outer_above, spin_dot},
-        walls::{relative_to_wall, wall_velocity},
+        turning::{relative_to_wall, wall_velocity},
     },
     state::{ACTIVE, INDEX, NONE, PartialSums, Spin, State, Works},
 };
@@ -233,8 +233,8 @@ pub fn couple(contact: &Contact) -> glam::DVec3 {
 /// Work that wall w does on a grain through this contact, per time, W.
 fn wall_power(s: &State, here: &Body, w: usize, contact: &Contact) -> f64 {
     let wall = &s.wall[w];
-    let v = wall_velocity(wall, here.position.x + contact.arm);
-    contact.force.dot(v) + spin_dot(couple(contact), here.spin - relative_to_wall(here.spin, wall))
+    let v = wall_velocity(s, wall, here.position.x + contact.arm);
+    contact.force.dot(v) + spin_dot(couple(contact), here.spin - relative_to_wall(s, here.spin, wall))
 }
 
 /// The same of fixed grain j.

@@ -57,7 +57,7 @@ pub fn damping_correction(s: &State, c: usize, q: DVec4, v: DVec3, w: DVec3) -> 
         let i = s.index_of_id[member_id] as usize;
         let here = body(s, i);
         let arm = arm_of(s, q, member_id);
-        let change = past_flow(s, v + surface_velocity(w, arm), arm) - here.velocity.v;
+        let change = past_flow(s, s.model.boundary, v + surface_velocity(w, arm), arm) - here.velocity.v;
         for (_, contact) in closed_contacts(s, i, &here, contact_of) {
             sum -= contact.damping.dot(change + surface_velocity(w - here.spin, contact.arm));
             sum -= spin_dot(contact.couple_damping, w - here.spin);

@@ -106,7 +106,11 @@ fn search(s: &State, i: usize, gap: f64, spans: &mut Vec<Range<u32>>, near: &mut
         while begin < end {
             let lanes = (end - begin).min(LANES);
             let are_near = match s.position[begin..].first_chunk() {
-                Some(there) => are_closer_than(s, here, there, gap),
+                Some(there) => match s.model.boundary {
+                    Boundary::Open => are_closer_than(s, Boundary::Open, here, there, gap),
+                    Boundary::Periodic => are_closer_than(s, Boundary::Periodic, here, there, gap),
+                    Boundary::Deforming => are_closer_than(s, Boundary::Deforming, here, there, gap),
+                },
                 None => std::array::from_fn(|k| k < lanes && closer_than(s, here, &s.position[begin + k], gap)),
             };
             let others = lanes_of::<LANES>(lanes, |lane| are_near[lane]).map(|lane| begin + lane);
@@ -118,12 +122,16 @@ fn search(s: &State, i: usize, gap: f64, spans: &mut Vec<Range<u32>>, near: &mut
 
 /// `closer_than`, in a loop that the compiler makes vectors of.
 #[inline(always)]
-fn are_closer_than(s: &State, here: &Position, there: &[Position; LANES], gap: f64) -> [bool; LANES] {
+fn are_closer_than(
+    s: &State,
+    boundary: Boundary,
+    here: &Position,
+    there: &[Position; LANES],
+    gap: f64,
+) -> [bool; LANES] {
     let mut are = [false; LANES];
-    let periodic = s.model.boundary != Boundary::Open;
     for (is, there) in are.iter_mut().zip(there) {
-        let d = there.x - here.x;
-        let d = if periodic { nearest_image_of(s, d) } else { d };
+        let d = nearest_image_of(s, boundary, there.x - here.x);
         let reach = here.radius + there.radius + gap + s.params.position_slack;
         *is = d.length_squared() < reach * reach;
     }

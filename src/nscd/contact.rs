@@ -54,7 +54,9 @@ pub fn free_velocity_change(s: &State, velocity: &Velocity) -> DVec3 {
     if velocity.inverse_mass == 0.0 {
         return DVec3::ZERO;
     }
-    damping_factor(s) * s.params.dt * past_flow(s, s.params.gravity - s.params.damping * velocity.v, velocity.v)
+    damping_factor(s)
+        * s.params.dt
+        * past_flow(s, s.model.boundary, s.params.gravity - s.params.damping * velocity.v, velocity.v)
 }
 
 /// The same for the spin, rad/s.

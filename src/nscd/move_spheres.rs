@@ -42,9 +42,9 @@ pub fn move_spheres(s: &mut State) {
         let v = changed.velocity.v;
         let velocity = &mut s.velocity_next;
         NextVelocities { velocity, spin: &mut s.spin_next, low: &mut s.velocity_low_next }.store(i, changed);
-        let step = s.params.dt * carried(s, here.position.x, v);
-        let point = wrap(s, displaced(s, here.position.x, here.low.x, step));
-        let stride = approach(s, s.params.dt * v.length(), here.position.radius);
+        let step = s.params.dt * carried(s, s.model.boundary, here.position.x, v);
+        let point = wrap(s, s.model.boundary, displaced(s, here.position.x, here.low.x, step));
+        let stride = approach(s, s.model.boundary, s.params.dt * v.length(), here.position.radius);
         let limits = next.commit_position(s, (i, i), point, stride, false);
         if limits.halt {
             s.halt[0] = HALTED; // the host will take the step back, and walls must not have moved

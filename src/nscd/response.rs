@@ -43,7 +43,7 @@ pub fn free_motion(s: &State, i: usize) -> FreeMotion {
             let [low, spin_low] = lows_of(s, here.velocity.v, here.spin, s.clump_velocity_low.get(c));
             let spin = here.spin + (spin_low + s.clump_spin_next[c].0);
             let arm = arm_of(s, here.orientation, member_id);
-            let surface = past_flow(s, surface_velocity(spin, arm), arm);
+            let surface = past_flow(s, s.model.boundary, surface_velocity(spin, arm), arm);
             FreeMotion { v: here.velocity.v, rest: low + s.clump_velocity_next[c].v + surface, spin }
         }
     }

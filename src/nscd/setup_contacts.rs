@@ -12,10 +12,7 @@ use crate::{
         },
         response::{free_motion, inverse_effective_mass_of, response, store_member_load},
     },
-    space::{
-        boundary::past_flow,
-        walls::{is_crossed, wall_velocity},
-    },
+    space::{boundary::past_flow, turning::wall_velocity, walls::is_crossed},
     state::{ACTIVE, ContactGeometry, INDEX, Packed, ResidualSums, State},
 };
 use rayon::prelude::*;
@@ -36,10 +33,12 @@ pub fn setup_contacts(s: &mut State) {
             let [arm, arm_to] = [inverse_effective_mass.arm * touch.n, -inverse_effective_mass.arm_to * touch.n];
             let there = match j.checked_sub(s.sizes.bodies) {
                 None => free_motion(s, j),
-                Some(w) => FreeMotion { v: wall_velocity(&s.wall[w], here.position.x + arm), ..FreeMotion::default() },
+                Some(w) => {
+                    FreeMotion { v: wall_velocity(s, &s.wall[w], here.position.x + arm), ..FreeMotion::default() }
+                }
             };
             let v = past(&free, arm, &there, arm_to);
-            let v = if j < s.sizes.bodies { past_flow(s, v, arm - arm_to) } else { v };
+            let v = if j < s.sizes.bodies { past_flow(s, s.model.boundary, v, arm - arm_to) } else { v };
             let q = v - bias_velocity * touch.n;
             s.free_contact_velocity[entry] = Packed(q);
             let speed = v.length().max(-bias_velocity).max(slack);

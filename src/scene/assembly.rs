@@ -112,8 +112,10 @@ impl Domain {
     /// them.
     pub fn nearest(&self, mut difference: DVec3) -> DVec3 {
         for axis in (0..3).rev().filter(|axis| self.periodic[*axis]) {
-            let edge = self.edge(axis);
-            difference -= edge * (difference[axis] / edge[axis]).round();
+            let edges = (difference[axis] / (self.upper[axis] - self.lower[axis])).round();
+            if edges != 0.0 {
+                difference -= edges * self.edge(axis);
+            }
         }
         difference
     }

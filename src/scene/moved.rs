@@ -33,6 +33,11 @@ impl Wall {
         self.motion != Motion::default()
     }
 
+    /// Whether it turns at any time, or about its own axis.
+    pub fn turns(&self) -> bool {
+        self.spin != 0.0 || self.motion.turning.is_some()
+    }
+
     /// Where it is at a time, and how it has moved, on the mean, in the time `dt` before, s.
     pub fn at(&self, time: f64, dt: f64) -> Moved {
         let (before, now) = (self.motion.lasted(time - dt), self.motion.lasted(time));

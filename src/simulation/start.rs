@@ -209,7 +209,7 @@ fn fill_clumps(state: &mut State, assembly: &Assembly, piece: &Piece) {
                 let center = Point { x: state.center[c], low: state.center_low[c] };
                 let arm = state.member_offset[i].0;
                 let point = arm_end(state, center, state.orientation[c].0, state.orientation_low[c].0, arm);
-                let point = wrap(state, point);
+                let point = wrap(state, state.model.boundary, point);
                 (state.position[i].x, state.position_low[i].x) = (point.x, point.low);
             }
         }

@@ -41,7 +41,7 @@ pub fn reason(s: &State, lost: u32, known: &Known) -> String {
     let (x, radius) = (s.position[at].x, s.position[at].radius);
     let speed = s.velocity[at].v.length();
     let spin = s.spin.get(at).map_or(0.0, |spin| spin.0.length());
-    let (stride, turn) = (approach(s, speed * p.dt, radius), spin * p.dt);
+    let (stride, turn) = (approach(s, s.model.boundary, speed * p.dt, radius), spin * p.dt);
     if !(x.is_finite() && stride.is_finite() && turn.is_finite()) {
         return format!("{who} has no position any more (not a number){}", step_or(s, known, at, ""));
     }

@@ -1,4 +1,5 @@
-//! Twin of `shaders/space/boundary/`.
+//! Twin of `shaders/space/boundary/`. What steps do to every grain is told which boundary the model has, so that loops over
+//! grains have no branch for it.
 
 use crate::{
     model::{Boundary, Precision},
@@ -46,20 +47,21 @@ pub fn nearest_image(s: &State, a: DVec3, b: DVec3, low: DVec3) -> Point {
     k.map_or(Point { x: d, low }, |k| Point { x: d - s.params.period * k, low: low - s.params.period_low * k })
 }
 
-/// The same of a difference in double precision, without a branch.
+/// The same of a difference in double precision.
 #[inline(always)]
-pub fn nearest_image_of(s: &State, d: DVec3) -> DVec3 {
-    match s.model.boundary {
+pub fn nearest_image_of(s: &State, boundary: Boundary, d: DVec3) -> DVec3 {
+    match boundary {
+        Boundary::Open => d,
+        Boundary::Periodic => d - s.params.period * (d * s.params.inverse_period + DVec3::splat(0.5)).floor(),
         Boundary::Deforming => d - s.cell[0].edges(s.cell[0].edges_in(s, d)).x,
-        _ => d - s.params.period * (d * s.params.inverse_period + DVec3::splat(0.5)).floor(),
     }
 }
 
 /// The image of a point that lies in the domain, split anew; of a cell that deforms, in the box of its lengths, where it
 /// is at the end of the step.
 #[inline(always)]
-pub fn wrap(s: &State, p: Point) -> Point {
-    let k = match s.model.boundary {
+pub fn wrap(s: &State, boundary: Boundary, p: Point) -> Point {
+    let k = match boundary {
         Boundary::Open => None,
         Boundary::Periodic => periods((p.x - s.params.cell_origin) * s.params.inverse_period),
         Boundary::Deforming => {
@@ -74,8 +76,8 @@ pub fn wrap(s: &State, p: Point) -> Point {
 
 /// A velocity past the flow at some place, as one past the flow at another one that is further by d.
 #[inline(always)]
-pub fn past_flow(s: &State, v: DVec3, d: DVec3) -> DVec3 {
-    match s.model.boundary {
+pub fn past_flow(s: &State, boundary: Boundary, v: DVec3, d: DVec3) -> DVec3 {
+    match boundary {
         Boundary::Deforming => v - transformed(s.cell[0].rate, s.cell[0].shear_rate.0, d),
         _ => v,
     }
@@ -83,15 +85,15 @@ pub fn past_flow(s: &State, v: DVec3, d: DVec3) -> DVec3 {
 
 /// The velocity in space in a step from x with this one past the flow, which is that of the middle of the way.
 #[inline(always)]
-pub fn carried(s: &State, x: DVec3, v: DVec3) -> DVec3 {
-    past_flow(s, v, s.params.cell_origin - x - 0.5 * s.params.dt * v)
+pub fn carried(s: &State, boundary: Boundary, x: DVec3, v: DVec3) -> DVec3 {
+    past_flow(s, boundary, v, s.params.cell_origin - x - 0.5 * s.params.dt * v)
 }
 
 /// What a grain of this size that goes so far, m, takes of the margin of the lists: the flow brings it closer to those
 /// within their reach, too.
 #[inline(always)]
-pub fn approach(s: &State, stride: f64, radius: f64) -> f64 {
-    match s.model.boundary {
+pub fn approach(s: &State, boundary: Boundary, stride: f64, radius: f64) -> f64 {
+    match boundary {
         Boundary::Deforming => stride + s.params.dt * s.cell[0].largest_rate * (radius + 0.5 * s.params.margin),
         _ => stride,
     }
@@ -105,13 +107,17 @@ pub fn reduced(s: &State, x: DVec3) -> DVec3 {
         Precision::Double => x - s.params.cell_origin,
     };
     match s.model.boundary {
-        Boundary::Deforming => {
-            let Cell { stretch, stretch_tilt, .. } = &s.cell[0];
-            let beside = on_grid(s, next_above(stretch_tilt.0, d)) + on_grid(s, last_above(stretch_tilt.0, d));
-            on_grid(s, *stretch * d) + beside
-        }
+        Boundary::Deforming => reduced_in_cell(s, d),
         _ => d,
     }
+}
+
+/// Apart, so that searches elsewhere are spared it.
+#[inline(never)]
+fn reduced_in_cell(s: &State, d: DVec3) -> DVec3 {
+    let Cell { stretch, stretch_tilt, .. } = &s.cell[0];
+    let beside = on_grid(s, next_above(stretch_tilt.0, d)) + on_grid(s, last_above(stretch_tilt.0, d));
+    on_grid(s, *stretch * d) + beside
 }
 
 /// How far points there can be from it that are no further than this from x, m.

@@ -3,7 +3,7 @@
 use crate::{
     space::{
         Separation,
-        dimension::{first_axis, from_horizontal, horizontal, spin_squared, spin_velocity},
+        dimension::{first_axis, from_horizontal, horizontal},
     },
     state::{Position, PositionLow, State, Wall},
 };
@@ -30,29 +30,7 @@ pub fn is_crossed(s: &State, gap: f64, radius: f64) -> bool {
 }
 
 /// The direction from the axis to the end of an arm.
-fn outward(arm: DVec2) -> DVec3 {
+pub fn outward(arm: DVec2) -> DVec3 {
     let distance = arm.length();
     if distance == 0.0 { first_axis() } else { from_horizontal(arm / distance) }
-}
-
-/// The contact normal when the grain was at `x_before`, a step ago, for the rotation Z of the spring.
-pub fn wall_normal_before(s: &State, wall: &Wall, x_before: DVec3) -> DVec3 {
-    if wall.radius == 0.0 {
-        if spin_squared(wall.spin.0) == 0.0 {
-            return -wall.normal;
-        }
-        let before = wall.normal - s.params.history_dt * spin_velocity(wall.spin.0, wall.normal);
-        return -before / before.length();
-    }
-    outward(horizontal(x_before + s.params.history_dt * wall.velocity - wall.point))
-}
-
-/// Velocity of the wall's material at a point of its surface, m/s.
-pub fn wall_velocity(wall: &Wall, point: DVec3) -> DVec3 {
-    wall.velocity + spin_velocity(wall.spin.0, point - wall.point)
-}
-
-/// The spin of a grain relative to the wall, rad/s.
-pub fn relative_to_wall(spin: DVec3, wall: &Wall) -> DVec3 {
-    spin - wall.spin.0
 }
