@@ -4,7 +4,7 @@
 use super::{Engine, Times, within};
 use crate::{
     contact::blocks::Blocks,
-    dem::{self, ADVANCE, ADVANCE_LARGE, INTEGRATE_CLUMPS, MEMBER_FORCES, PLACE_MEMBERS},
+    dem::{self, ADVANCE, ADVANCE_LARGE, DAMP, INTEGRATE_CLUMPS, MEASURE_GAIN, MEMBER_FORCES, PLACE_MEMBERS, RESTART},
     error::Result,
     measure::{self, ADD_WORKS, MEASURE, MEASURE_FOR_SERVO, SERVO},
     model::{Method, Precision},
@@ -68,6 +68,19 @@ impl Cpu {
     }
 }
 
+/// Of a step, what needs no lists, so that blocks may keep what is in them.
+const WITHOUT_LISTS: &[&Stage] = &[
+    &INTEGRATE_CLUMPS,
+    &PLACE_MEMBERS,
+    &MOVE_WALLS,
+    &GUIDE_WALLS,
+    &DEFORM_CELL,
+    &SERVO,
+    &MEASURE_GAIN,
+    &RESTART,
+    &DAMP,
+];
+
 /// Do what a stage does with blocks, or without lists: whether it was done.
 fn stand_in(stage: &Stage, blocks: &mut Blocks, s: &mut State) -> bool {
     match () {
@@ -78,9 +91,7 @@ fn stand_in(stage: &Stage, blocks: &mut Blocks, s: &mut State) -> bool {
         () if *stage == MEASURE => measure::blocks::measure(blocks, s),
         () if *stage == MEASURE_FOR_SERVO => measure::blocks::measure_for_servo(blocks, s),
         () if *stage == ADD_WORKS => measure::blocks::add_works(blocks, s),
-        () if [&INTEGRATE_CLUMPS, &PLACE_MEMBERS, &MOVE_WALLS, &GUIDE_WALLS, &DEFORM_CELL, &SERVO].contains(&stage) => {
-            (stage.twin)(s)
-        }
+        () if WITHOUT_LISTS.contains(&stage) => (stage.twin)(s),
         () => return false,
     }
     true

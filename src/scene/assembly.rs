@@ -315,6 +315,8 @@ pub struct Solver {
     pub allow_overlap: bool,
     /// Global damping ξ, 1/s.
     pub damping: f64,
+    /// Damping that adapts itself to the motion, to find a state of rest; `damping` is 0 then.
+    pub adaptive_damping: bool,
     /// Neighbour-list margin in units of the mean radius.
     pub margin: f64,
     /// Whether springs follow the twist of their contact about its normal.

@@ -135,7 +135,16 @@ fn domain(domain: Option<&schema::Domain>, check: &Check) -> Result<Domain> {
 
 fn solver(solver: &schema::Solver, check: &Check) -> Result<Solver> {
     let method = method(solver, check)?;
-    let fraction = check.fraction("solver.dt_fraction", solver.dt_fraction)?;
+    let (damping, adaptive_damping) = match &solver.damping {
+        schema::Damping::Constant(damping) => (*damping, false),
+        schema::Damping::Word(word) if word == "adaptive" => (0.0, true),
+        schema::Damping::Word(word) => {
+            let rule = "must be \"adaptive\", or 0 or a positive number of 1/s";
+            return Err(check.origin.bad("solver.damping", format!("\"{word}\""), rule));
+        }
+    };
+    let usual = if adaptive_damping { ADAPTIVE_FRACTION } else { DT_FRACTION };
+    let fraction = check.fraction("solver.dt_fraction", solver.dt_fraction.unwrap_or(usual))?;
     let dt = match &solver.dt {
         schema::TimeStep::Seconds(dt) => TimeStep::Fixed(*dt),
         schema::TimeStep::Word(word) if word == "auto" => TimeStep::Auto { fraction },
@@ -151,13 +160,18 @@ fn solver(solver: &schema::Solver, check: &Check) -> Result<Solver> {
         dt,
         allow_unstable: solver.allow_unstable,
         allow_overlap: solver.allow_overlap,
-        damping: solver.damping,
+        damping,
+        adaptive_damping,
         margin,
         twist: solver.twist,
     };
     check_solver(&solver, check)?;
     Ok(solver)
 }
+
+/// Of the stability bound: a step that follows collisions, and one that only has to be stable.
+const DT_FRACTION: f64 = 0.15;
+const ADAPTIVE_FRACTION: f64 = 0.7;
 
 /// The numbers of a method.
 pub fn check_solver(solver: &Solver, check: &Check) -> Result<()> {
@@ -181,6 +195,9 @@ pub fn check_solver(solver: &Solver, check: &Check) -> Result<()> {
         TimeStep::Auto { fraction } => check.fraction("solver.dt_fraction", fraction)?,
     };
     check.not_negative("solver.damping", solver.damping, " of 1/s")?;
+    if solver.adaptive_damping && (solver.damping != 0.0 || solver.method != Method::DiscreteElements) {
+        return Err(check.origin.wrong("solver.damping", "\"adaptive\" is for method = \"dem\" only, and no number beside it"));
+    }
     check.within("solver.margin", solver.margin, 1e-3, 10.0, " mean radii")?;
     Ok(())
 }
@@ -359,10 +376,23 @@ pub fn fold_ends(grains: &mut [Grain], clumps: &mut [Clump], domain: &Domain) {
 /// Checks the start as a whole: domain, walls, overlaps.
 pub fn check_start(assembly: &Assembly, check: &Check) -> Result<()> {
     check_cell(assembly, check)?;
+    check_adaptive_damping(assembly, check)?;
     let smallest = assembly.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
     check_apart(&assembly.walls, smallest, check)?;
     check_clumps(&assembly.clumps, &assembly.shapes, &assembly.domain, check)?;
     check_grains(assembly, check)
+}
+
+/// What damping that adapts itself cannot do.
+fn check_adaptive_damping(assembly: &Assembly, check: &Check) -> Result<()> {
+    let Assembly { solver, clumps, output, .. } = assembly;
+    let lacking = match () {
+        () if !solver.adaptive_damping => return Ok(()),
+        () if !clumps.is_empty() => "is for spheres and disks; give clumps a number of 1/s",
+        () if output.works => "takes away what output.works would have to add up; leave one of them out",
+        () => return Ok(()),
+    };
+    Err(check.origin.bad("solver.damping", "\"adaptive\"", lacking))
 }
 
 /// Clumps as wholes: in the domain, and too small to meet themselves around a period.
