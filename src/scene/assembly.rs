@@ -335,6 +335,27 @@ pub struct Stop {
     pub strain: [Option<f64>; COMPONENTS.len()],
     /// Of the cell: volumes of grains over its own.
     pub packing_fraction: Option<f64>,
+    /// Find the fraction at which the packing jams.
+    pub jamming: Option<JammingProtocol>,
+}
+
+/// How the jamming fraction of a packing is looked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JammingProtocol {
+    /// By how much the packing fraction grows from one state to the next until a state is jammed.
+    pub step: f64,
+    /// How close the last state comes to zero pressure, as a packing fraction.
+    pub tolerance: f64,
+    /// Mean total force over mean contact force below which a state is at rest.
+    pub residual: f64,
+    /// Steps after which a state that is not at rest is left as it is.
+    pub relaxation_steps: u64,
+}
+
+impl Default for JammingProtocol {
+    fn default() -> JammingProtocol {
+        JammingProtocol { step: 0.005, tolerance: 1e-4, residual: 1e-5, relaxation_steps: 200_000 }
+    }
 }
 
 /// What a run writes.

@@ -37,6 +37,7 @@ pub struct File {
     pub solver: Solver,
     #[serde(default)]
     pub stop: Stop,
+    pub jamming: Option<Jamming>,
     #[serde(default)]
     pub output: Output,
     /// What stages have of their own; `stages.rs` reads it.
@@ -439,6 +440,16 @@ pub struct Stop {
     pub equilibrium: Option<f64>,
     pub strain: Components,
     pub packing_fraction: Option<f64>,
+}
+
+/// The protocol that finds the jamming fraction.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Jamming {
+    pub step: Option<f64>,
+    pub tolerance: Option<f64>,
+    pub residual: Option<f64>,
+    pub relaxation_steps: Option<u64>,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]

@@ -13,7 +13,8 @@ use super::shape::{Shape, Shapes};
 use super::targets::check_cell;
 use super::walls::{check_apart, walls};
 use super::{
-    Assembly, Cell, Clump, Domain, Grain, Material, Method, Output, Relaxation, Solver, Stop, TimeStep, Wall, materials,
+    Assembly, Cell, Clump, Domain, Grain, JammingProtocol, Material, Method, Output, Relaxation, Solver, Stop,
+    TimeStep, Wall, materials,
 };
 use crate::{Error, Result, solve};
 use std::str::FromStr;
@@ -89,7 +90,7 @@ fn without_grains(file: &File, check: &Check) -> Result<Assembly> {
         shapes: Vec::new(),
         clumps: Vec::new(),
         solver: solver(&file.solver, check)?,
-        stop: stop(&file.stop, check)?,
+        stop: stop(&file.stop, file.jamming.as_ref(), check)?,
         output: output(&file.output, check)?,
         notices: Vec::new(),
     })
@@ -196,7 +197,9 @@ pub fn check_solver(solver: &Solver, check: &Check) -> Result<()> {
     };
     check.not_negative("solver.damping", solver.damping, " of 1/s")?;
     if solver.adaptive_damping && (solver.damping != 0.0 || solver.method != Method::DiscreteElements) {
-        return Err(check.origin.wrong("solver.damping", "\"adaptive\" is for method = \"dem\" only, and no number beside it"));
+        return Err(check
+            .origin
+            .wrong("solver.damping", "\"adaptive\" is for method = \"dem\" only, and no number beside it"));
     }
     check.within("solver.margin", solver.margin, 1e-3, 10.0, " mean radii")?;
     Ok(())
@@ -234,8 +237,16 @@ fn method(solver: &schema::Solver, check: &Check) -> Result<Method> {
     }))
 }
 
-fn stop(stop: &schema::Stop, check: &Check) -> Result<Stop> {
+fn stop(stop: &schema::Stop, jamming: Option<&schema::Jamming>, check: &Check) -> Result<Stop> {
+    let usual = JammingProtocol::default();
+    let protocol = |given: &schema::Jamming| JammingProtocol {
+        step: given.step.unwrap_or(usual.step),
+        tolerance: given.tolerance.unwrap_or(usual.tolerance),
+        residual: given.residual.unwrap_or(usual.residual),
+        relaxation_steps: given.relaxation_steps.unwrap_or(usual.relaxation_steps),
+    };
     let stop = Stop {
+        jamming: jamming.map(protocol),
         time: stop.time,
         steps: stop.steps,
         equilibrium: stop.equilibrium,
@@ -244,7 +255,7 @@ fn stop(stop: &schema::Stop, check: &Check) -> Result<Stop> {
     };
     check_stop(&stop, check)?;
     if stop == Stop::default() {
-        let message = "the scene never ends; give at least one of time, steps, equilibrium and, of a cell that deforms, strain and packing_fraction";
+        let message = "the scene never ends; give at least one of time, steps, equilibrium and, of a cell that deforms, strain and packing_fraction, or [jamming]";
         return Err(check.origin.wrong("stop", message));
     }
     Ok(stop)
