@@ -3,14 +3,17 @@
 pub mod advance;
 mod advance_large;
 pub mod blocks;
+mod damp;
 mod half_kick;
 mod half_kick_clumps;
 mod integrate_clumps;
 pub mod leapfrog;
+mod measure_gain;
 pub mod member_forces;
 pub mod place_members;
 pub mod plan;
 pub mod predictor_corrector;
+mod restart;
 
 use crate::{
     contact::{
@@ -19,7 +22,7 @@ use crate::{
         overlap::{largest_force, largest_torque},
     },
     stage::*,
-    state::array::*,
+    state::{Sizes, array::*},
 };
 
 /// What contacts do one by one, where they balance.
@@ -76,3 +79,16 @@ pub static HALF_KICK_CLUMPS: Stage = Stage {
     check: Check { floors: FLOORS, ..Check::FORCES_ON_CLUMPS },
     ..Stage::new("dem", "half_kick_clumps", half_kick_clumps::half_kick_clumps, clumps)
 };
+
+/// Adaptive damping 1: what all forces of a step do.
+pub static MEASURE_GAIN: Stage = Stage {
+    check: Check { floors: &[(&[&ENERGY_GAIN], measure_gain::largest_gain)], ..Check::ROUNDING },
+    ..Stage::new("dem", "measure_gain", measure_gain::measure_gain, Sizes::partial_sums)
+};
+
+/// Adaptive damping 2: whether momentum is dropped.
+pub static RESTART: Stage =
+    Stage { dispatch: Dispatch::OneGroup, ..Stage::new("dem", "restart", restart::restart, |_| 1) };
+
+/// Adaptive damping 3: what is left of the velocities.
+pub static DAMP: Stage = Stage::new("dem", "damp", damp::damp, bodies);

@@ -24,6 +24,7 @@ mod xyz;
 use crate::{
     error::{Error, Result},
     measure::{Packing, Sample, micromechanics::packing::Load},
+    protocol::jamming::RelaxedState,
     scene::{
         Assembly, Material, Output, Scene, Shape,
         grain_file::{self, Moment, Names},
@@ -37,7 +38,9 @@ use files::write;
 pub use folder::Folder;
 use instant::Instant;
 pub use measures::MeasureFiles;
-use names::{CHECKPOINT, FINAL, FINAL_BIN, HISTORY, MEMBERS, PREVIOUS, SERIES, SUMMARY, snapshot, snapshot_number};
+use names::{
+    CHECKPOINT, FINAL, FINAL_BIN, HISTORY, JAMMING, MEMBERS, PREVIOUS, SERIES, SUMMARY, snapshot, snapshot_number,
+};
 pub use record::{Kept, Machine, Record, Resumed, Written, cpu_name};
 pub use rows::read_rows;
 pub use stages::{Kept as KeptStages, Stages};
@@ -181,6 +184,15 @@ impl Results {
     /// A row of the history; `rate` is in particle-steps/s since the row before, `loads` are those on walls.
     pub fn history(&mut self, sample: &Sample, rate: f64, loads: &[Load]) -> Result<()> {
         self.history.row(sample, rate, loads)
+    }
+
+    /// The states of a search for the jamming fraction so far.
+    pub fn jamming(&self, states: &[RelaxedState]) -> Result<()> {
+        write(&self.place.join(JAMMING), |file| {
+            let mut writer = ::csv::Writer::from_writer(file);
+            states.iter().try_for_each(|state| writer.serialize(state)).map_err(io::Error::from)?;
+            writer.flush()
+        })
     }
 
     /// Whether files are wanted that contacts are in.

@@ -73,6 +73,7 @@ pub mod plan;
 #[doc(hidden)] // kernels and their twins: for the tests
 pub mod plans;
 pub mod prelude;
+pub mod protocol;
 pub(crate) mod record;
 #[cfg(feature = "render")]
 pub mod render;

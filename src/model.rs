@@ -165,6 +165,8 @@ pub struct Model {
     pub guided_walls: bool,
     /// Optional stages: a servo brings the stress of the cell to a target.
     pub servo: bool,
+    /// Optional stages: global damping that adapts itself to the motion.
+    pub adaptive_damping: bool,
     /// Optional stages: dissipation and works are added up in every step.
     pub works: bool,
     /// Optional stages: contact dynamics updates contacts colour by colour, and not all at once.
@@ -230,6 +232,7 @@ impl Model {
             moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO || w.is_guided()),
             guided_walls: assembly.walls.iter().any(scene::Wall::is_guided),
             servo: assembly.cell.stress != [None; 6],
+            adaptive_damping: assembly.solver.adaptive_damping,
             works: assembly.output.works && !rigid,
             colored: solver == Some(Solver::ColouredAccelerated),
             solved_on_host: solver.is_some_and(Solver::is_of_host),
@@ -429,7 +432,9 @@ impl Model {
                                         moving_walls,
                                         guided_walls,
                                         servo: boundary == Boundary::Deforming && walls == Walls::None && !rigid,
-                                        works: !rigid,
+                                        // As works of it are not added up, where nothing else is looked at between steps.
+                                        adaptive_damping: adapts(boundary, walls, method, grains),
+                                        works: !rigid && !adapts(boundary, walls, method, grains),
                                         colored,
                                         solved_on_host: false,
                                     });
@@ -442,6 +447,14 @@ impl Model {
         }
         models
     }
+}
+
+/// Whether damping is adaptive.
+fn adapts(boundary: Boundary, walls: Walls, method: Method, grains: Grains) -> bool {
+    boundary == Boundary::Periodic
+        && walls == Walls::None
+        && method == Method::DiscreteElements
+        && grains == Grains::Spheres
 }
 
 /// Levels of the grid, and whether some grains are large.

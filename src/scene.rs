@@ -33,7 +33,8 @@ mod validate;
 mod walls;
 
 pub use assembly::{
-    Assembly, Clump, Domain, Grain, Material, Method, Output, Relaxation, Solver, Stop, Surface, TimeStep, Wall,
+    Assembly, Clump, Domain, Grain, JammingProtocol, Material, Method, Output, Relaxation, Solver, Stop, Surface,
+    TimeStep, Wall,
 };
 pub use builder::SceneBuilder;
 pub use cell::{COMPONENTS, Cell};

@@ -323,6 +323,9 @@ fn colored(m: &Model) -> bool {
 fn colored_with_large(m: &Model) -> bool {
     m.colored && m.large_grains
 }
+fn adaptively_damped(m: &Model) -> bool {
+    m.adaptive_damping
+}
 fn guided(m: &Model) -> bool {
     m.guided_walls
 }
@@ -429,6 +432,8 @@ state! {
     HALT_NEXT halt_next: u32, One, Scratch, Number, "steps of this chunk, or HALTED", always;
     COUNTERS counters: Counters, One, Scratch, -, "see state.wgsl", always;
     PARTIAL_SUMS partial_sums: PartialSums, PartialSums, Scratch, -, "", always;
+    ENERGY_GAIN energy_gain: f64, PartialSums, Scratch, Energy, "of free grains in a step", adaptively_damped;
+    STEPS_SINCE_RESTART steps_since_restart: u32, One, State, Number, "since momentum was dropped", adaptively_damped;
     WALL_LOAD_SUMS wall_load_sums: WallLoad, WallLoadSums, Scratch, -, "by row and wall", walled;
     WALL_LOAD wall_load: WallLoad, WallLoads, Scratch, -, "by part and wall", walled;
     WORKS works: Works, Bodies, State, -, "by number", working;

@@ -386,6 +386,10 @@ const MOST_STEPS: f64 = 1e15;
 fn step_below(assembly: &Assembly, bound: f64) -> Result<f64> {
     match assembly.solver.dt {
         TimeStep::Auto { .. } if assembly.solver.method != Method::DiscreteElements => rigid_step(assembly),
+        // Nobody follows collisions whose velocities are damped as rest needs it.
+        TimeStep::Auto { fraction } if bound.is_finite() && assembly.solver.adaptive_damping => {
+            Ok((fraction * bound).min(longest_stride(assembly)))
+        }
         TimeStep::Auto { fraction } if bound.is_finite() => {
             Ok((fraction * bound).min(shortest_contact(assembly) / STEPS_PER_CONTACT).min(longest_stride(assembly)))
         }

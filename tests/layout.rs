@@ -59,9 +59,10 @@ const LAYERS: &[(&str, u32)] = &[
     ("simulation", 17),
     ("render", 17),
     ("check", 18),
-    ("io", 18),
-    ("bench", 19),
-    ("prelude", 20),
+    ("protocol", 18),
+    ("io", 19),
+    ("bench", 20),
+    ("prelude", 21),
 ];
 
 /// Where the WGSL of several files is one in Rust, or has its place in another file.

@@ -144,7 +144,8 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
             dt: TimeStep::Auto { fraction: if hertz { 0.08 } else { 0.1 } },
             allow_unstable: false,
             allow_overlap: true,
-            damping: 3.0,
+            damping: if model.adaptive_damping { 0.0 } else { 3.0 },
+            adaptive_damping: model.adaptive_damping,
             margin: if rigid { 1.0 } else { 0.2 },
             twist: match model.twist {
                 TwistSlot::Followed => Twist::Followed,

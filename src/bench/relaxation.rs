@@ -77,6 +77,7 @@ fn settled(size: usize) -> Result<(Assembly, f64)> {
     bed.solver = crate::scene::Solver {
         dt: TimeStep::Fixed(DT),
         damping: 0.0,
+        adaptive_damping: false,
         margin: MARGIN,
         allow_overlap: true,
         ..bed.solver

@@ -16,6 +16,7 @@ pub fn step(model: &Model) -> Plan {
         run(&DEFORM_CELL).when(model.boundary == Boundary::Deforming),
         plan([run(&ADVANCE), run(&ADVANCE_LARGE).when(model.large_grains)]).when(!clumps),
         plan([run(&MEMBER_FORCES), run(&INTEGRATE_CLUMPS), run(&PLACE_MEMBERS)]).when(clumps),
+        plan([run(&MEASURE_GAIN), run(&RESTART), run(&DAMP)]).when(model.adaptive_damping),
         space::motion(model),
         exchange(model),
     ])

@@ -4,7 +4,7 @@
 use super::{Engine, Times, within};
 use crate::{
     contact::blocks::Blocks,
-    dem::{self, ADVANCE, ADVANCE_LARGE, INTEGRATE_CLUMPS, MEMBER_FORCES, PLACE_MEMBERS},
+    dem::{self, ADVANCE, ADVANCE_LARGE, DAMP, INTEGRATE_CLUMPS, MEASURE_GAIN, MEMBER_FORCES, PLACE_MEMBERS, RESTART},
     error::Result,
     measure::{self, ADD_WALL_LOADS, ADD_WORKS, MEASURE, MEASURE_FOR_SERVO, SERVO, WALL_LOADS},
     model::{Method, Precision},
@@ -68,9 +68,19 @@ impl Cpu {
     }
 }
 
-/// Stages that look at no list, nor at what contacts remember.
-const WITHOUT_CONTACTS: &[&Stage] =
-    &[&INTEGRATE_CLUMPS, &PLACE_MEMBERS, &MOVE_WALLS, &GUIDE_WALLS, &DEFORM_CELL, &SERVO, &ADD_WALL_LOADS];
+/// Stages that look at no list, nor at what contacts remember, so that blocks may keep what is in them.
+const WITHOUT_CONTACTS: &[&Stage] = &[
+    &INTEGRATE_CLUMPS,
+    &PLACE_MEMBERS,
+    &MOVE_WALLS,
+    &GUIDE_WALLS,
+    &DEFORM_CELL,
+    &SERVO,
+    &ADD_WALL_LOADS,
+    &MEASURE_GAIN,
+    &RESTART,
+    &DAMP,
+];
 
 /// Do what a stage does with blocks, or without lists: whether it was done.
 fn stand_in(stage: &Stage, blocks: &mut Blocks, s: &mut State) -> bool {

@@ -4,6 +4,8 @@ pub const HISTORY: &str = "history.csv";
 pub const FINAL: &str = "final.csv";
 pub const FINAL_BIN: &str = "final.bin";
 pub const MEMBERS: &str = "members.csv";
+/// Of the states of a search for the jamming fraction.
+pub const JAMMING: &str = "jamming.csv";
 pub const SUMMARY: &str = "summary.json";
 pub const SERIES: &str = "packstone.pvd";
 /// What was run, and the list of the files: [`Record`](super::Record).
@@ -60,7 +62,7 @@ pub fn snapshot_number(name: &str) -> Option<usize> {
 
 /// Whether a run may write a file of this name. The scene and the inputs are called otherwise where a name is taken.
 pub fn is_reserved(name: &str) -> bool {
-    [HISTORY, FINAL, MEMBERS, FINAL_BIN, SUMMARY, SERIES, RUN, CHECKPOINT, PREVIOUS].contains(&name)
+    [HISTORY, FINAL, MEMBERS, FINAL_BIN, JAMMING, SUMMARY, SERIES, RUN, CHECKPOINT, PREVIOUS].contains(&name)
         || OF_GRAINS.1[2..].iter().any(|ending| last(ending) == name)
         || OF_CONTACTS.1.iter().any(|ending| contacts(ending) == name)
         || snapshot_number(name).is_some()
@@ -76,6 +78,7 @@ mod tests {
             "contacts.csv",
             "contacts_000003.vtp",
             "final.npz",
+            "jamming.csv",
             "final.dump",
             "snapshot_000001.xyz",
             "summary.json",

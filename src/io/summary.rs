@@ -12,6 +12,7 @@ use crate::{
             stress::stress,
         },
     },
+    protocol::jamming::{Jamming, JammingFraction},
     scene::{self, Assembly, Clump, Grain, Surface},
     simulation::{DEEP_OVERLAP, DEEPER, DeepOverlap, Other, Simulation, SolverStatistics},
 };
@@ -73,6 +74,9 @@ pub struct Summary {
     /// Of the cell since the start, if it deforms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub strain: Option<Strain>,
+    /// Of a search for it.
+    #[serde(flatten)]
+    pub jamming: Option<JammingFraction>,
     /// Of contact dynamics.
     #[serde(flatten)]
     pub relaxation: Option<Relaxation>,
@@ -81,7 +85,7 @@ pub struct Summary {
     pub rotation: Option<Rotation>,
     /// What makes the result doubtful, in words.
     pub doubts: Vec<String>,
-    /// Why the run ended: `last step`, `at rest`, `interrupted` or `error`.
+    /// Why the run ended: `last step`, `at rest`, `at rest, unjammed`, `jamming fraction found`, `interrupted` or `error`.
     pub ended: &'static str,
     /// Why the run ended before its time.
     pub stopped: Option<String>,
@@ -230,6 +234,8 @@ pub struct Ending {
     pub deepest: Option<Deepest>,
     /// The deepest overlap of the state of another run that it began with, over the radius.
     pub inherited: f64,
+    /// States of a search for the jamming fraction.
+    pub jamming: Jamming,
 }
 
 impl Summary {
@@ -296,6 +302,7 @@ impl Summary {
             converged: ending.converged,
             missed: missed(assembly, sample, &ending),
             strain: strain.map(|[xx, yy, zz, yz, xz, xy]| Strain { xx, yy, zz, yz, xz, xy }),
+            jamming: ending.jamming.found(assembly),
             relaxation: s.solver_statistics().map(|solved| Relaxation::new(solved, balance)),
             rotation: rounds.map(|(most, capped)| Rotation {
                 clumps: clumps.len(),
@@ -336,7 +343,24 @@ fn doubts(s: &Simulation, sample: &Sample, ending: &Ending) -> Vec<String> {
             solved.unconverged, solved.steps, solved.residual_max
         )
     });
-    [deep, unsolved, missed(assembly, sample, ending), coarse].into_iter().flatten().collect()
+    let jamming = doubt_of_jamming(assembly, &ending.jamming);
+    [deep, unsolved, missed(assembly, sample, ending), jamming, coarse].into_iter().flatten().collect()
+}
+
+/// States that have not come to rest, or a fraction that was not found.
+fn doubt_of_jamming(assembly: &Assembly, jamming: &Jamming) -> Option<String> {
+    let protocol = assembly.stop.jamming?;
+    match (jamming.found(assembly), jamming.unconverged()) {
+        (None, _) => {
+            Some("the run ended before a state was jammed, or with jammed states alone that are not at rest".to_owned())
+        }
+        (Some(_), 0) => None,
+        (Some(_), unconverged) => Some(format!(
+            "{unconverged} of {} states were not at rest after {} steps, and are not in the fit; see jamming.csv",
+            jamming.states.len(),
+            protocol.relaxation_steps
+        )),
+    }
 }
 
 /// Rest that was asked for and not reached.

@@ -335,6 +335,8 @@ pub struct Solver {
     pub allow_overlap: bool,
     /// Global damping ξ, 1/s.
     pub damping: f64,
+    /// Damping that adapts itself to the motion, to find a state of rest; `damping` is 0 then.
+    pub adaptive_damping: bool,
     /// Neighbour-list margin in units of the mean radius.
     pub margin: f64,
     /// Whether springs follow the twist of their contact about its normal.
@@ -353,6 +355,27 @@ pub struct Stop {
     pub strain: [Option<f64>; COMPONENTS.len()],
     /// Of the cell: volumes of grains over its own.
     pub packing_fraction: Option<f64>,
+    /// Find the fraction at which the packing jams.
+    pub jamming: Option<JammingProtocol>,
+}
+
+/// How the jamming fraction of a packing is looked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JammingProtocol {
+    /// By how much the packing fraction grows from one state to the next until a state is jammed.
+    pub step: f64,
+    /// How close the last state comes to zero pressure, as a packing fraction.
+    pub tolerance: f64,
+    /// Mean total force over mean contact force below which a state is at rest.
+    pub residual: f64,
+    /// Steps after which a state that is not at rest is left as it is.
+    pub relaxation_steps: u64,
+}
+
+impl Default for JammingProtocol {
+    fn default() -> JammingProtocol {
+        JammingProtocol { step: 0.005, tolerance: 1e-4, residual: 1e-5, relaxation_steps: 200_000 }
+    }
 }
 
 /// What a run writes.

@@ -15,7 +15,7 @@ use std::time::SystemTime;
 pub use super::law::{MaterialBuilder, PairBuilder};
 use super::origin::Origin;
 use super::schema::{self, Face, Format};
-use super::{Assembly, Scene, overrides};
+use super::{Assembly, JammingProtocol, Scene, overrides};
 use crate::{Error, Result};
 
 use keys::per_axis;
@@ -74,6 +74,7 @@ impl SceneBuilder {
             population: Vec::new(),
             solver: schema::Solver::default(),
             stop: schema::Stop::default(),
+            jamming: None,
             output: schema::Output::default(),
             stage: Vec::new(),
         };
@@ -205,6 +206,19 @@ impl SceneBuilder {
     #[must_use]
     pub fn stop_strain(mut self, component: Component, strain: f64) -> Self {
         component.set(&mut self.file.stop.strain, strain);
+        self
+    }
+
+    /// Find the fraction at which the packing jams, and end there.
+    #[must_use]
+    pub fn jamming(mut self, protocol: JammingProtocol) -> Self {
+        let JammingProtocol { step, tolerance, residual, relaxation_steps } = protocol;
+        self.file.jamming = Some(schema::Jamming {
+            step: Some(step),
+            tolerance: Some(tolerance),
+            residual: Some(residual),
+            relaxation_steps: Some(relaxation_steps),
+        });
         self
     }
 

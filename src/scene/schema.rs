@@ -37,6 +37,7 @@ pub struct File {
     pub solver: Solver,
     #[serde(default)]
     pub stop: Stop,
+    pub jamming: Option<Jamming>,
     #[serde(default)]
     pub output: Output,
     /// What stages have of their own; `stages.rs` reads it.
@@ -356,10 +357,10 @@ pub struct Region {
 pub struct Solver {
     pub method: Method,
     pub dt: TimeStep,
-    pub dt_fraction: f64,
+    pub dt_fraction: Option<f64>,
     pub allow_unstable: bool,
     pub allow_overlap: bool,
-    pub damping: f64,
+    pub damping: Damping,
     pub margin: Option<f64>,
     pub relaxation: Option<String>,
     pub order: Option<String>,
@@ -368,6 +369,21 @@ pub struct Solver {
     pub max_correction_velocity: Option<f64>,
     pub gyroscopic: Option<bool>,
     pub twist: Twist,
+}
+
+/// Global damping.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(untagged)]
+pub enum Damping {
+    /// 1/s
+    Constant(f64),
+    Word(String),
+}
+
+impl From<f64> for Damping {
+    fn from(rate: f64) -> Damping {
+        Damping::Constant(rate)
+    }
 }
 
 /// Whether springs follow the twist of their contact about its normal.
@@ -386,10 +402,10 @@ impl Default for Solver {
         Solver {
             method: Method::Dem,
             dt: TimeStep::Word("auto".to_owned()),
-            dt_fraction: 0.15,
+            dt_fraction: None,
             allow_unstable: false,
             allow_overlap: false,
-            damping: 0.0,
+            damping: Damping::Constant(0.0),
             margin: None,
             relaxation: None,
             order: None,
@@ -424,6 +440,16 @@ pub struct Stop {
     pub equilibrium: Option<f64>,
     pub strain: Components,
     pub packing_fraction: Option<f64>,
+}
+
+/// The protocol that finds the jamming fraction.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Jamming {
+    pub step: Option<f64>,
+    pub tolerance: Option<f64>,
+    pub residual: Option<f64>,
+    pub relaxation_steps: Option<u64>,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]

@@ -189,7 +189,7 @@ solver = { damping = 3 }
         assert_eq!(file(press).wall[0].velocity, Some(vec![0.0, 0.0, -1.0]));
         assert_eq!(file(press).wall[0].point, Some(vec![0.0, 0.0, 4.0]));
         assert_eq!((file(press).population.len(), file(rest).population.len()), (2, 1));
-        assert_eq!(file(rest).solver.damping, 3.0);
+        assert_eq!(file(rest).solver.damping, schema::Damping::Constant(3.0));
         assert_eq!((scene.name(), press.scene.name()), ("scene", "scene: press"));
         // The files of all of them, by keys of the one file.
         let keys: Vec<String> = scene.inputs().into_iter().map(|input| input.key).collect();

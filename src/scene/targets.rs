@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::check::{AXES, Check, show};
-use super::{Assembly, COMPONENTS, Cell, Grain, Method};
+use super::{Assembly, COMPONENTS, Cell, Grain, Method, Wall};
 use crate::Result;
 
 /// Axis along which a component moves, and along which its distance is.
@@ -12,7 +12,18 @@ const AXES_OF: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [1, 2], [0, 2], [0, 1]
 impl Assembly {
     /// Whether the cell may be anything but a box that stays as it is.
     pub fn deforms(&self) -> bool {
-        self.cell != Cell::default() || self.domain.tilt != DVec3::ZERO
+        self.cell != Cell::default() || self.domain.tilt != DVec3::ZERO || self.stop.jamming.is_some()
+    }
+
+    /// Whether nothing but contacts can set grains in motion: no gravity, no wall or fixed grain that moves, and no flow of
+    /// the cell.
+    pub fn is_left_alone(&self) -> bool {
+        let still = |wall: &Wall| wall.velocity == DVec3::ZERO && wall.spin == 0.0 && !wall.is_guided();
+        let fixed = |grain: &Grain| !grain.fixed || (grain.velocity == DVec3::ZERO && grain.spin == DVec3::ZERO);
+        self.gravity == DVec3::ZERO
+            && self.cell == Cell::default()
+            && self.walls.iter().all(still)
+            && self.grains.iter().all(fixed)
     }
 
     /// The most that the servo of the cell makes of a rate, 1/s.
@@ -121,6 +132,7 @@ pub fn check_cell(assembly: &Assembly, check: &Check) -> Result<()> {
         }
     }
     check_servo(assembly, check)?;
+    check_jamming(assembly, check)?;
     for (k, target) in stop.strain.iter().enumerate() {
         let (key, rate) = (format!("stop.strain.{}", COMPONENTS[k]), cell.strain_rate[k]);
         if let Some(target) = *target
@@ -181,4 +193,34 @@ fn check_servo(assembly: &Assembly, check: &Check) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// What the search for the jamming fraction needs.
+fn check_jamming(assembly: &Assembly, check: &Check) -> Result<()> {
+    let Assembly { domain, cell, gravity, stop, solver, walls, .. } = assembly;
+    let Some(jamming) = stop.jamming else { return Ok(()) };
+    check.within("jamming.step", jamming.step, 1e-6, 0.1, "")?;
+    check.positive("jamming.tolerance", jamming.tolerance, "")?;
+    check.positive("jamming.residual", jamming.residual, "")?;
+    if jamming.tolerance >= jamming.step {
+        let rule = format!("must be below jamming.step, {}", show(jamming.step));
+        return Err(check.origin.bad("jamming.tolerance", show(jamming.tolerance), rule));
+    }
+    if jamming.relaxation_steps == 0 {
+        return Err(check.origin.bad("jamming.relaxation_steps", 0, "must be at least 1"));
+    }
+    let targets = stop.equilibrium.is_some() || stop.packing_fraction.is_some() || stop.strain != [None; 6];
+    let wrong = match () {
+        () if !(0..check.dimension).all(|axis| domain.periodic[axis]) => "all axes must be periodic",
+        () if !walls.is_empty() => "there must be no walls, between which a cell cannot shrink alike on all sides",
+        () if *gravity != DVec3::ZERO => "gravity must be 0",
+        () if solver.method != Method::DiscreteElements => "is for method = \"dem\" only",
+        () if *cell != Cell::default() => "the cell deforms as the protocol asks; [cell] must not be given",
+        () if targets => "ends the run; of [stop] only time and steps may be given beside it",
+        () if !solver.adaptive_damping && solver.damping == 0.0 => {
+            "grains must come to rest; give solver.damping, best \"adaptive\""
+        }
+        () => return Ok(()),
+    };
+    Err(check.origin.wrong("jamming", wrong))
 }

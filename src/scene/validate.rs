@@ -13,7 +13,8 @@ use super::shape::{Shape, Shapes};
 use super::targets::check_cell;
 use super::walls::{check_apart, walls};
 use super::{
-    Assembly, Cell, Clump, Domain, Grain, Material, Method, Output, Relaxation, Solver, Stop, TimeStep, Wall, materials,
+    Assembly, Cell, Clump, Domain, Grain, JammingProtocol, Material, Method, Output, Relaxation, Solver, Stop,
+    TimeStep, Wall, materials,
 };
 use crate::{Error, Result, solve};
 use std::str::FromStr;
@@ -89,7 +90,7 @@ fn without_grains(file: &File, check: &Check) -> Result<Assembly> {
         shapes: Vec::new(),
         clumps: Vec::new(),
         solver: solver(&file.solver, check)?,
-        stop: stop(&file.stop, check)?,
+        stop: stop(&file.stop, file.jamming.as_ref(), check)?,
         output: output(&file.output, check)?,
         notices: Vec::new(),
     })
@@ -135,7 +136,16 @@ fn domain(domain: Option<&schema::Domain>, check: &Check) -> Result<Domain> {
 
 fn solver(solver: &schema::Solver, check: &Check) -> Result<Solver> {
     let method = method(solver, check)?;
-    let fraction = check.fraction("solver.dt_fraction", solver.dt_fraction)?;
+    let (damping, adaptive_damping) = match &solver.damping {
+        schema::Damping::Constant(damping) => (*damping, false),
+        schema::Damping::Word(word) if word == "adaptive" => (0.0, true),
+        schema::Damping::Word(word) => {
+            let rule = "must be \"adaptive\", or 0 or a positive number of 1/s";
+            return Err(check.origin.bad("solver.damping", format!("\"{word}\""), rule));
+        }
+    };
+    let usual = if adaptive_damping { ADAPTIVE_FRACTION } else { DT_FRACTION };
+    let fraction = check.fraction("solver.dt_fraction", solver.dt_fraction.unwrap_or(usual))?;
     let dt = match &solver.dt {
         schema::TimeStep::Seconds(dt) => TimeStep::Fixed(*dt),
         schema::TimeStep::Word(word) if word == "auto" => TimeStep::Auto { fraction },
@@ -151,13 +161,18 @@ fn solver(solver: &schema::Solver, check: &Check) -> Result<Solver> {
         dt,
         allow_unstable: solver.allow_unstable,
         allow_overlap: solver.allow_overlap,
-        damping: solver.damping,
+        damping,
+        adaptive_damping,
         margin,
         twist: solver.twist,
     };
     check_solver(&solver, check)?;
     Ok(solver)
 }
+
+/// Of the stability bound: a step that follows collisions, and one that only has to be stable.
+const DT_FRACTION: f64 = 0.15;
+const ADAPTIVE_FRACTION: f64 = 0.7;
 
 /// The numbers of a method.
 pub fn check_solver(solver: &Solver, check: &Check) -> Result<()> {
@@ -181,6 +196,11 @@ pub fn check_solver(solver: &Solver, check: &Check) -> Result<()> {
         TimeStep::Auto { fraction } => check.fraction("solver.dt_fraction", fraction)?,
     };
     check.not_negative("solver.damping", solver.damping, " of 1/s")?;
+    if solver.adaptive_damping && (solver.damping != 0.0 || solver.method != Method::DiscreteElements) {
+        return Err(check
+            .origin
+            .wrong("solver.damping", "\"adaptive\" is for method = \"dem\" only, and no number beside it"));
+    }
     check.within("solver.margin", solver.margin, 1e-3, 10.0, " mean radii")?;
     Ok(())
 }
@@ -217,8 +237,16 @@ fn method(solver: &schema::Solver, check: &Check) -> Result<Method> {
     }))
 }
 
-fn stop(stop: &schema::Stop, check: &Check) -> Result<Stop> {
+fn stop(stop: &schema::Stop, jamming: Option<&schema::Jamming>, check: &Check) -> Result<Stop> {
+    let usual = JammingProtocol::default();
+    let protocol = |given: &schema::Jamming| JammingProtocol {
+        step: given.step.unwrap_or(usual.step),
+        tolerance: given.tolerance.unwrap_or(usual.tolerance),
+        residual: given.residual.unwrap_or(usual.residual),
+        relaxation_steps: given.relaxation_steps.unwrap_or(usual.relaxation_steps),
+    };
     let stop = Stop {
+        jamming: jamming.map(protocol),
         time: stop.time,
         steps: stop.steps,
         equilibrium: stop.equilibrium,
@@ -227,7 +255,7 @@ fn stop(stop: &schema::Stop, check: &Check) -> Result<Stop> {
     };
     check_stop(&stop, check)?;
     if stop == Stop::default() {
-        let message = "the scene never ends; give at least one of time, steps, equilibrium and, of a cell that deforms, strain and packing_fraction";
+        let message = "the scene never ends; give at least one of time, steps, equilibrium and, of a cell that deforms, strain and packing_fraction, or [jamming]";
         return Err(check.origin.wrong("stop", message));
     }
     Ok(stop)
@@ -359,10 +387,23 @@ pub fn fold_ends(grains: &mut [Grain], clumps: &mut [Clump], domain: &Domain) {
 /// Checks the start as a whole: domain, walls, overlaps.
 pub fn check_start(assembly: &Assembly, check: &Check) -> Result<()> {
     check_cell(assembly, check)?;
+    check_adaptive_damping(assembly, check)?;
     let smallest = assembly.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
     check_apart(&assembly.walls, smallest, check)?;
     check_clumps(&assembly.clumps, &assembly.shapes, &assembly.domain, check)?;
     check_grains(assembly, check)
+}
+
+/// What damping that adapts itself cannot do.
+fn check_adaptive_damping(assembly: &Assembly, check: &Check) -> Result<()> {
+    let Assembly { solver, clumps, output, .. } = assembly;
+    let lacking = match () {
+        () if !solver.adaptive_damping => return Ok(()),
+        () if !clumps.is_empty() => "is for spheres and disks; give clumps a number of 1/s",
+        () if output.works => "takes away what output.works would have to add up; leave one of them out",
+        () => return Ok(()),
+    };
+    Err(check.origin.bad("solver.damping", "\"adaptive\"", lacking))
 }
 
 /// Clumps as wholes: in the domain, and too small to meet themselves around a period.

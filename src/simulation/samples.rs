@@ -1,21 +1,26 @@
 //! What a simulation hands out: sums, grains, clumps, forces and walls now.
 
-use super::{Simulation, columns::Columns, overlaps::DeepOverlap, runner::is_kept};
+use super::{
+    Simulation,
+    columns::Columns,
+    overlaps::DeepOverlap,
+    runner::{Runner, is_kept},
+};
 use crate::{
     body::grains::{self, same_grain},
     contact::overlap::gaps,
-    error::Result,
+    error::{Error, Result},
     measure::{CellSample, Other, Sample, mass_of_clump, masses, micromechanics::packing::Load},
     memory,
     model::{Grains, Rotation},
     plan::swap_again,
-    scene::{Clump, Domain, Grain, Surface, Wall},
+    scene::{self, Clump, Domain, Grain, Surface, Wall},
     space::{
         boundary::flow_power,
         dimension::{inverse_above, product_above, volume_of},
         precision::{low_of, position_low_of, spin_low_of},
     },
-    state::{Array, Cell, RotationIterations, array::*, present},
+    state::{Array, Cell, RotationIterations, Spin, array::*, present},
     units::Quantity,
 };
 use glam::{DQuat, DVec3, DVec4};
@@ -297,6 +302,36 @@ impl Simulation {
             return Ok(None);
         }
         Ok(Some(self.runner.read(&[&CELL])?.cell[0]))
+    }
+
+    /// From now on the cell deforms at these rates, 1/s, as [`Cell::strain_rate`](crate::scene::Cell::strain_rate).
+    ///
+    /// # Errors
+    /// [`Error::Scene`](crate::Error::Scene) of a cell that keeps its form, [`Error::Device`](crate::Error::Device) if the
+    /// device is lost.
+    pub fn deform(&mut self, strain_rate: [f64; 6]) -> Result<()> {
+        let (rate, shear_rate) = scene::Cell { strain_rate, ..self.assembly.cell }.gradient(self.dt());
+        if self.cell()?.is_none() {
+            return Err(Error::Scene("the cell of the scene keeps its form".to_owned()));
+        }
+        let Runner { engine, state, .. } = &mut self.runner;
+        let cell = &mut state.cell[0];
+        (cell.rate, cell.shear_rate) = (rate, Spin(shear_rate));
+        cell.largest_rate = (rate.length_squared() + shear_rate.length_squared()).sqrt();
+        engine.write(&[&CELL], 0, state)
+    }
+
+    /// Whether the grains of a sample of now are at rest without carrying anything: no overlap is more than this part of
+    /// the radius, no grain goes as much of it in a step, and nothing will drive them.
+    pub fn is_unjammed(&self, sample: &Sample) -> bool {
+        const UNJAMMED: f64 = 1e-7;
+        let assembly = &self.assembly;
+        let masses = masses(assembly).into_iter().zip(&assembly.grains).filter(|(_, grain)| !grain.fixed);
+        let mass: f64 = masses.map(|(mass, _)| mass).sum();
+        let stride = self.dt() * (2.0 * sample.kinetic_energy / mass).sqrt();
+        assembly.is_left_alone()
+            && sample.max_overlap_over_radius <= UNJAMMED
+            && stride <= UNJAMMED * assembly.mean_radius()
     }
 
     /// Walls now.

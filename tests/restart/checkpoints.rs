@@ -32,6 +32,8 @@ fn scenes() -> Vec<(&'static str, Assembly, u64)> {
     driven.cell.strain_rate[..2].fill(0.0);
     driven.cell.stress[..3].fill(Some(500.0));
     driven.cell.inertial_number = 0.1;
+    let mut damped = sheared.clone();
+    (damped.solver.adaptive_damping, damped.output.works, damped.cell.strain_rate[5]) = (true, false, 0.0);
     let mut moving = example("heap_2d.toml", &[]);
     moving.walls[0].velocity.y = 0.05;
     let mut beads = example("elastic_beads.toml", &column);
@@ -41,6 +43,7 @@ fn scenes() -> Vec<(&'static str, Assembly, u64)> {
         ("works in a periodic box", periodic, 150),
         ("a cell that shears", sheared, 150),
         ("a cell with a servo", driven, 150),
+        ("adaptive damping", damped, 150),
         ("elastic spheres that roll", beads, 150),
         ("spheres of two sizes", example("hard/size_ratio.toml", &[]), 150),
         ("clumps", example("hard/dimer_bed.toml", &[]), 150),

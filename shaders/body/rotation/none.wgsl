@@ -7,6 +7,8 @@ fn spin_of(i: u32) -> Spin {
 
 fn store_spin(i: u32, value: Spin) {}
 
+fn scale_next_spin(i: u32, factor: Real) {}
+
 fn store_torque(i: u32, value: Spin) {}
 
 fn surface_velocity(spin: Spin, arm: Vec) -> Vec {

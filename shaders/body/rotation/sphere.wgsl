@@ -30,6 +30,10 @@ fn store_spin(i: u32, value: Spin) {
     spin_next[i] = value;
 }
 
+fn scale_next_spin(i: u32, factor: Real) {
+    spin_next[i] = factor * spin_next[i];
+}
+
 fn store_torque(i: u32, value: Spin) {
     torque[i] = value;
 }

@@ -90,6 +90,7 @@ pub fn blank(dimension: usize) -> Assembly {
             allow_unstable: false,
             allow_overlap: true,
             damping: 0.0,
+            adaptive_damping: false,
             margin: 0.2,
             twist: Twist::Ignored,
         },

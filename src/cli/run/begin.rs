@@ -145,7 +145,7 @@ pub fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
     let go_on = |path: &Path, checkpoint, assembly: &Assembly| at_checkpoint(path, checkpoint, assembly, options);
     let Last { from, scene, assembly, state: (simulation, so_far), .. } =
         last(&folders, &CHECKPOINTS, &args.stop(), go_on)?;
-    let SoFar { mut schedule, wall_seconds, deepest, inherited } = so_far;
+    let SoFar { mut schedule, wall_seconds, deepest, inherited, jamming } = so_far;
     if args.steps.is_some() || args.time.is_some() {
         schedule.end = Schedule::new(&assembly, simulation.dt()).end;
     }
@@ -166,6 +166,7 @@ pub fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
     note(format!("goes on from step {step}"));
     let mut run = Run::new(simulation, results, schedule);
     (run.earlier, run.saved, run.deepest, run.inherited) = (wall_seconds, Some(step), deepest, inherited);
+    run.jamming = jamming;
     if args.steps.is_some() || args.time.is_some() {
         // So that the new end holds from now on, whatever happens.
         run.checkpoint()?;

@@ -12,6 +12,7 @@ use packstone::{
         summary::{Deepest, Ending, State, Summary},
     },
     measure::{CellSample, Packing, Sample},
+    protocol::jamming::{Jamming, Look},
     scene::{Assembly, Scene, grain_file::Moment},
     simulation::Simulation,
 };
@@ -33,6 +34,8 @@ pub struct SoFar {
     pub deepest: Option<Deepest>,
     #[serde(default)]
     pub inherited: f64,
+    #[serde(default)]
+    pub jamming: Jamming,
 }
 
 /// More snapshots than that are announced, files and bytes.
@@ -87,17 +90,28 @@ pub enum End {
     TargetMet,
     /// Equilibrium.
     AtRest,
+    /// Nothing is left to move or to carry grains.
+    Unjammed,
+    /// The jamming fraction is known.
+    Jammed,
     Interrupted,
     /// By an error.
     Stopped(Error),
 }
 
 impl End {
+    /// Whether the run has come to where it was to end.
+    pub fn is_complete(&self) -> bool {
+        !matches!(self, End::Interrupted | End::Stopped(_))
+    }
+
     pub fn label(&self) -> &'static str {
         match self {
             End::Reached => "last step",
             End::TargetMet => "target met",
             End::AtRest => "at rest",
+            End::Unjammed => "at rest, unjammed",
+            End::Jammed => "jamming fraction found",
             End::Interrupted => "interrupted",
             End::Stopped(_) => "error",
         }
@@ -130,6 +144,8 @@ pub struct Run {
     pub deepest: Option<Deepest>,
     /// The deepest overlap of the state of another run that it began with, over the radius: not its own.
     pub inherited: f64,
+    /// What it knows of the jamming fraction, if it looks for it.
+    pub jamming: Jamming,
     /// Steps of a chunk that take about as long as [`CHUNK`].
     most_steps: u64,
     /// When the last row was written, and what it says.
@@ -152,6 +168,7 @@ impl Run {
             saved: None,
             deepest: None,
             inherited: 0.0,
+            jamming: Jamming::default(),
             most_steps: 1,
             row: (start, None),
             stable_overlap: if assembly.solver.allow_unstable { f64::INFINITY } else { simulation.stable_overlap() },
@@ -188,18 +205,18 @@ impl Run {
             self.snapshot()?;
             self.schedule.snapshots.as_mut().map(|clock| clock.strikes(step));
         }
-        let (mut at_rest, mut met, mut fault) = (false, false, None);
+        let (mut rest, mut met, mut fault) = (None, false, None);
         if self.schedule.history.next() <= step {
             let sample = self.record()?;
             self.schedule.history.strikes(step);
-            at_rest = self.is_at_rest(&sample);
+            rest = self.rest(&sample)?;
             met = self.has_met_target(&sample);
             fault = self.fault(&sample);
         }
         Ok(match () {
             () if fault.is_some() => fault.map(End::Stopped),
             () if met || last && self.ends_at_target() => Some(End::TargetMet),
-            () if at_rest => Some(End::AtRest),
+            () if rest.is_some() => rest,
             () if last => Some(End::Reached),
             () if interrupted() => Some(End::Interrupted),
             () => None,
@@ -228,9 +245,15 @@ impl Run {
 
     /// Write one. What is due at this step has been done.
     pub fn checkpoint(&mut self) -> packstone::Result<()> {
-        let Run { simulation, results, schedule, deepest, inherited, .. } = self;
+        let Run { simulation, results, schedule, deepest, inherited, jamming, .. } = self;
         let wall_seconds = self.earlier + self.start.elapsed().as_secs_f64();
-        let so_far = SoFar { schedule: *schedule, wall_seconds, deepest: deepest.clone(), inherited: *inherited };
+        let so_far = SoFar {
+            schedule: *schedule,
+            wall_seconds,
+            deepest: deepest.clone(),
+            inherited: *inherited,
+            jamming: jamming.clone(),
+        };
         results.checkpoint(|path| simulation.save(path, &so_far))?;
         (self.checkpointed, self.saved) = (Instant::now(), Some(simulation.step()));
         Ok(())
@@ -317,6 +340,23 @@ impl Run {
         self.results.snapshot(&moment, Some(&packing))
     }
 
+    /// Whether what the scene waits for has come to its end.
+    fn rest(&mut self, sample: &Sample) -> packstone::Result<Option<End>> {
+        let stop = self.simulation.assembly().stop;
+        if stop.jamming.is_some() {
+            let look = self.jamming.look(&mut self.simulation, sample, self.schedule.history.next())?;
+            if look != Look::Moving {
+                self.results.jamming(&self.jamming.states)?;
+            }
+            return Ok((look == Look::Found).then_some(End::Jammed));
+        }
+        Ok(match () {
+            () if self.is_at_rest(sample) => Some(End::AtRest),
+            () if stop.equilibrium.is_some() && self.simulation.is_unjammed(sample) => Some(End::Unjammed),
+            () => None,
+        })
+    }
+
     fn is_at_rest(&self, sample: &Sample) -> bool {
         let assembly = self.simulation.assembly();
         assembly.stop.equilibrium.is_some_and(|tolerance| sample.at_rest(tolerance))
@@ -365,6 +405,7 @@ impl Run {
             end => end,
         };
         let (converged, stopped) = match &end {
+            End::Unjammed | End::Jammed => (true, None),
             End::Reached | End::TargetMet | End::AtRest => (self.is_at_rest(&sample), None),
             End::Interrupted => (false, Some(format!("interrupted at step {step}"))),
             End::Stopped(error) => (false, Some(error.to_string())),
@@ -374,7 +415,10 @@ impl Run {
         let ended = stopped.clone().unwrap_or_else(|| end.label().to_owned());
         let deepest = self.deepest.take();
         let inherited = self.inherited;
-        let ending = Ending { wall_seconds, converged, target_met, ended: end.label(), stopped, deepest, inherited };
+        let states = self.jamming.states.clone();
+        let jamming = self.jamming;
+        let ending =
+            Ending { wall_seconds, converged, target_met, ended: end.label(), stopped, deepest, inherited, jamming };
         let (walls, contacts) = (self.simulation.walls()?, self.simulation.contacts()?);
         let state = State { grains: &grains, clumps: &clumps, walls: &walls, contacts: &contacts };
         let summary = Summary::new(scene.name(), &mut self.simulation, &sample, &state, ending)?;
@@ -388,11 +432,12 @@ impl Run {
             if written.is_ok() {
                 row = None;
             }
+            let written = written.and_then(|()| if states.is_empty() { Ok(()) } else { results.jamming(&states) });
             let Err(error) = written.and_then(|()| results.finish(&summary, &moment, &packing)) else { break };
             spoilt = spoilt.or(Some(error));
             results.elsewhere()?;
         }
-        let complete = spoilt.is_none() && matches!(end, End::Reached | End::TargetMet | End::AtRest);
+        let complete = spoilt.is_none() && end.is_complete();
         let place = results.place().to_owned();
         let (place, unclosed) = match results.close(&ended, complete) {
             Ok(place) => (place, None),

@@ -27,6 +27,13 @@ impl SolverBuilder {
         self
     }
 
+    /// Global damping that adapts itself to the motion, to find a state of rest.
+    #[must_use]
+    pub fn adaptive_damping(mut self) -> Self {
+        self.0.damping = schema::Damping::Word("adaptive".to_owned());
+        self
+    }
+
     /// Contact dynamics: how the contacts of a step are solved. Default: [`solve::Solver::JacobiAccelerated`].
     #[must_use]
     pub fn relaxation(mut self, solver: solve::Solver) -> Self {
