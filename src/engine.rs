@@ -17,7 +17,7 @@ pub use times::Times;
 use crate::{
     error::Result,
     plan::Op,
-    state::{Array, Counters, Params, State},
+    state::{Array, Counters, Params, Sizes, State},
 };
 use std::{any::Any, ops::Range};
 
@@ -36,6 +36,8 @@ pub trait Engine: Any + Send {
     fn execute(&mut self, params: &Params, ops: &[Op]) -> Result<()>;
     /// Wait for everything so far and read what the device has to say.
     fn counters(&mut self) -> Result<Counters>;
+    /// From now on so many bodies and clumps, no more than arrays were made for; the content of their arrays is lost.
+    fn count(&mut self, sizes: &Sizes) -> Result<()>;
     /// Give arrays another length; their content is lost.
     fn resize(&mut self, arrays: &[&'static Array], len: usize) -> Result<()>;
     /// Overwrite elements of the engine's arrays, from number `first` on, with all that the state has.

@@ -29,6 +29,7 @@ use crate::{
         Assembly, Material, Output, Scene, Shape,
         grain_file::{self, Moment, Names},
     },
+    simulation::Outflow,
 };
 pub use export::Export;
 use export::Kind;
@@ -67,8 +68,6 @@ pub struct Results {
     dimension: usize,
     materials: Vec<Material>,
     shapes: Vec<Shape>,
-    /// The clumps of the grains; empty without clumps.
-    owners: Vec<u32>,
     history: csv::History,
     /// Steps of the snapshots so far, and their times, s.
     snapshots: Vec<(u64, f64)>,
@@ -154,7 +153,6 @@ impl Results {
             dimension: assembly.dimension,
             materials: assembly.materials.clone(),
             shapes: assembly.shapes.clone(),
-            owners: assembly.owners(),
             history,
             snapshots,
             series: None,
@@ -181,9 +179,10 @@ impl Results {
         &self.snapshots
     }
 
-    /// A row of the history; `rate` is in particle-steps/s since the row before, `loads` are those on walls.
-    pub fn history(&mut self, sample: &Sample, rate: f64, loads: &[Load]) -> Result<()> {
-        self.history.row(sample, rate, loads)
+    /// A row of the history; `rate` is in particle-steps/s since the row before, `loads` are those on walls, `outflows` what has left
+    /// by outlets.
+    pub fn history(&mut self, sample: &Sample, rate: f64, loads: &[Load], outflows: &[Outflow]) -> Result<()> {
+        self.history.row(sample, rate, loads, outflows)
     }
 
     /// The states of a search for the jamming fraction so far.
@@ -247,16 +246,18 @@ impl Results {
         let mut result = Ok(());
         let mut also = |written: Result<()>| result = std::mem::replace(&mut result, Ok(())).and(written);
         also(self.write_exports(None, moment, packing));
-        let Moment { grains, clumps, .. } = *moment;
+        let Moment { grains, clumps, numbers, .. } = *moment;
         if self.output.bin {
             also(self.write_bin(FINAL_BIN, moment));
         }
         if self.output.csv {
             let grains_file = if clumps.is_empty() { FINAL } else { MEMBERS };
-            also(csv::write_grains(&self.place.join(grains_file), grains, &self.materials));
+            let path = self.place.join(grains_file);
+            also(write(&path, |file| csv::grains(file, grains, &self.materials, numbers)));
         }
         if self.output.csv && !clumps.is_empty() {
-            also(csv::write_clumps(&self.place.join(FINAL), clumps, &self.shapes, &self.materials));
+            let path = self.place.join(FINAL);
+            also(write(&path, |file| csv::clumps(file, clumps, &self.shapes, &self.materials, numbers)));
         }
         also(write(&self.place.join(SUMMARY), |file| {
             serde_json::to_writer_pretty(&mut *file, summary)?;
@@ -352,12 +353,12 @@ impl Results {
     }
 
     fn write_vtp(&self, name: &str, moment: &Moment) -> Result<()> {
-        write(&self.place.join(name), |file| vtp::write(file, moment.time, moment.grains, &self.owners))
+        write(&self.place.join(name), |file| vtp::write(file, moment))
     }
 
     fn write_bin(&self, name: &str, moment: &Moment) -> Result<()> {
-        let Results { dimension, materials, shapes, owners, .. } = self;
-        let names = Names { dimension: *dimension, materials, shapes, owners };
+        let Results { dimension, materials, shapes, .. } = self;
+        let names = Names { dimension: *dimension, materials, shapes };
         write(&self.place.join(name), |file| grain_file::write(file, moment, &names))
     }
 }
@@ -368,7 +369,7 @@ impl Results {
 /// [`Error::Io`]
 pub fn write_state(path: &Path, assembly: &Assembly, moment: &Moment) -> Result<()> {
     let Assembly { dimension, materials, shapes, .. } = assembly;
-    let names = Names { dimension: *dimension, materials, shapes, owners: &assembly.owners() };
+    let names = Names { dimension: *dimension, materials, shapes };
     write(path, |file| grain_file::write(file, moment, &names))
 }
 

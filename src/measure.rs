@@ -26,8 +26,8 @@ mod synchronise_clumps;
 mod wall_loads;
 
 pub use analysis::{
-    CellSample, Sample, angular_momentum, angular_momentum_of_clumps, backbone, mass_of_clump, masses, momentum,
-    momentum_of_clumps,
+    CellSample, OpeningsSample, Sample, angular_momentum, angular_momentum_of_clumps, backbone, mass_of_clump, masses,
+    momentum, momentum_of_clumps,
 };
 pub use micromechanics::{Asked, Contact, Measures, Other, Packing};
 pub use packing::{PackingFraction, overall_packing_fraction, packing_fraction};

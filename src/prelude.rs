@@ -7,8 +7,8 @@ pub use crate::{
     scene::{
         Assembly, Face, Format, Grain, Placement, Scene, SceneBuilder, Twist,
         builder::{
-            GrainBuilder, MaterialBuilder, Orientation, PairBuilder, PopulationBuilder, Radii, ShapeBuilder, Side,
-            SolverBuilder, WallBuilder,
+            GrainBuilder, InsertionBuilder, MaterialBuilder, Orientation, OutletBuilder, PairBuilder,
+            PopulationBuilder, Radii, ShapeBuilder, Side, SolverBuilder, WallBuilder,
         },
     },
     simulation::{Columns, EngineChoice, Options, Simulation},

@@ -10,6 +10,7 @@ mod continued;
 mod formats;
 pub mod grain_file;
 mod inputs;
+mod insertion;
 mod invariants;
 mod law;
 mod levels;
@@ -18,6 +19,7 @@ mod motion;
 mod moved;
 mod neighbours;
 mod origin;
+mod outlet;
 mod overrides;
 mod populate;
 mod radius;
@@ -33,17 +35,19 @@ mod validate;
 mod walls;
 
 pub use assembly::{
-    Assembly, Clump, Domain, Grain, JammingProtocol, Material, Method, Output, Relaxation, Solver, Stop, Surface,
+    Assembly, Clump, Domain, Grain, JammingProtocol, Material, Method, Numbers, Output, Relaxation, Solver, Stop, Surface,
     TimeStep, Wall,
 };
 pub use builder::SceneBuilder;
 pub use cell::{COMPONENTS, Cell};
 pub use continued::{Continued, KeptWalls, Shift};
 pub use inputs::Input;
+pub use insertion::{Insertion, Rate, Region};
 pub use law::{Dashpot, Hertz, MaterialBuilder, Pair, PairBuilder, Rolling};
 pub use levels::SizeLevel;
 pub use motion::{Motion, Oscillation, Turning};
 pub(crate) use neighbours::Neighbours;
+pub use outlet::{Outlet, Place};
 pub use schema::{Face, Format, Placement, Twist};
 pub use shape::{Kind, Member, Shape};
 

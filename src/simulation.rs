@@ -9,6 +9,7 @@ mod grid;
 mod host_solver;
 mod lists;
 mod nscd;
+mod openings;
 mod options;
 mod overlaps;
 pub mod profile;
@@ -24,6 +25,7 @@ pub use checkpoint::Checkpoint;
 pub use columns::Columns;
 pub use contacts::ContactHistory;
 pub use nscd::{ResidualRecord, SolverStatistics};
+pub use openings::{Inlet, Outflow, Outlet};
 pub use options::{EngineChoice, Options};
 pub use overlaps::{DEEP_OVERLAP, DEEPER, DeepOverlap};
 pub use runner::params_of_step;
@@ -43,6 +45,7 @@ use std::borrow::Cow;
 
 use lists::NeighbourLists;
 use nscd::Nscd;
+use openings::Openings;
 use runner::Runner;
 use start::Guides;
 use stops::Known;
@@ -55,6 +58,8 @@ pub struct Simulation {
     runner: Runner,
     lists: NeighbourLists,
     stepper: Stepper,
+    /// Where grains come in and leave.
+    openings: Option<Openings>,
     /// Grains that are not fixed, or clumps.
     free: usize,
     /// Where works are added up.
@@ -134,6 +139,10 @@ pub fn engine_of(assembly: &Assembly, options: &Options) -> Result<EngineChoice>
 
 /// An engine with the grains at time 0.
 fn filled(assembly: &Assembly, setup: &Setup, mut engine: Box<dyn Engine>) -> Result<Box<dyn Engine>> {
+    if assembly.changes() {
+        let large = assembly.whole().largest_common_radius();
+        engine.count(&setup::counted(assembly, large, &setup.state.sizes, &setup.state.params).0)?;
+    }
     setup.fill(assembly, &mut |arrays, first, piece| engine.write(arrays, first, piece))?;
     Ok(engine)
 }
@@ -193,14 +202,23 @@ impl Simulation {
     fn of_parts(
         assembly: Assembly,
         options: Options,
-        Setup { state, plans, dt_bound }: Setup,
+        Setup { mut state, plans, dt_bound }: Setup,
         engine: Box<dyn Engine>,
         notice: String,
     ) -> Result<Simulation> {
-        let guides = Guides::of(&assembly);
-        let runner = Runner::new(engine, state, Known::of(&assembly, dt_bound), guides);
+        let mut assembly = assembly;
+        let openings = assembly.changes().then(|| Openings::new(&mut assembly, state.params.dt));
+        if let Some(openings) = &openings {
+            (state.sizes, state.params) = openings.counted(&assembly, &state.sizes, &state.params);
+        }
+        let whole = assembly.whole();
+        let guides = Guides::of(&whole);
+        let runner = Runner::new(engine, state, Known::of(&whole, dt_bound), guides);
+        let lists = NeighbourLists::new(&whole, &runner.state, &options)?;
+        drop(whole);
         Ok(Simulation {
-            lists: NeighbourLists::new(&assembly, &runner.state, &options)?,
+            lists,
+            openings,
             stepper: match assembly.solver.method {
                 Method::DiscreteElements => Stepper::Dem,
                 Method::ContactDynamics(relaxation) => Stepper::Nscd(Nscd::new(relaxation, options.interrupted)),
@@ -221,9 +239,10 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::new`].
     pub fn rewind(&mut self) -> Result<()> {
+        self.close_openings()?;
         let Simulation { runner, lists, stepper, assembly, .. } = self;
         lists.rewind(&mut runner.state.params);
-        start::fill_small(&mut runner.state, assembly);
+        start::fill_small(&mut runner.state, &assembly.whole());
         let Runner { engine, state, .. } = runner;
         engine.write(&present(&state.model, &[&WALL, &CELL]), 0, state)?;
         start::fill(state, assembly, &mut |arrays, first, piece| engine.write(arrays, first, piece))?;
@@ -249,7 +268,7 @@ impl Simulation {
             let sample = self.sample()?;
             self.works = Some(Totals::start(&mut self.runner, &self.plans.forget_works, &sample)?);
         }
-        Ok(())
+        self.open()
     }
 
     /// Advance by this many steps, in chunks; by fewer if a step is given up.
@@ -268,6 +287,7 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::advance`].
     pub fn advance_chunk(&mut self, steps: u64) -> Result<u64> {
+        let steps = steps.min(self.steps_to_opening());
         let Simulation { plans, runner, lists, works, .. } = self;
         let steps = works.as_ref().map_or(steps, |works| steps.min(works.steps_left(runner.step)));
         let done = match &mut self.stepper {
@@ -279,6 +299,9 @@ impl Simulation {
         }
         if std::mem::take(&mut self.runner.overlaps_deeply) {
             self.look_at_deep_overlap()?;
+        }
+        if done > 0 {
+            self.open()?;
         }
         Ok(done)
     }
@@ -326,11 +349,11 @@ impl Simulation {
     pub fn bytes_per_particle(&self) -> Result<f64> {
         let s = &self.runner.state;
         if let Some(gpu) = self.engine().gpu() {
-            return Ok(gpu.bytes() as f64 / s.sizes.bodies as f64);
+            return Ok(gpu.bytes() as f64 / s.sizes.bodies.max(1) as f64);
         }
         let layouts = programs::layouts(&s.model, &self.plans)?;
         let total: u64 = programs::bytes(&s.model, &layouts, &self.sizes()).map(|(_, b)| b).sum();
-        Ok(total as f64 / s.sizes.bodies as f64)
+        Ok(total as f64 / s.sizes.bodies.max(1) as f64)
     }
 
     pub fn assembly(&self) -> &Assembly {

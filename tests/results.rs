@@ -6,7 +6,7 @@ use packstone::{
         names::{CHECKPOINT, HISTORY, PREVIOUS, RUN},
     },
     prelude::*,
-    scene::grain_file::Moment,
+    scene::{Numbers, grain_file::Moment},
 };
 use std::{fs, path::Path};
 
@@ -21,10 +21,15 @@ fn scene() -> (Scene, Assembly) {
 /// Rows and snapshots at every step up to `end`.
 fn go_on(results: &mut Results, simulation: &mut Simulation, end: u64) {
     loop {
-        results.history(&simulation.sample().unwrap(), 1.0, &[]).unwrap();
+        results.history(&simulation.sample().unwrap(), 1.0, &[], &[]).unwrap();
         let grains = simulation.grains().unwrap();
         let (step, time) = (simulation.step(), simulation.time());
-        results.snapshot(&Moment { step, time, grains: &grains, clumps: &[] }, None).unwrap();
+        results
+            .snapshot(
+                &Moment { step, time, grains: &grains, clumps: &[], owners: &[], numbers: &Numbers::default() },
+                None,
+            )
+            .unwrap();
         if step == end {
             return;
         }

@@ -107,6 +107,7 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
             periodic: std::array::from_fn(axis),
             // Almost so much that it is turned back.
             tilt: if deforming && dims == 3 { DVec3::Y * 0.4999 * edge } else { DVec3::ZERO },
+            ..Domain::default()
         },
         cell: match (deforming, dims) {
             (false, _) => Cell::default(),
@@ -121,6 +122,10 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
         grains,
         shapes: Vec::new(),
         clumps: Vec::new(),
+        insertions: Vec::new(),
+        outlets: Vec::new(),
+        waiting: 0,
+        numbers: Numbers::default(),
         notices: Vec::new(),
         solver: Solver {
             method: if rigid {

@@ -61,6 +61,8 @@ fn show(args: &DescribeArgs) -> anyhow::Result<ExitCode> {
         _ => engine_of(&assembly, &options)?,
     };
     let setup = Setup::new(&assembly, &Options { engine, ..options })?;
+    // With what comes in over time.
+    let whole = assembly.whole();
     // Where a run would refuse a grain, it is said here, too.
     setup.fill(&assembly, &mut |_, _, _| Ok(()))?;
     let schedule = Schedule::new(&assembly, setup.state.params.dt);
@@ -71,13 +73,13 @@ fn show(args: &DescribeArgs) -> anyhow::Result<ExitCode> {
     let estimate = args.estimate.then(|| estimate(start, &schedule)).transpose()?;
     let stages = outlines(&scene, &assembly, options)?;
     if args.json {
-        let mut json = json::json(&scene, &assembly, &setup, &schedule, args.count, estimate.as_ref())?;
+        let mut json = json::json(&scene, &whole, &setup, &schedule, args.count, estimate.as_ref())?;
         json["stages"] = stages.iter().map(|stage| stage.json(estimate.as_ref())).collect();
         say(serde_json::to_string_pretty(&json)?);
         return Ok(ExitCode::SUCCESS);
     }
-    say(contents(&scene, &assembly, &setup));
-    say(output(&assembly, &schedule));
+    say(contents(&scene, &whole, &setup));
+    say(output(&whole, &schedule));
     estimate.iter().for_each(say);
     if !stages.is_empty() {
         say(format!("\nStages\n{}", indent(&StageOutline::table(&stages, estimate.as_ref()))));
@@ -93,13 +95,17 @@ fn contents(scene: &Scene, assembly: &Assembly, setup: &Setup) -> String {
     let dimension = assembly.dimension;
     let fixed = assembly.grains.iter().filter(|g| g.fixed).count();
     let (grains, walls, materials) = (assembly.grains.len(), assembly.walls.len(), assembly.materials.len());
+    let waiting = match assembly.waiting {
+        0 => String::new(),
+        waiting => format!(", {waiting} of them come in over time"),
+    };
     let product =
         |cells: UVec3| cells.to_array()[..dimension].iter().map(u32::to_string).collect::<Vec<_>>().join(" x ");
     let cells = setup.state.level.iter().map(|level| product(level.cells)).collect::<Vec<_>>();
     let (dt, bound) = (setup.state.params.dt, setup.dt_bound);
     let bound = if bound.is_finite() { format!("bound {bound:e} s") } else { "no bound".to_owned() };
     format!(
-        "{}: {dimension} dimensions\ngrains     {grains}, {fixed} of them fixed\n{}{}walls      {walls}\n\
+        "{}: {dimension} dimensions\ngrains     {grains}, {fixed} of them fixed{waiting}\n{}{}walls      {walls}\n\
          materials  {materials}\ncells      {} = {}\ntime step  {dt:e} s, {bound}",
         scene.name(),
         diameters(assembly),

@@ -35,18 +35,21 @@ impl From {
         // The result, if there is one, and not one that is on its way; of a run in stages that of the last one.
         let folders = folder::resumable(folder)?.into_iter().rev();
         let folders: Vec<_> = folders.map(|folder| folder::last_stage(&folder).unwrap_or(folder)).collect();
-        let Last { from, scene: old_scene, given, assembly: old, state: mut simulation } =
+        let Last { from, scene: old_scene, given, assembly: started, state: mut simulation } =
             last(&folders, &CHECKPOINTS, &[], |_, mut checkpoint, old| Simulation::view(old.clone(), &mut checkpoint))?;
         let given = given.map_or_else(|| Ok(old_scene.clone()), |name| Scene::load(&from.join(name), &[]))?;
         let (step, time) = (simulation.step(), simulation.time());
         let (grains, clumps) = (simulation.grains()?, simulation.clumps()?);
         let walls = simulation.walls()?;
         let shifts: Vec<Shift> =
-            old.walls.iter().zip(&walls).map(|(before, now)| Shift::between(before, now)).collect();
+            started.walls.iter().zip(&walls).map(|(before, now)| Shift::between(before, now)).collect();
         let contacts = simulation.contact_history()?;
         let domain = simulation.domain()?;
+        // With the grains that there are now.
+        let old = simulation.assembly().clone();
         drop(simulation);
-        let moment = Moment { step, time, grains: &grains, clumps: &clumps };
+        let (owners, numbers) = (&old.owners()[..], &old.numbers);
+        let moment = Moment { step, time, grains: &grains, clumps: &clumps, owners, numbers };
         let temporary = tempfile::tempdir()?;
         let start = temporary.path().join(START);
         write_state(&start, &old, &moment)?;

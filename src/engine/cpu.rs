@@ -16,7 +16,7 @@ use crate::{
     plan::Op,
     space::{DEFORM_CELL, GUIDE_WALLS, MOVE_WALLS},
     stage::Stage,
-    state::{Array, Counters, Params, State},
+    state::{ARRAYS, Array, Counters, Params, Sizes, State, present},
 };
 use std::{ops::Range, time::Instant};
 
@@ -131,6 +131,19 @@ impl Engine for Cpu {
 
     fn counters(&mut self) -> Result<Counters> {
         Ok(self.state.counters[0])
+    }
+
+    fn count(&mut self, sizes: &Sizes) -> Result<()> {
+        let state = &mut self.state;
+        self.blocks.put_back(state);
+        self.blocks.discard();
+        state.sizes = Sizes { bodies: sizes.bodies, large: sizes.large, clumps: sizes.clumps, ..state.sizes };
+        let now = state.sizes;
+        for array in present(&state.model, ARRAYS).into_iter().filter(|array| array.length.is_of_grains()) {
+            state.column_mut(array).resize(0);
+            state.column_mut(array).resize(now.of(array.length));
+        }
+        Ok(())
     }
 
     fn resize(&mut self, arrays: &[&'static Array], len: usize) -> Result<()> {

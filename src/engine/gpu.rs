@@ -33,7 +33,9 @@ use wgpu::ComputePassTimestampWrites;
 pub struct Gpu {
     device: Device,
     model: Model,
+    /// What arrays were made for, and the bodies and clumps that there are now.
     sizes: Sizes,
+    now: Sizes,
     compiled: Compiled,
     arrays: DeviceArrays,
     /// The unit of each lane of an element of an array, in SI units, and of the parameters.
@@ -151,6 +153,7 @@ impl Gpu {
             device,
             model,
             sizes: state.sizes,
+            now: state.sizes,
             compiled,
             units: ARRAYS.iter().map(|array| (*array, of(state.quantities(array)))).collect(),
             params_units: of(Params::quantities(Quantity::Number, model.dims())),
@@ -248,7 +251,7 @@ impl Gpu {
                     let group = self.group(stage);
                     let pass = pass.get_or_insert_with(|| encoder.begin_compute_pass(&descriptor).forget_lifetime());
                     let kernel = &self.compiled.kernels[stage];
-                    let (x, y) = groups(&stage.dispatch, &self.sizes);
+                    let (x, y) = groups(&stage.dispatch, &self.now);
                     pass.set_pipeline(&kernel.pipeline);
                     pass.set_bind_group(0, &kernel.groups[group].1, &[]);
                     pass.dispatch_workgroups(x, y, 1);
@@ -275,7 +278,7 @@ impl Gpu {
 
     /// Operations that are encoded together.
     fn piece(&self) -> usize {
-        (SUBMISSION / self.sizes.bodies).clamp(1, PIECE)
+        (SUBMISSION / self.now.bodies.max(1)).clamp(1, PIECE)
     }
 
     fn commands(&mut self, ops: &[Op]) -> wgpu::CommandBuffer {
@@ -441,7 +444,7 @@ impl Engine for Gpu {
             return done;
         }
         let (mut commands, rest) = self.encoded(ops);
-        if ops.len().saturating_mul(self.sizes.bodies) <= SUBMISSION {
+        if ops.len().saturating_mul(self.now.bodies) <= SUBMISSION {
             commands.push(self.commands(rest));
             self.device.submit_all(commands);
         } else {
@@ -461,6 +464,13 @@ impl Engine for Gpu {
         let layout = self.arrays.layout(&array::COUNTERS).expect("kernels count");
         let bytes = self.arrays.read(&self.device, &array::COUNTERS, 0..1)?;
         Ok(Counters::take(self.model.dims(), &mut layout.decode(&bytes, &self.units[&array::COUNTERS])))
+    }
+
+    fn count(&mut self, sizes: &Sizes) -> Result<()> {
+        self.forget_ahead();
+        self.last.clear();
+        self.now = Sizes { bodies: sizes.bodies, large: sizes.large, clumps: sizes.clumps, ..self.now };
+        Ok(())
     }
 
     fn resize(&mut self, resized: &[&'static Array], len: usize) -> Result<()> {
@@ -497,7 +507,11 @@ impl Engine for Gpu {
     fn read(&mut self, arrays: &[&'static Array], elements: Range<usize>, state: &mut State) -> Result<()> {
         self.forget_ahead();
         for &array in arrays {
-            let elements = within(&elements, self.arrays.len(array));
+            let len = match array.length.is_of_grains() {
+                true => self.now.of(array.length).min(self.arrays.len(array)),
+                false => self.arrays.len(array),
+            };
+            let elements = within(&elements, len);
             let Some(layout) = self.arrays.layout(array).filter(|_| self.arrays.len(array) > 0) else { continue };
             let bytes = self.arrays.read(&self.device, array, elements.clone())?;
             let column: &mut dyn Column = state.column_mut(array);

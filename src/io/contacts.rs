@@ -38,12 +38,13 @@ impl<'a> Row<'a> {
     fn new(packing: &Packing<'a>, contact: &Contact) -> Row<'a> {
         let (point, n) = (packing.point(contact), contact.normal);
         let (normal, tangential) = (-contact.normal_force() * n, contact.tangential_force());
+        let number = |grain: u32| packing.assembly.numbers.of_grain(grain as usize);
         let (other, wall) = match contact.other {
-            Other::Grain(other) => (Some(other), None),
+            Other::Grain(other) => (Some(number(other)), None),
             Other::Wall(wall) => (None, Some(packing.walls[wall as usize].name.as_str())),
         };
         Row {
-            grain: contact.grain,
+            grain: number(contact.grain),
             other,
             wall,
             x: point.x,
@@ -91,16 +92,17 @@ pub fn write_lines(out: &mut impl Write, now: &Instant) -> io::Result<()> {
     let ends: Vec<DVec3> = contacts.iter().flat_map(|contact| ends(packing, contact)).collect();
     let count = contacts.len();
     let each = |of: fn(&Contact) -> f64| contacts.iter().map(of).collect::<Vec<_>>().into_iter();
-    let other = |of: fn(Other) -> i64| contacts.iter().map(|c| of(c.other)).collect::<Vec<_>>().into_iter();
+    let number = |grain: u32| i64::from(packing.assembly.numbers.of_grain(grain as usize));
+    let other = |of: &dyn Fn(Other) -> i64| contacts.iter().map(|c| of(c.other)).collect::<Vec<_>>().into_iter();
     vtp::begin(out, 2 * count, [0, count])?;
     writeln!(out, r#"<PointData Scalars="normal_force">"#)?;
     // Filters that make tubes want what they scale by at the points.
     let twice: Vec<f64> = contacts.iter().flat_map(|c| [c.normal_force(); 2]).collect();
     vtp::array(out, "normal_force", 1, twice.into_iter())?;
     writeln!(out, r#"</PointData><CellData Scalars="normal_force">"#)?;
-    vtp::array(out, "grain", 1, contacts.iter().map(|c| i64::from(c.grain)))?;
-    vtp::array(out, "other", 1, other(|other| if let Other::Grain(id) = other { i64::from(id) } else { -1 }))?;
-    vtp::array(out, "wall", 1, other(|other| if let Other::Wall(wall) = other { i64::from(wall) } else { -1 }))?;
+    vtp::array(out, "grain", 1, contacts.iter().map(|c| number(c.grain)))?;
+    vtp::array(out, "other", 1, other(&|other| if let Other::Grain(id) = other { number(id) } else { -1 }))?;
+    vtp::array(out, "wall", 1, other(&|other| if let Other::Wall(wall) = other { i64::from(wall) } else { -1 }))?;
     vtp::array(out, "normal_force", 1, each(Contact::normal_force))?;
     vtp::array(out, "tangential_force", 1, each(|c| c.tangential_force().length()))?;
     vtp::array(out, "overlap", 1, each(|c| c.overlap))?;

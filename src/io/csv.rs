@@ -5,7 +5,8 @@ use crate::{
     error::{Error, Result},
     input,
     measure::{Sample, micromechanics::packing::Load},
-    scene::{Clump, Grain, Material, Shape, Wall},
+    scene::{Clump, Grain, Material, Numbers, Shape, Wall},
+    simulation::Outflow,
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -58,16 +59,18 @@ impl History {
             .map_err(at(path))
     }
 
-    pub(super) fn row(&mut self, sample: &Sample, rate: f64, loads: &[Load]) -> Result<()> {
+    pub(super) fn row(&mut self, sample: &Sample, rate: f64, loads: &[Load], outflows: &[Outflow]) -> Result<()> {
         let mut writer = csv::WriterBuilder::new().has_headers(self.length == 0).from_writer(Vec::new());
         let rate = Rate { particle_steps_per_second: rate };
-        let row = match &sample.cell {
-            Some(cell) => writer.serialize((sample, cell, rate)),
-            None => writer.serialize((sample, rate)),
+        let row = match (&sample.cell, &sample.openings) {
+            (Some(cell), Some(openings)) => writer.serialize((sample, cell, openings, rate)),
+            (Some(cell), None) => writer.serialize((sample, cell, rate)),
+            (None, Some(openings)) => writer.serialize((sample, openings, rate)),
+            (None, None) => writer.serialize((sample, rate)),
         };
         let row = row.map_err(io::Error::from);
         let row = row.and_then(|()| writer.into_inner().map_err(|e| io::Error::other(e.to_string())));
-        let row = row.and_then(|row| self.with_loads(row, loads)).map_err(at(&self.path))?;
+        let row = row.and_then(|row| self.with_loads(row, loads, outflows)).map_err(at(&self.path))?;
         let written = self.file.seek(SeekFrom::Start(self.length)).and_then(|_| self.file.write_all(&row));
         match written {
             Ok(()) => self.length += row.len() as u64,
@@ -77,12 +80,16 @@ impl History {
         written.map_err(at(&self.path))
     }
 
-    /// A line, which that of the names may be before, with the loads on walls behind it.
-    fn with_loads(&self, row: Vec<u8>, loads: &[Load]) -> io::Result<Vec<u8>> {
+    /// A line, which that of the names may be before, with the loads on walls and what has left behind it.
+    fn with_loads(&self, row: Vec<u8>, loads: &[Load], outflows: &[Outflow]) -> io::Result<Vec<u8>> {
         let parts = ["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z"];
         let names = self.walls.iter().flat_map(|wall| parts.map(|part| format!("walls.{wall}.{part}")));
         let numbers = loads.iter().flat_map(|load| [load.force.to_array(), load.moment.to_array()].concat());
-        let more = [names.collect::<Vec<_>>(), numbers.map(|x| format!("{x:?}")).collect()];
+        let mut more = [names.collect::<Vec<_>>(), numbers.map(|x| format!("{x:?}")).collect()];
+        for Outflow { name, removed, mass, rate } in outflows {
+            more[0].extend(["particles", "mass", "flow_rate"].map(|part| format!("outlets.{name}.{part}")));
+            more[1].extend([removed.to_string(), format!("{mass:?}"), format!("{rate:?}")]);
+        }
         let lines: Vec<&[u8]> = row.split_inclusive(|byte| *byte == b'\n').collect();
         let mut writer = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());
         for (line, more) in lines.iter().zip(&more[2 - lines.len()..]) {
@@ -150,13 +157,13 @@ impl GrainRow {
 
 /// Writes all grains in their order. Numbers have as many digits as it takes to read the same number back.
 pub fn write_grains(path: &Path, grains: &[Grain], materials: &[Material]) -> Result<()> {
-    write(path, |file| self::grains(file, grains, materials))
+    write(path, |file| self::grains(file, grains, materials, &Numbers::default()))
 }
 
-pub(super) fn grains(out: impl Write, grains: &[Grain], materials: &[Material]) -> io::Result<()> {
+pub(super) fn grains(out: impl Write, grains: &[Grain], materials: &[Material], numbers: &Numbers) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
-    for (id, grain) in grains.iter().enumerate() {
-        writer.serialize(GrainRow::new(id, grain, materials))?;
+    for (k, grain) in grains.iter().enumerate() {
+        writer.serialize(GrainRow::new(numbers.of_grain(k) as usize, grain, materials))?;
     }
     writer.flush()
 }
@@ -175,18 +182,24 @@ struct Pose<'a> {
 /// Writes all clumps in their order, with their centres of mass and the turn from the axes of their shapes to those of
 /// the scene.
 pub fn write_clumps(path: &Path, clumps: &[Clump], shapes: &[Shape], materials: &[Material]) -> Result<()> {
-    write(path, |file| self::clumps(file, clumps, shapes, materials))
+    write(path, |file| self::clumps(file, clumps, shapes, materials, &Numbers::default()))
 }
 
-pub(super) fn clumps(out: impl Write, clumps: &[Clump], shapes: &[Shape], materials: &[Material]) -> io::Result<()> {
+pub(super) fn clumps(
+    out: impl Write,
+    clumps: &[Clump],
+    shapes: &[Shape],
+    materials: &[Material],
+    numbers: &Numbers,
+) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
-    for (id, clump) in clumps.iter().enumerate() {
+    for (k, clump) in clumps.iter().enumerate() {
         let Clump { position, velocity, spin, radius, material, fixed, .. } = *clump;
         let grain = Grain { position, velocity, spin, radius, material, fixed };
         let q = clump.orientation;
         let shape = &shapes[clump.shape as usize].name;
         let pose = Pose { shape, qw: q.w, qx: q.x, qy: q.y, qz: q.z };
-        writer.serialize((GrainRow::new(id, &grain, materials), pose))?;
+        writer.serialize((GrainRow::new(numbers.of_clump(k) as usize, &grain, materials), pose))?;
     }
     writer.flush()
 }

@@ -10,7 +10,8 @@ pub fn write(out: &mut impl Write, now: &Instant) -> io::Result<()> {
     writeln!(out, "ITEM: NUMBER OF ATOMS\n{}", now.packing.grains.len())?;
     bounds(out, &cell)?;
     writeln!(out, "ITEM: ATOMS id type x y z radius vx vy vz omegax omegay omegaz")?;
-    for (id, g) in now.packing.grains.iter().enumerate() {
+    for (k, g) in now.packing.grains.iter().enumerate() {
+        let id = now.packing.assembly.numbers.of_grain(k);
         let (x, v, w) = (g.position, g.velocity, g.spin);
         writeln!(
             out,

@@ -94,7 +94,8 @@ impl MeasureFiles<'_> {
             let x = packing.center(k);
             write!(
                 file,
-                "{k},{:?},{:?},{:?},{:?},{},{}",
+                "{},{:?},{:?},{:?},{:?},{},{}",
+                packing.number(k),
                 x.x,
                 x.y,
                 x.z,

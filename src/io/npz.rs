@@ -94,6 +94,10 @@ pub fn write(out: &mut impl Write, now: &Instant) -> io::Result<()> {
     file.numbers("radius", grains, |g| g.radius)?;
     file.numbers("material", grains, |g| g.material)?;
     file.numbers("fixed", grains, |g| u8::from(g.fixed))?;
+    // Contacts and clumps count the rows here, whatever grains are called.
+    if !assembly.numbers.grains.is_empty() {
+        file.numbers("id", &assembly.numbers.grains, |id| *id)?;
+    }
     file.names("material_name", assembly.materials.iter().map(|material| material.name.as_str()))?;
     if !clumps.is_empty() {
         let owners: Vec<[u32; 1]> = (0..grains.len()).map(|g| [packing.particle_of(g as u32) as u32]).collect();

@@ -2,7 +2,7 @@
 
 use super::{csv, export::Kind, vtp};
 use crate::scene::{
-    Assembly, Clump, Grain, Output, Stop,
+    Assembly, Clump, Grain, Numbers, Output, Stop,
     grain_file::{self, Moment, Names},
 };
 use glam::{DQuat, DVec3};
@@ -213,14 +213,18 @@ impl Sizes {
         let (materials, shapes) = (&assembly.materials[..], &assembly.shapes[..]);
         let owners = vec![0; if assembly.clumps.is_empty() { 0 } else { grains }];
         let (grains, clumps) = (vec![grain; grains], vec![clump; clumps]);
-        let names = Names { dimension: assembly.dimension, materials, shapes, owners: &owners };
-        let moment = Moment { step: 0, time: radius, grains: &grains, clumps: &clumps };
+        let names = Names { dimension: assembly.dimension, materials, shapes };
+        let (numbers, owners) = (&Numbers::default(), &owners[..]);
+        let moment = Moment { step: 0, time: radius, grains: &grains, clumps: &clumps, owners, numbers };
         Sizes {
-            vtp: count(|out| vtp::write(out, radius, &grains, &owners)),
+            vtp: count(|out| vtp::write(out, &moment)),
             bin: count(|out| grain_file::write(out, &moment, &names)),
             csv: count(|out| {
-                csv::grains(&mut *out, &grains, materials)?;
-                if assembly.clumps.is_empty() { Ok(()) } else { csv::clumps(out, &clumps, shapes, materials) }
+                csv::grains(&mut *out, &grains, materials, numbers)?;
+                match assembly.clumps.is_empty() {
+                    true => Ok(()),
+                    false => csv::clumps(out, &clumps, shapes, materials, numbers),
+                }
             }),
         }
     }

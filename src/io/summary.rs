@@ -13,8 +13,8 @@ use crate::{
         },
     },
     protocol::jamming::{Jamming, JammingFraction},
-    scene::{self, Assembly, Clump, Grain, Surface},
-    simulation::{DEEP_OVERLAP, DEEPER, DeepOverlap, Other, Simulation, SolverStatistics},
+    scene::{self, Assembly, Clump, Grain, Insertion, Surface},
+    simulation::{DEEP_OVERLAP, DEEPER, DeepOverlap, Inlet, Other, Outlet, Simulation, SolverStatistics},
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -83,6 +83,11 @@ pub struct Summary {
     /// Of clumps.
     #[serde(flatten)]
     pub rotation: Option<Rotation>,
+    /// What has come in, population by population, and what has left, outlet by outlet.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub insertions: Vec<Inserted>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub outlets: Vec<Removed>,
     /// What makes the result doubtful, in words.
     pub doubts: Vec<String>,
     /// Why the run ended: `last step`, `at rest`, `at rest, unjammed`, `jamming fraction found`, `interrupted` or `error`.
@@ -204,6 +209,45 @@ pub struct Rotation {
     pub rotation_rounds_capped: u32,
 }
 
+/// Grains (clumps) of a population that have come in over time.
+#[derive(Clone, Debug, Serialize)]
+pub struct Inserted {
+    pub name: String,
+    /// Of so many.
+    pub count: usize,
+    pub inserted: usize,
+    /// kg
+    pub mass: f64,
+    /// Times at which grains were to come in, and those of them at which one found no room.
+    pub batches: u64,
+    pub full: u64,
+}
+
+impl Inserted {
+    fn new((insertion, inlet): (&Insertion, &Inlet)) -> Inserted {
+        let (name, count) = (insertion.name.clone(), insertion.count());
+        let Inlet { inserted, mass, full, batches, .. } = *inlet;
+        Inserted { name, count, inserted, mass, batches, full }
+    }
+}
+
+/// Grains (clumps) that have left.
+#[derive(Clone, Debug, Serialize)]
+pub struct Removed {
+    pub name: String,
+    pub removed: u64,
+    /// kg
+    pub mass: f64,
+    /// kg m/s
+    pub momentum: DVec3,
+}
+
+impl Removed {
+    fn new((outlet, left): (&scene::Outlet, &Outlet)) -> Removed {
+        Removed { name: outlet.name.clone(), removed: left.removed, mass: left.mass, momentum: left.momentum }
+    }
+}
+
 /// True strains along the axes, and shears.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Strain {
@@ -252,6 +296,9 @@ impl Summary {
     ) -> Result<Summary> {
         let rounds = simulation.rotation_rounds()?;
         let balance = if simulation.solver_statistics().is_some() { simulation.force_balance()? } else { None };
+        let numbers = &simulation.assembly().numbers;
+        let number = |k| if clumps.is_empty() { numbers.of_grain(k) } else { numbers.of_clump(k) };
+        let balance = balance.map(|(worst, k)| (worst, number(k) as usize));
         let (domain, strain) = (simulation.domain()?, simulation.strain()?);
         let s = &*simulation;
         let assembly = &s.assembly_in(domain);
@@ -309,6 +356,8 @@ impl Summary {
                 rotation_rounds_max: most,
                 rotation_rounds_capped: capped,
             }),
+            insertions: s.assembly().insertions.iter().zip(s.inlets()).map(Inserted::new).collect(),
+            outlets: s.assembly().outlets.iter().zip(s.outlets()).map(Removed::new).collect(),
             doubts: doubts(s, sample, &ending),
             deepest_overlap: ending.deepest,
             ended: ending.ended,
@@ -344,7 +393,8 @@ fn doubts(s: &Simulation, sample: &Sample, ending: &Ending) -> Vec<String> {
         )
     });
     let jamming = doubt_of_jamming(assembly, &ending.jamming);
-    [deep, unsolved, missed(assembly, sample, ending), jamming, coarse].into_iter().flatten().collect()
+    let told = [deep, unsolved, missed(assembly, sample, ending), jamming, coarse];
+    told.into_iter().flatten().chain(s.held_up()).collect()
 }
 
 /// States that have not come to rest, or a fraction that was not found.
@@ -492,6 +542,7 @@ impl Surroundings {
             upper: corner(self.domain.upper, f64::INFINITY),
             periodic: self.domain.periodic,
             tilt: DVec3::new(self.domain.tilt.yz, self.domain.tilt.xz, self.domain.tilt.xy),
+            ..scene::Domain::default()
         }
     }
 

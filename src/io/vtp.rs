@@ -1,7 +1,7 @@
 //! Snapshots for ParaView: VTK's XML PolyData with one vertex per grain, numbers as base64, and their series in time.
 
 use super::files::{at, create};
-use crate::{error::Result, scene::Grain};
+use crate::{error::Result, scene::grain_file::Moment};
 use base64::{engine::general_purpose::STANDARD, write::EncoderWriter};
 use glam::DVec3;
 use std::{
@@ -31,19 +31,20 @@ macro_rules! number {
 
 number!(f64 = "Float64", i64 = "Int64", u32 = "UInt32");
 
-/// Writes a snapshot; material is the index of the material by name. `owners` are the clumps of the grains, or empty.
-pub fn write(out: &mut impl Write, time: f64, grains: &[Grain], owners: &[u32]) -> io::Result<()> {
+/// Writes a snapshot; material is the index of the material by name. clumps are told by their numbers.
+pub fn write(out: &mut impl Write, moment: &Moment) -> io::Result<()> {
+    let Moment { time, grains, numbers, owners, .. } = *moment;
     let count = grains.len();
     let ids = || (0..count).map(|id| id as i64);
     begin(out, count, [count, 0])?;
     writeln!(out, r#"<PointData Scalars="radius" Vectors="velocity">"#)?;
-    array(out, "id", 1, ids())?;
+    array(out, "id", 1, (0..count).map(|k| i64::from(numbers.of_grain(k))))?;
     array(out, "radius", 1, grains.iter().map(|g| g.radius))?;
     vectors(out, "velocity", grains, |g| g.velocity)?;
     vectors(out, "angular_velocity", grains, |g| g.spin)?;
     array(out, "material", 1, grains.iter().map(|g| g.material))?;
     if !owners.is_empty() {
-        array(out, "clump", 1, owners.iter().copied())?;
+        array(out, "clump", 1, owners.iter().map(|owner| numbers.of_clump(*owner as usize)))?;
     }
     writeln!(out, "</PointData>\n<Points>")?;
     vectors(out, "Points", grains, |g| g.position)?;
@@ -146,6 +147,7 @@ impl Series {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::{Grain, Numbers};
 
     #[test]
     fn a_series_is_whole_after_each_snapshot() {
@@ -175,7 +177,8 @@ mod tests {
             fixed: false,
         };
         let mut out = Vec::new();
-        write(&mut out, 0.25, &[grain], &[0]).unwrap();
+        let (grains, clumps, owners, numbers) = (&[grain], &[], &[0], &Numbers::default());
+        write(&mut out, &Moment { step: 0, time: 0.25, grains, clumps, owners, numbers }).unwrap();
         let text = String::from_utf8(out).unwrap();
         let elements = text.split('<').skip(1).map(|tag| tag.split([' ', '>']).next().unwrap());
         let parts: Vec<&str> = elements.filter(|name| !name.contains("DataArray")).collect();

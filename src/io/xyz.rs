@@ -18,7 +18,8 @@ pub fn write(out: &mut impl Write, now: &Instant) -> io::Result<()> {
     )?;
     // Blanks would be taken for the end of a name.
     let names: Vec<String> = assembly.materials.iter().map(|m| m.name.replace(char::is_whitespace, "_")).collect();
-    for (id, g) in grains.iter().enumerate() {
+    for (k, g) in grains.iter().enumerate() {
+        let id = assembly.numbers.of_grain(k);
         write!(out, "{id} {}", names[g.material as usize])?;
         let numbers = g.position.to_array().into_iter().chain([g.radius]);
         let numbers = numbers.chain(g.velocity.to_array()).chain(g.spin.to_array());

@@ -59,6 +59,9 @@ pub struct Sample {
     /// Of a cell that may deform: further columns.
     #[serde(skip)]
     pub cell: Option<CellSample>,
+    /// Of a scene in which grains come in or leave: further columns.
+    #[serde(skip)]
+    pub openings: Option<OpeningsSample>,
     /// Mean |contact force|, N; 0 without contacts.
     #[serde(skip)]
     pub contact_force: f64,
@@ -69,6 +72,21 @@ pub struct Sample {
     /// Contact dynamics: the last step was not solved, so that its forces are none.
     #[serde(skip)]
     pub unsolved: bool,
+}
+
+/// What a row of the history has of grains that have come in and left since step 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct OpeningsSample {
+    /// Grains (clumps) that are there now.
+    pub particles: u64,
+    pub inserted: u64,
+    /// kg
+    pub inserted_mass: f64,
+    pub removed: u64,
+    pub removed_mass: f64,
+    /// Kinetic and potential energy of those that have come in, and all that has gone with those that have left, J.
+    pub inserted_energy: f64,
+    pub removed_energy: f64,
 }
 
 /// What a row of the history has of a cell that may deform.

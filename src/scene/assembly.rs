@@ -2,12 +2,16 @@
 //! Everything below `scene` in the crate reads this and nothing else of the scene file.
 
 use super::cell::{COMPONENTS, Cell};
+use super::insertion::Insertion;
 use super::law::Pair;
 use super::motion::Motion;
+use super::outlet::Outlet;
 use super::schema::Twist;
 use super::shape::Shape;
 use crate::{memory, solve};
 use glam::{DQuat, DVec3};
+use std::borrow::Cow;
+use std::f64::consts::PI;
 use std::ops::Range;
 
 /// A scene with every default filled in, every population placed and every value checked. One that is changed or made
@@ -36,6 +40,14 @@ pub struct Assembly {
     pub shapes: Vec<Shape>,
     /// Empty, or all grains are members of clumps, in order: single spheres among clumps are clumps of one member.
     pub clumps: Vec<Clump>,
+    /// What comes in over time, and is not among the grains yet.
+    pub insertions: Vec<Insertion>,
+    /// Where grains leave.
+    pub outlets: Vec<Outlet>,
+    /// Grains, or clumps with their members, that are not there yet: the last ones of [`Assembly::whole`].
+    pub waiting: usize,
+    /// Numbers of grains and clumps where some have come in over time or left.
+    pub numbers: Numbers,
     /// Numbers of the method.
     pub solver: Solver,
     /// When to stop.
@@ -55,6 +67,8 @@ pub struct Domain {
     pub upper: DVec3,
     /// Which axes are periodic; the others are open.
     pub periodic: [bool; 3],
+    /// Through which of the open ones grains leave; others must not.
+    pub outlet: [bool; 3],
     /// Of a cell that has been sheared, m: how far the third edge leads along y and along x, and the second along x.
     pub tilt: DVec3,
 }
@@ -247,7 +261,57 @@ impl Clump {
     }
 }
 
+/// What grains and clumps are called, by their place in the assembly. None: by that place.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Numbers {
+    pub grains: Vec<u32>,
+    pub clumps: Vec<u32>,
+}
+
+impl Numbers {
+    pub fn of_grain(&self, place: usize) -> u32 {
+        self.grains.get(place).copied().unwrap_or(place as u32)
+    }
+
+    pub fn of_clump(&self, place: usize) -> u32 {
+        self.clumps.get(place).copied().unwrap_or(place as u32)
+    }
+}
+
 impl Assembly {
+    /// With all that will have come in, wherever it will do so.
+    pub fn whole(&self) -> Cow<'_, Assembly> {
+        if self.insertions.is_empty() {
+            return Cow::Borrowed(self);
+        }
+        let mut whole = self.clone();
+        for Insertion { grains, clumps, .. } in std::mem::take(&mut whole.insertions) {
+            let first = whole.grains.len() as u32;
+            whole.waiting += grains.len();
+            whole.grains.extend(grains);
+            whole.clumps.extend(clumps.into_iter().map(|clump| Clump { first: clump.first + first, ..clump }));
+        }
+        Cow::Owned(whole)
+    }
+
+    /// Whether grains may come or go.
+    pub fn changes(&self) -> bool {
+        !(self.insertions.is_empty() && self.outlets.is_empty())
+    }
+
+    /// Of a sphere (disk), m³ (m²).
+    pub fn volume_of(&self, radius: f64) -> f64 {
+        match self.dimension {
+            2 => PI * radius * radius,
+            _ => 4.0 / 3.0 * PI * radius.powi(3),
+        }
+    }
+
+    /// Of a sphere (disk), kg.
+    pub fn mass_of(&self, radius: f64, material: u32) -> f64 {
+        self.materials[material as usize].density * self.volume_of(radius)
+    }
+
     /// Indices of the members of clump k in `grains`.
     pub fn members(&self, k: usize) -> Range<usize> {
         let end = self.clumps.get(k + 1).map_or(self.grains.len(), |next| next.first as usize);
@@ -269,11 +333,28 @@ impl Assembly {
     /// A checksum of everything that a step may depend on: not of when to stop and what to write.
     pub fn checksum(&self) -> u32 {
         let Assembly {
-            dimension, gravity, domain, cell, materials, pairs, walls, grains, shapes, clumps, solver, ..
+            dimension,
+            gravity,
+            domain,
+            cell,
+            materials,
+            pairs,
+            walls,
+            shapes,
+            solver,
+            insertions,
+            outlets,
+            ..
         } = self;
+        let Assembly { grains, clumps, .. } = &*self.whole();
         let mut hasher = crc32fast::Hasher::new();
         let rest = (dimension, gravity, domain, cell, materials, pairs, walls, shapes, solver);
         hasher.update(format!("{rest:?}").as_bytes());
+        for of in insertions {
+            let limits = (of.most_mass, of.start, of.stop, of.interval, of.seed);
+            hasher.update(format!("{:?}", (&of.name, of.region, of.region_velocity, of.rate, limits)).as_bytes());
+        }
+        outlets.iter().for_each(|outlet| hasher.update(format!("{outlet:?}").as_bytes()));
         let mut numbers = |numbers: &[f64]| numbers.iter().for_each(|x| hasher.update(&x.to_le_bytes()));
         for Grain { position, velocity, spin, radius, material, fixed } in grains {
             [position, velocity, spin].into_iter().for_each(|v| numbers(&v.to_array()));

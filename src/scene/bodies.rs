@@ -5,7 +5,7 @@ use glam::DQuat;
 use super::check::Check;
 use super::schema::{self, Orientation, Rotation};
 use super::shape::{Shape, Shapes};
-use super::{Clump, Domain, Grain};
+use super::{Clump, Domain, Grain, Numbers};
 use crate::Result;
 
 /// A shape, and how it is turned: from its own axes to those of the scene.
@@ -47,6 +47,8 @@ pub fn orientation(given: &schema::Orientation, key: &str, check: &Check) -> Res
 pub struct Placed {
     pub grains: Vec<Grain>,
     pub poses: Option<Vec<Pose>>,
+    /// What a file calls the grains, or the clumps and their members.
+    pub numbers: Option<Numbers>,
 }
 
 impl Placed {
@@ -76,16 +78,19 @@ pub struct Bodies<'a> {
     domain: Domain,
     pub grains: Vec<Grain>,
     clumps: Vec<Clump>,
+    /// Of files that have them, with the place of their first grain.
+    pub numbers: Vec<(usize, Numbers)>,
     /// What a user should know of how populations came out.
     pub notices: Vec<String>,
 }
 
 impl<'a> Bodies<'a> {
     pub fn new(shapes: Shapes<'a>, domain: Domain) -> Bodies<'a> {
-        Bodies { shapes, domain, grains: Vec::new(), clumps: Vec::new(), notices: Vec::new() }
+        Bodies { shapes, domain, grains: Vec::new(), clumps: Vec::new(), numbers: Vec::new(), notices: Vec::new() }
     }
 
     pub fn append(&mut self, mut placed: Placed) {
+        self.numbers.extend(placed.numbers.take().map(|numbers| (self.grains.len(), numbers)));
         let Some(poses) = &placed.poses else {
             match self.grains.is_empty() {
                 true => self.grains = placed.grains,
@@ -133,4 +138,30 @@ impl<'a> Bodies<'a> {
         }
         (self.shapes.all, self.grains, clumps)
     }
+}
+
+/// What grains and clumps are called, some of which, from these places on, have numbers of their own: counted from the
+/// largest number before them on. None do: all by their place.
+pub fn numbers(known: &[(usize, Numbers)], grains: usize, clumps: &[Clump]) -> Numbers {
+    if known.is_empty() {
+        return Numbers::default();
+    }
+    let place = |first: usize| clumps.partition_point(|clump| (clump.first as usize) < first);
+    let of_grains: Vec<_> = known.iter().map(|(first, of)| (*first, of.grains.clone())).collect();
+    let of_clumps: Vec<_> = known.iter().map(|(first, of)| (place(*first), of.clumps.clone())).collect();
+    Numbers { grains: numbered(grains, &of_grains), clumps: numbered(clumps.len(), &of_clumps) }
+}
+
+/// Numbers of so many, some of which, from these places on, have numbers of their own.
+fn numbered(count: usize, known: &[(usize, Vec<u32>)]) -> Vec<u32> {
+    let mut all: Vec<u32> = Vec::with_capacity(count);
+    let mut next = 0;
+    for (first, numbers) in known {
+        all.extend((next..).take(first.saturating_sub(all.len())));
+        next = all.iter().max().map_or(0, |last| last + 1);
+        all.extend(numbers.iter().map(|number| next + number));
+        next = all.iter().max().map_or(0, |last| last + 1);
+    }
+    all.extend((next..).take(count.saturating_sub(all.len())));
+    all
 }

@@ -4,6 +4,7 @@
 mod cell;
 mod grains;
 mod keys;
+mod openings;
 mod shapes;
 mod solver;
 mod walls;
@@ -23,6 +24,7 @@ use keys::per_axis;
 pub use cell::{CellBuilder, Component};
 pub use grains::{GrainBuilder, PopulationBuilder, Radii, Spin};
 pub use keys::PerAxis;
+pub use openings::{InsertionBuilder, OutletBuilder};
 pub use shapes::{Orientation, ShapeBuilder};
 pub use solver::SolverBuilder;
 pub use walls::{Side, WallBuilder};
@@ -72,6 +74,7 @@ impl SceneBuilder {
             shape: Vec::new(),
             grain: Vec::new(),
             population: Vec::new(),
+            outlet: Vec::new(),
             solver: schema::Solver::default(),
             stop: schema::Stop::default(),
             jamming: None,
@@ -171,6 +174,13 @@ impl SceneBuilder {
     #[must_use]
     pub fn population(mut self, population: PopulationBuilder) -> Self {
         self.file.population.push(population.0);
+        self
+    }
+
+    /// Where grains leave.
+    #[must_use]
+    pub fn outlet(mut self, outlet: OutletBuilder) -> Self {
+        self.file.outlet.push(outlet.0);
         self
     }
 

@@ -108,7 +108,11 @@ impl Scene {
         file.grain.retain(|_| added.next().unwrap_or(true));
         let added = populations;
         for (number, added) in added.iter().enumerate() {
-            let what = if *added { "is added" } else { "is there already" };
+            let what = match &file.population[number].insertion {
+                _ if *added => "is added",
+                Some(_) => "is there already as far as it has come in, and no more of it comes",
+                None => "is there already",
+            };
             notices.push(format!("population.{number} {what}"));
         }
         let mut added = added.into_iter();

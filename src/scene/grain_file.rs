@@ -5,7 +5,7 @@ use super::check::{Check, show};
 use super::rows::unit;
 use super::shape::Shapes;
 use super::table::{Materials, Options};
-use super::{Clump, Grain, Material, Shape};
+use super::{Clump, Grain, Material, Numbers, Shape};
 use crate::container::{self, Column, Container};
 use crate::{Error, Result, memory};
 use glam::{DQuat, DVec3};
@@ -37,6 +37,9 @@ pub struct Moment<'a> {
     pub time: f64,
     pub grains: &'a [Grain],
     pub clumps: &'a [Clump],
+    /// The clumps of the grains; empty without clumps.
+    pub owners: &'a [u32],
+    pub numbers: &'a Numbers,
 }
 
 /// What the numbers of grains and clumps refer to.
@@ -45,8 +48,6 @@ pub struct Names<'a> {
     pub dimension: usize,
     pub materials: &'a [Material],
     pub shapes: &'a [Shape],
-    /// The clumps of the grains; empty without clumps.
-    pub owners: &'a [u32],
 }
 
 /// Write the grains of a moment.
@@ -60,7 +61,9 @@ pub(crate) fn write(out: &mut impl io::Write, moment: &Moment, names: &Names) ->
         materials: names.materials.iter().map(|material| material.name.clone()).collect(),
         shapes: names.shapes.iter().map(|shape| shape.name.clone()).collect(),
     };
-    let Moment { grains, clumps, .. } = *moment;
+    let Moment { grains, clumps, owners, numbers, .. } = *moment;
+    // Only where they are not the places in the file.
+    let (ids, clump_ids) = (&numbers.grains, &numbers.clumps);
     if clumps.is_empty() {
         let columns = [
             Column::new("position", "m", grains, |g| g.position.to_array()),
@@ -69,8 +72,10 @@ pub(crate) fn write(out: &mut impl io::Write, moment: &Moment, names: &Names) ->
             Column::new("radius", "m", grains, |g| [g.radius]),
             Column::new("material", "", grains, |g| [g.material]),
             Column::new("fixed", "", grains, |g| [u32::from(g.fixed)]),
+            Column::new("id", "", ids, |id| [*id]),
         ];
-        return container::write(out, &about, &columns);
+        let columns = &columns[..columns.len() - usize::from(ids.is_empty())];
+        return container::write(out, &about, columns);
     }
     let columns = [
         Column::new("position", "m", clumps, |c| c.position.to_array()),
@@ -84,9 +89,12 @@ pub(crate) fn write(out: &mut impl io::Write, moment: &Moment, names: &Names) ->
         Column::new("member_position", "m", grains, |g| g.position.to_array()),
         Column::new("member_velocity", "m/s", grains, |g| g.velocity.to_array()),
         Column::new("member_radius", "m", grains, |g| [g.radius]),
-        Column::new("member_clump", "", names.owners, |owner| [*owner]),
+        Column::new("member_clump", "", owners, |owner| [*owner]),
+        Column::new("id", "", clump_ids, |id| [*id]),
+        Column::new("member_id", "", ids, |id| [*id]),
     ];
-    container::write(out, &about, &columns)
+    let columns = &columns[..columns.len() - 2 * usize::from(ids.is_empty())];
+    container::write(out, &about, columns)
 }
 
 /// Reads the grains or clumps of a file.
@@ -154,8 +162,10 @@ pub(super) fn read(path: &Path, options: &Options, shapes: &mut Shapes, check: &
             return Err(wrong(format!("row {k}: {fault}")));
         }
     }
+    let ids = file.ids("id", count)?;
+    let numbers = |grains: Vec<u32>, clumps| (!grains.is_empty()).then_some(Numbers { grains, clumps });
     if !clumped {
-        return Ok(Placed { grains, poses: None });
+        return Ok(Placed { grains, poses: None, numbers: numbers(ids, Vec::new()) });
     }
     let mut poses = memory::filled(Pose { shape: 0, orientation: DQuat::IDENTITY }, grains.len())?;
     file.read("orientation", |k, q| if_there(&mut poses, k, |pose| pose.orientation = DQuat::from_array(q)))?;
@@ -172,7 +182,8 @@ pub(super) fn read(path: &Path, options: &Options, shapes: &mut Shapes, check: &
         let shape = shapes.named(key, &names(&file.about.shapes, pose.shape))?;
         *pose = Pose { shape, orientation: unit(q) };
     }
-    Ok(Placed { grains, poses: Some(poses) })
+    let members = file.ids("member_id", u64::MAX)?;
+    Ok(Placed { grains, poses: Some(poses), numbers: numbers(members, ids) })
 }
 
 /// A file may have more rows than are asked for.
@@ -183,6 +194,16 @@ fn if_there<T>(rows: &mut [T], k: usize, set: impl FnOnce(&mut T)) {
 }
 
 impl<A> Container<A> {
+    /// What its first so many grains are called; none if it does not say.
+    fn ids(&mut self, name: &str, count: u64) -> Result<Vec<u32>> {
+        let mut ids = Vec::new();
+        if self.rows(name).is_some() {
+            self.read(name, |_, [id]: [u32; 1]| ids.push(id))?;
+        }
+        ids.truncate(usize::try_from(count).unwrap_or(usize::MAX));
+        Ok(ids)
+    }
+
     fn vectors(&mut self, name: &str, grains: &mut [Grain], set: impl Fn(&mut Grain, DVec3)) -> Result<()> {
         self.read(name, |k, x| if_there(grains, k, |grain| set(grain, DVec3::from_array(x))))
     }

@@ -7,8 +7,9 @@ use super::check::{self, Check, show};
 use super::origin::Origin;
 use super::validate::{check_count, check_output, check_solver, check_start, check_stop, first_error, fold_ends};
 use super::walls::{not_periodic, turns_across};
-use super::{Assembly, Clump, Dashpot, Grain, Method, Shape, Surface};
+use super::{Assembly, Clump, Dashpot, Grain, Method, Rate, Shape, Surface};
 use crate::Result;
+use std::collections::BTreeSet;
 
 /// How far a direction may be from unit length, and a member from where its clump has it, in radii of the clump:
 /// rounding of single precision, and no more.
@@ -39,7 +40,8 @@ impl Assembly {
         check_solver(&self.solver, check)?;
         check_stop(&self.stop, check)?;
         check_output(&self.output, check)?;
-        check_count(self.grains.len(), check)?;
+        check_count(self.whole().grains.len(), check)?;
+        self.check_openings(check)?;
         first_error(self.grains.par_iter().enumerate().map(|(id, grain)| self.check_grain(id, grain, check)))?;
         self.shapes.iter().enumerate().try_for_each(|(k, shape)| check_shape(k, shape, check))?;
         self.check_clumps(check)?;
@@ -49,6 +51,24 @@ impl Assembly {
     /// Moves what is at the upper end of a period to the lower one.
     pub(crate) fn fold_ends(&mut self) {
         fold_ends(&mut self.grains, &mut self.clumps, &self.domain);
+    }
+
+    /// What comes in over time, and what leaves.
+    fn check_openings(&self, check: &Check) -> Result<()> {
+        for insertion in &self.insertions {
+            let key = &insertion.name;
+            let (Rate::Number(rate) | Rate::Mass(rate)) = insertion.rate;
+            check.positive(&format!("{key}.insertion.rate"), rate, "")?;
+            check.finite(&format!("{key}.region.lower"), insertion.region.lower)?;
+            check.finite(&format!("{key}.region.upper"), insertion.region.upper)?;
+            let grains = insertion.grains.iter().enumerate();
+            grains.into_iter().try_for_each(|(k, grain)| self.check_grain(k, grain, check))?;
+        }
+        let names = self.outlets.iter().map(|outlet| &outlet.name).collect::<BTreeSet<_>>();
+        match names.len() == self.outlets.len() {
+            true => Ok(()),
+            false => Err(check.origin.wrong("outlet", "two outlets have the same name")),
+        }
     }
 
     fn check_domain(&self, check: &Check) -> Result<()> {

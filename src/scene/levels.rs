@@ -62,7 +62,7 @@ impl Assembly {
     }
 
     /// Grains above this radius are large, m.
-    fn largest_common_radius(&self) -> f64 {
+    pub(crate) fn largest_common_radius(&self) -> f64 {
         let mut radii: Vec<f64> = self.grains.iter().map(|g| g.radius).collect();
         let middle = radii.len() / 2;
         LARGE * *radii.select_nth_unstable_by(middle, f64::total_cmp).1

@@ -229,7 +229,7 @@ mod tests {
             for (dimension, periodic) in [(2, [false; 3]), (2, [true, true, false]), (3, [false; 3]), (3, [true; 3])] {
                 for smallest in [1.0, 0.1] {
                     let tilt = if periodic[2] { 0.45 * DVec3::new(sides.y, -sides.x, sides.x) } else { DVec3::ZERO };
-                    let domain = Domain { lower: DVec3::ZERO, upper: sides, periodic, tilt };
+                    let domain = Domain { lower: DVec3::ZERO, upper: sides, periodic, tilt, ..Domain::default() };
                     let sphere = |_| {
                         let mut x = DVec3::from_array(std::array::from_fn(|k| rng.random_range(-0.2..1.2) * sides[k]));
                         x.z *= f64::from(u8::from(dimension == 3));

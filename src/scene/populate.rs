@@ -14,7 +14,9 @@ use rayon::prelude::*;
 use super::apportion::apportioned;
 use super::bodies::{Bodies, Placed, Pose, orientation};
 use super::check::{AXES, Check, show, show_vector};
+use super::insertion::{Insertion, Region};
 use super::neighbours::Neighbours;
+use super::outlet;
 use super::schema::{self, Mixture, Placement, Population, Radius};
 use super::shape::{Shape, Shapes};
 use super::table::{self, Materials};
@@ -33,8 +35,14 @@ pub struct Site<'a> {
     pub seed: u64,
 }
 
-/// Adds population number `number` to `bodies`.
-pub fn populate(population: &Population, number: usize, site: &Site, bodies: &mut Bodies, check: &Check) -> Result<()> {
+/// Adds population number `number` to `bodies`: at once, or as grains that come in over time.
+pub fn populate(
+    population: &Population,
+    number: usize,
+    site: &Site,
+    bodies: &mut Bodies,
+    check: &Check,
+) -> Result<Option<Insertion>> {
     let key = format!("population.{number}");
     // Spread out, so that neighbouring seeds share no population.
     let seed = site.seed ^ (number as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15);
@@ -47,6 +55,7 @@ pub fn populate(population: &Population, number: usize, site: &Site, bodies: &mu
         let rule = "must be 0 with fixed = true; each fixed grain would drift on its own for ever";
         return Err(check.origin.bad(&format!("{key}.velocity_spread"), show(spread), rule));
     }
+    let mut insertion = None;
     let mut placed = if let Some(file) = &population.file {
         let options = table::Options {
             scale: check.positive(&format!("{key}.scale"), population.scale.unwrap_or(1.0), "")?,
@@ -62,7 +71,9 @@ pub fn populate(population: &Population, number: usize, site: &Site, bodies: &mu
             table::read(&path, &options, &mut bodies.shapes, &mut bodies.notices, check)?
         }
     } else {
-        place(population, &key, site, bodies, &mut rng, check)?
+        let (placed, over_time) = place(population, &key, site, bodies, &mut rng, check)?;
+        insertion = over_time.map(|insertion| Insertion { seed, ..insertion });
+        placed
     };
     let velocity = check.vector_or_zero(&format!("{key}.velocity"), population.velocity.as_deref())?;
     for grain in &mut placed.grains {
@@ -76,7 +87,7 @@ pub fn populate(population: &Population, number: usize, site: &Site, bodies: &mu
         }
     }
     bodies.append(placed);
-    Ok(())
+    Ok(insertion)
 }
 
 fn refuse_foreign_keys(population: &Population, key: &str, check: &Check) -> Result<()> {
@@ -87,6 +98,7 @@ fn refuse_foreign_keys(population: &Population, key: &str, check: &Check) -> Res
         ("placement", population.placement.is_some()),
         ("gap", population.gap.is_some()),
         ("region", population.region.is_some()),
+        ("insertion", population.insertion.is_some()),
     ];
     if let Some((field, _)) = placing.iter().find(|(_, set)| *set && from_file) {
         let message = "does not go with `file`, which gives every position, radius and shape";
@@ -103,6 +115,12 @@ fn refuse_foreign_keys(population: &Population, key: &str, check: &Check) -> Res
     if population.gap.is_some() && random {
         let message = "goes with placement = \"lattice\" only";
         return Err(check.origin.wrong(&format!("{key}.gap"), message));
+    }
+    let not_over_time =
+        [("placement", population.placement.is_some()), ("gap", population.gap.is_some()), ("fixed", population.fixed)];
+    if let Some((field, _)) = not_over_time.iter().find(|(_, set)| *set && population.insertion.is_some()) {
+        let message = "does not go with `insertion`: grains that come in over time are placed at random, and are free";
+        return Err(check.origin.wrong(&format!("{key}.{field}"), message));
     }
     if population.count == Some(0) {
         return Err(check.origin.bad(&format!("{key}.count"), 0, "must be at least 1"));
@@ -142,7 +160,7 @@ fn place(
     earlier: &mut Bodies,
     rng: &mut ChaCha8Rng,
     check: &Check,
-) -> Result<Placed> {
+) -> Result<(Placed, Option<Insertion>)> {
     let missing = |field: &str| {
         let message = format!("missing key `{field}`; a population needs `file`, or `material`, `count` and `radius`");
         check.origin.wrong(key, message)
@@ -181,26 +199,39 @@ fn place(
     let mut grains = Vec::new();
     memory::reserve(&mut grains, count)?;
     grains.extend(radii.iter().map(grain));
-    let mut placed = Placed { grains, poses };
+    let mut placed = Placed { grains, poses, numbers: None };
     let reaches = match &placed.poses {
         None => radii,
         Some(poses) => radii.iter().zip(poses).map(|(r, pose)| r * shapes[pose.shape as usize].reach()).collect(),
     };
 
-    let (lower, upper) = region(population, key, site, check)?;
+    let bounds = bounds(site, check);
+    let Region { lower, upper, around } = region(population, key, bounds, check)?;
     let largest = reaches.iter().copied().fold(0.0, f64::max);
+    if let Some(given) = &population.insertion {
+        let flat = |x: DVec3| if check.dimension == 2 { x.with_z(0.0) } else { x };
+        let space = Region { lower: flat(lower), upper: flat(upper), around };
+        let insertion = Insertion::read(given, key, space, largest, check)?;
+        // How far they may go is all that is known of their places.
+        let known = |(bound, x): (DVec3, DVec3)| flat(DVec3::select(bound.is_finite_mask(), bound, x));
+        let ends = [(bounds.0, lower), (bounds.1, upper)].map(known);
+        for (grain, end) in placed.grains.iter_mut().zip(ends.into_iter().cycle()) {
+            grain.position = end;
+        }
+        return Ok((placed, Some(insertion)));
+    }
     let known = earlier.grains.iter().map(|grain| grain.radius);
     let mut neighbours = Neighbours::new(*site.domain, check.dimension, known.fold(largest, f64::max));
     for grain in &earlier.grains {
         neighbours.insert(grain.position, grain.radius);
     }
-    let mut job = Job { key, site, check, shapes, lower, upper, largest, neighbours };
+    let mut job = Job { key, site, check, shapes, lower, upper, around, largest, neighbours };
     let positions = match population.placement.unwrap_or(Placement::Lattice) {
         Placement::Lattice => job.lattice(&reaches, gap, rng)?,
         Placement::Random => job.random(&placed, &reaches, rng)?,
     };
     placed.grains.iter_mut().zip(positions).for_each(|(grain, position)| grain.position = position);
-    Ok(placed)
+    Ok((placed, None))
 }
 
 /// Shape and orientation of every grain; none of a population of spheres.
@@ -257,8 +288,8 @@ fn random_orientation(dimension: usize, rng: &mut ChaCha8Rng) -> DQuat {
     }
 }
 
-/// Corners of the space a population may fill: domain, upright walls and `region` together.
-fn region(population: &Population, key: &str, site: &Site, check: &Check) -> Result<(DVec3, DVec3)> {
+/// Corners of the space between upright walls, in the domain.
+fn bounds(site: &Site, check: &Check) -> (DVec3, DVec3) {
     let (mut lower, mut upper) = (site.domain.lower, site.domain.upper);
     for wall in site.walls {
         match wall.surface {
@@ -279,12 +310,14 @@ fn region(population: &Population, key: &str, site: &Site, check: &Check) -> Res
             }
         }
     }
-    if let Some(region) = &population.region {
-        let key = format!("{key}.region");
-        let (low, high) = check.corners(&key, &region.lower, &region.upper)?;
-        (lower, upper) = (lower.max(low), upper.min(high));
-    }
-    Ok((lower, upper))
+    (lower, upper)
+}
+
+/// The space a population may fill: what `region` has of it.
+fn region(population: &Population, key: &str, (lower, upper): (DVec3, DVec3), check: &Check) -> Result<Region> {
+    let Some(given) = &population.region else { return Ok(Region { lower, upper, around: None }) };
+    let region = outlet::region(given, &format!("{key}.region"), check)?;
+    Ok(Region { lower: lower.max(region.lower), upper: upper.min(region.upper), ..region })
 }
 
 /// One population on its way to its places.
@@ -295,6 +328,8 @@ struct Job<'a> {
     shapes: &'a [Shape],
     lower: DVec3,
     upper: DVec3,
+    /// A cylinder that it is in.
+    around: Option<Surface>,
     /// Largest radius of the population, of clumps that of the ball around them, m.
     largest: f64,
     /// Grains placed so far.
@@ -438,8 +473,8 @@ impl Job<'_> {
     /// Whether a grain touches neither a wall nor a grain placed earlier.
     fn is_free(&self, position: DVec3, radius: f64) -> bool {
         let clear = radius * (1.0 - 1e-9);
-        let mut walls = self.site.walls.iter();
-        walls.all(|wall| wall.surface.distance(position) >= clear)
+        let mut surfaces = self.site.walls.iter().map(|wall| &wall.surface).chain(&self.around);
+        surfaces.all(|surface| surface.distance(position) >= clear)
             && self.neighbours.find_overlap(position, radius, false, |_, _| true).is_none()
     }
 

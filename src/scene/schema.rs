@@ -33,6 +33,8 @@ pub struct File {
     pub grain: Vec<Grain>,
     #[serde(default)]
     pub population: Vec<Population>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub outlet: Vec<Outlet>,
     #[serde(default)]
     pub solver: Solver,
     #[serde(default)]
@@ -98,7 +100,10 @@ impl Components {
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
-#[serde(untagged, expecting = "boundary must be \"open\" or \"periodic\", or an array with one of them per axis")]
+#[serde(
+    untagged,
+    expecting = "boundary must be \"open\", \"outlet\" or \"periodic\", or an array with one of them per axis"
+)]
 pub enum Boundary {
     Same(Face),
     Each(Vec<Face>),
@@ -110,6 +115,8 @@ pub enum Boundary {
 pub enum Face {
     /// A grain that leaves through it stops the run with an error.
     Open,
+    /// A grain that leaves through it is gone.
+    Outlet,
     /// What leaves here comes in at the opposite face.
     Periodic,
 }
@@ -249,6 +256,33 @@ pub struct Population {
     pub velocity_spread: f64,
     #[serde(default)]
     pub fixed: bool,
+    pub insertion: Option<Insertion>,
+}
+
+/// How grains come in over time.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Insertion {
+    pub rate: Option<f64>,
+    pub mass_rate: Option<f64>,
+    pub mass: Option<f64>,
+    pub start: Option<f64>,
+    pub stop: Option<f64>,
+    pub interval: Option<f64>,
+    pub region_velocity: Option<Vec<f64>>,
+}
+
+/// Where grains leave; `outlet.rs` checks which keys go together.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Outlet {
+    pub name: Option<String>,
+    pub region: Option<Region>,
+    pub point: Option<Vec<f64>>,
+    pub normal: Option<Vec<f64>>,
+    pub start: Option<f64>,
+    pub stop: Option<f64>,
+    pub interval: Option<f64>,
 }
 
 /// What a population is made of.
@@ -350,6 +384,9 @@ pub enum Placement {
 pub struct Region {
     pub lower: Vec<f64>,
     pub upper: Vec<f64>,
+    /// Of a cylinder (circle), in which it is then.
+    pub center: Option<Vec<f64>>,
+    pub radius: Option<f64>,
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]

@@ -94,7 +94,7 @@ pub fn read(
         }
         _ if grains.is_empty() && sheet.foreign => Err(file_error("has no atoms".to_owned())),
         _ if grains.is_empty() => Err(file_error("has no rows below its header line".to_owned())),
-        _ => Ok(Placed { grains, poses: columns.shape.map(|_| poses) }),
+        _ => Ok(Placed { grains, poses: columns.shape.map(|_| poses), numbers: None }),
     }
 }
 

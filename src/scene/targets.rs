@@ -66,13 +66,9 @@ impl Assembly {
 
     /// Volumes of all grains, m³ (m²), overlaps counted twice.
     pub fn grain_volume(&self) -> f64 {
-        let of = |radius: f64| match self.dimension {
-            2 => std::f64::consts::PI * radius * radius,
-            _ => 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3),
-        };
         match &self.clumps[..] {
-            [] => self.grains.iter().map(|grain| of(grain.radius)).sum(),
-            clumps => clumps.iter().map(|clump| of(clump.radius)).sum(),
+            [] => self.grains.iter().map(|grain| self.volume_of(grain.radius)).sum(),
+            clumps => clumps.iter().map(|clump| self.volume_of(clump.radius)).sum(),
         }
     }
 

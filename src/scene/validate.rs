@@ -3,17 +3,19 @@
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
-use super::bodies::{Bodies, Placed, Pose, orientation};
+use super::bodies::{Bodies, Placed, Pose, numbers, orientation};
 use super::check::{self, AXES, Check, show, show_vector};
+use super::insertion::{Waiting, populate_over_time, split};
 use super::neighbours::Neighbours;
 use super::origin::Origin;
+use super::outlet::outlets;
 use super::populate::{Site, populate};
 use super::schema::{self, Boundary, Face, File, Format, Spin, Twist};
 use super::shape::{Shape, Shapes};
 use super::targets::check_cell;
 use super::walls::{check_apart, walls};
 use super::{
-    Assembly, Cell, Clump, Domain, Grain, JammingProtocol, Material, Method, Output, Relaxation, Solver, Stop,
+    Assembly, Cell, Clump, Domain, Grain, JammingProtocol, Material, Method, Numbers, Output, Relaxation, Solver, Stop,
     TimeStep, Wall, materials,
 };
 use crate::{Error, Result, solve};
@@ -40,10 +42,12 @@ pub fn outline(file: &File, origin: &Origin, like: &Assembly) -> Result<Assembly
     if !(file.grain.is_empty() && file.population.is_empty()) {
         place(file, &mut assembly.clone(), check)?;
     }
+    let like = &*like.whole();
     let smallest = like.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
     check_apart(&assembly.walls, smallest, check)?;
     (assembly.grains, assembly.clumps, assembly.shapes) =
         (like.grains.clone(), like.clumps.clone(), like.shapes.clone());
+    assembly.waiting = like.waiting;
     let material = |of: u32| check.material("material", &like.materials[of as usize].name);
     let of_grains = assembly.grains.iter_mut().map(|grain| &mut grain.material);
     let of_clumps = assembly.clumps.iter_mut().map(|clump| &mut clump.material);
@@ -89,6 +93,10 @@ fn without_grains(file: &File, check: &Check) -> Result<Assembly> {
         grains: Vec::new(),
         shapes: Vec::new(),
         clumps: Vec::new(),
+        insertions: Vec::new(),
+        outlets: outlets(&file.outlet, &domain, check)?,
+        waiting: 0,
+        numbers: Numbers::default(),
         solver: solver(&file.solver, check)?,
         stop: stop(&file.stop, file.jamming.as_ref(), check)?,
         output: output(&file.output, check)?,
@@ -101,9 +109,12 @@ fn place(file: &File, assembly: &mut Assembly, check: &Check) -> Result<()> {
     let Assembly { domain, walls, gravity, .. } = assembly;
     let site = Site { domain, walls, gravity: *gravity, seed: file.seed };
     let mut bodies = Bodies::new(Shapes::read(&file.shape, check)?, *domain);
-    grains(file, &site, &mut bodies, check)?;
+    let waiting = grains(file, &site, &mut bodies, check)?;
     assembly.notices = std::mem::take(&mut bodies.notices);
+    let named = bodies.numbers.clone();
     (assembly.shapes, assembly.grains, assembly.clumps) = bodies.finish();
+    assembly.numbers = numbers(&named, assembly.grains.len(), &assembly.clumps);
+    split(assembly, waiting);
     fold_ends(&mut assembly.grains, &mut assembly.clumps, &assembly.domain);
     Ok(())
 }
@@ -127,6 +138,7 @@ fn domain(domain: Option<&schema::Domain>, check: &Check) -> Result<Domain> {
         out.lower[axis] = lower[axis];
         out.upper[axis] = upper[axis];
         out.periodic[axis] = *face == Face::Periodic;
+        out.outlet[axis] = *face == Face::Outlet;
     }
     if let Some(schema::Tilt { yz, xz, xy }) = domain.tilt {
         out.tilt = DVec3::new(yz, xz, xy);
@@ -307,16 +319,16 @@ pub fn check_output(output: &Output, check: &Check) -> Result<()> {
     Ok(())
 }
 
-/// Single grains first, then the populations, in the order of the file.
-fn grains(file: &File, site: &Site, bodies: &mut Bodies, check: &Check) -> Result<()> {
+/// Single grains first, then the populations, in the order of the file, those that come in over time last.
+fn grains(file: &File, site: &Site, bodies: &mut Bodies, check: &Check) -> Result<Vec<Waiting>> {
     for (number, grain) in file.grain.iter().enumerate() {
         let placed = single(grain, &format!("grain.{number}"), &mut bodies.shapes, check)?;
         bodies.append(placed);
     }
-    for (number, population) in file.population.iter().enumerate() {
-        populate(population, number, site, bodies, check)?;
-    }
-    check_count(bodies.grains.len(), check)
+    let make = |number: usize, bodies: &mut Bodies| populate(&file.population[number], number, site, bodies, check);
+    let waiting = populate_over_time(file, bodies, make)?;
+    check_count(bodies.grains.len(), check)?;
+    Ok(waiting)
 }
 
 /// There must be grains, and indices of 32 bits for them.
@@ -369,7 +381,7 @@ fn single(grain: &schema::Grain, key: &str, shapes: &mut Shapes, check: &Check) 
         material,
         fixed: grain.fixed,
     };
-    Ok(Placed { grains: vec![grain], poses: pose.map(|pose| vec![pose]) })
+    Ok(Placed { grains: vec![grain], poses: pose.map(|pose| vec![pose]), numbers: None })
 }
 
 /// The two ends of a period are the same place; the rest of the crate expects the lower one.
@@ -432,7 +444,8 @@ fn check_clumps(clumps: &[Clump], shapes: &[Shape], domain: &Domain, check: &Che
 
 fn check_grains(assembly: &Assembly, check: &Check) -> Result<()> {
     let Assembly { domain, walls, grains, clumps, solver: Solver { allow_overlap, .. }, .. } = assembly;
-    let largest = grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
+    let waiting = assembly.insertions.iter().flat_map(|insertion| &insertion.grains);
+    let largest = grains.iter().chain(waiting).map(|grain| grain.radius).fold(0.0, f64::max);
     check_periods(domain, largest, check)?;
     // Members may stand out of a period that the centre of their clump is in.
     let bounded = domain.periodic.map(|periodic| !periodic || clumps.is_empty());
@@ -535,7 +548,7 @@ fn check_at_wall(id: usize, grain: &Grain, wall: &Wall, allow_overlap: bool, che
 impl Assembly {
     /// The largest overlap of free grains with others and with walls, over the radius of the smaller one.
     pub(crate) fn largest_overlap(&self) -> f64 {
-        let grains = &self.grains;
+        let grains = &self.grains[..self.grains.len() - self.waiting];
         let owners = self.owners();
         let neighbours = Neighbours::of_grains(self.domain, self.dimension, grains);
         let of_grain = |(id, grain): (usize, &Grain)| {

@@ -5,7 +5,10 @@
 //! the schedule of the neighbour lists, sums so far. All else follows from the scene. Numbers of a device in single
 //! precision are converted to SI units by powers of two, so that no bit is lost.
 
-use super::{Options, Setup, Simulation, Stepper, filled, lists::resize, options::EngineChoice, works::Totals};
+use super::{
+    Options, Setup, Simulation, Stepper, filled, lists::resize, openings::Progress, options::EngineChoice,
+    works::Totals,
+};
 use crate::{
     container::{Container, Description, Number, Writer},
     engine::{Cpu, PIECE},
@@ -13,7 +16,7 @@ use crate::{
     memory,
     model::Precision,
     record::Element,
-    scene::Assembly,
+    scene::{Assembly, Numbers},
     state::{
         ARRAYS, Array, Length, Lifetime, Sizes, State,
         array::{CELL, WALL},
@@ -61,6 +64,9 @@ pub struct About {
     /// Of contact dynamics by colours, as in [`Sizes`].
     contacts: usize,
     colors: usize,
+    /// What has come in and left, where grains do.
+    #[serde(default)]
+    openings: Option<Progress>,
     /// What whoever has written it adds.
     pub run: serde_json::Value,
 }
@@ -70,6 +76,9 @@ const PARAMS: &str = "params";
 const LISTS: &str = "lists";
 const WORKS: &str = "works_so_far";
 const SOLVER: &str = "solver_statistics";
+
+/// Numbers of the grains and clumps, by their place, where some come in and leave.
+const NUMBERS: [&str; 2] = ["number", "clump_number"];
 
 /// A checkpoint whose header has been read.
 #[derive(Debug)]
@@ -124,6 +133,18 @@ impl Checkpoint {
         self.0.wrong(message.to_string())
     }
 
+    /// A column of numbers of grains; none if it is not there.
+    fn numbers(&mut self, name: &str) -> Result<Vec<u32>> {
+        let mut all = Vec::new();
+        if self.0.descriptions().any(|column| column.name == name) {
+            self.0.read_pieces(name, PIECE, |_, numbers| {
+                all.extend(numbers.iter().map(|number| *number as u32));
+                Ok(())
+            })?;
+        }
+        Ok(all)
+    }
+
     /// The only row of a column.
     fn one<T: Element>(&mut self, name: &str, dims: usize) -> Result<T> {
         let mut row = None;
@@ -156,7 +177,17 @@ impl Simulation {
             self.works.as_ref().map(|works| row(WORKS, works, dims)),
             self.solver_statistics().map(|solved| row(SOLVER, solved, dims)),
         ];
-        let (mut columns, rows): (Vec<_>, Vec<_>) = rows.into_iter().flatten().unzip();
+        let (mut columns, mut rows): (Vec<_>, Vec<_>) = rows.into_iter().flatten().unzip();
+        let numbers = &self.assembly.numbers;
+        for (name, numbers) in NUMBERS.into_iter().zip([&numbers.grains, &numbers.clumps]) {
+            if self.openings.is_some() && !numbers.is_empty() {
+                let (mut description, mut bytes) = (row(name, &0_u32, dims).0, Vec::new());
+                (description.number, description.rows) = (u32::TYPE.to_owned(), numbers.len() as u64);
+                numbers.iter().for_each(|number| number.encode(&mut bytes));
+                columns.push(description);
+                rows.push(bytes);
+            }
+        }
         columns.extend(arrays.iter().map(|array| description(s, array, sizes.of(array.length))));
         let mut out = BufWriter::with_capacity(1 << 20, File::create(path).map_err(failed)?);
         let mut file = Writer::begin(&mut out, &about, columns).map_err(failed)?;
@@ -220,12 +251,20 @@ impl Simulation {
 
     fn load(&mut self, checkpoint: &mut Checkpoint) -> Result<()> {
         let (about, own) = (checkpoint.about().clone(), self.about(serde_json::Value::Null));
-        if (about.scene, about.grains, &about.model) != (own.scene, own.grains, &own.model) {
+        let same_grains = about.grains == own.grains || own.openings.is_some();
+        if (about.scene, &about.model, true) != (own.scene, &own.model, same_grains) {
             return Err(Error::Folder(format!(
                 "{}: is of another scene, or the scene beside it, or what that reads, has been changed since; undo that, or \
                  begin another run with --from",
                 checkpoint.0.path().display()
             )));
+        }
+        if let Some(progress) = about.openings.clone() {
+            let [grains, clumps] = [checkpoint.numbers(NUMBERS[0])?, checkpoint.numbers(NUMBERS[1])?];
+            if grains.len() != about.grains {
+                return Err(checkpoint.wrong("lacks the numbers of its grains"));
+            }
+            self.resume_openings(progress, Numbers { grains, clumps })?;
         }
         let dims = self.model().dims();
         (self.runner.step, self.runner.remembering) = (about.step, about.remembering);
@@ -287,13 +326,14 @@ impl Simulation {
             step: self.step(),
             time: self.time(),
             grains: self.assembly.grains.len(),
-            scene: self.assembly.checksum(),
+            scene: self.openings.as_ref().map_or_else(|| self.assembly.checksum(), |openings| openings.checksum),
             model: format!("{:?}", self.model()),
             lists_abreast: 1 << slice_shift,
             longest_chunk: self.lists.most_steps(),
             remembering: self.runner.remembering,
             contacts,
             colors,
+            openings: self.openings.as_ref().map(|openings| openings.progress.clone()),
             run,
         }
     }

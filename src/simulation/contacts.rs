@@ -134,7 +134,7 @@ impl Simulation {
 
     /// Lists of these contacts alone, of grains that have not been sorted: the first lists take over what they hold, as
     /// all lists do from those before them. Returns how many there are.
-    fn remember(&mut self, contacts: &[ContactHistory]) -> Result<usize> {
+    pub(super) fn remember(&mut self, contacts: &[ContactHistory]) -> Result<usize> {
         let model = *self.model();
         let sizes = self.sizes();
         let arrays = present(&model, &OF_CONTACTS);

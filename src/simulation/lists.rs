@@ -341,6 +341,17 @@ impl NeighbourLists {
         self.state.repeated_chunks += 1;
     }
 
+    /// Grains have come in: so far from the origin, m, and so far in a step, m.
+    pub fn see_grains(&mut self, extent: f64, displacement_per_step: f64) {
+        self.state.extent = self.state.extent.max(extent);
+        self.state.displacement_per_step = self.state.displacement_per_step.max(displacement_per_step);
+    }
+
+    /// There are none that the next lists could take over.
+    pub fn forget_contacts(&mut self) {
+        self.state.active_contacts = 0;
+    }
+
     /// They are those of another state.
     pub fn discard(&mut self) {
         (self.state.margin_used_up, self.state.steps_left) = (true, 0);

@@ -34,7 +34,7 @@ pub struct Runner {
     /// Operations of many steps are submitted together.
     queue: Vec<Op>,
     /// What messages say of the scene.
-    known: Known,
+    pub known: Known,
     /// Where the host says where walls go.
     guides: Option<Guides>,
 }

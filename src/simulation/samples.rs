@@ -36,13 +36,19 @@ impl Simulation {
         Ok(())
     }
 
-    /// Sums over the grains now.
-    pub fn sample(&mut self) -> Result<Sample> {
+    /// Sums over the grains now, but for works.
+    pub(super) fn sums(&mut self) -> Result<Sample> {
         self.refresh()?;
         self.runner.execute_plan(&self.plans.sums)?;
         self.runner.read(&[&PARTIAL_SUMS])?;
+        Ok(Sample::new(self.step(), self.time(), self.free, &self.runner.state.partial_sums))
+    }
+
+    /// Sums over the grains now.
+    pub fn sample(&mut self) -> Result<Sample> {
         let free = self.free;
-        let sample = Sample::new(self.step(), self.time(), free, &self.runner.state.partial_sums);
+        let sample = self.sums()?;
+        let sample = Sample { openings: self.openings.as_ref().map(|of| of.sample(self.particles())), ..sample };
         let sample = self.with_cell(sample)?;
         let Some(solved) = self.solver_statistics() else {
             return match &mut self.works {
@@ -99,6 +105,7 @@ impl Simulation {
         let step = self.step();
         let arrays = [&POSITION, &POSITION_LOW, &ID, &CLUMP_OF_ID, &LIST_START, &NEIGHBOUR, &WALL, &CELL];
         let arrays = present(self.model(), &arrays);
+        let numbers = &self.assembly.numbers;
         let s = self.runner.read(&arrays)?;
         let bodies = s.sizes.bodies;
         let of_grain = |i: usize| {
@@ -107,8 +114,9 @@ impl Simulation {
         };
         let deepest = (0..bodies).into_par_iter().filter_map(of_grain).max_by(|a, b| a.0.total_cmp(&b.0));
         let found = deepest.filter(|(overlap, ..)| *overlap > 0.0).map(|(overlap, i, j)| {
-            let other = s.id.get(j).map_or(Other::Wall((j - bodies) as u32), |id| Other::Grain(*id));
-            DeepOverlap { over_radius: overlap, step, pair: Some((s.id[i], other)) }
+            let number = |id: u32| numbers.of_grain(id as usize);
+            let other = s.id.get(j).map_or(Other::Wall((j - bodies) as u32), |id| Other::Grain(number(*id)));
+            DeepOverlap { over_radius: overlap, step, pair: Some((number(s.id[i]), other)) }
         });
         self.runner.state.release(&arrays.into_iter().filter(|array| !is_kept(array)).collect::<Vec<_>>());
         Ok(found)

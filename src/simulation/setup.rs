@@ -32,11 +32,13 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// Arrays, parameters and plans of a scene.
+    /// Arrays, parameters and plans of a scene: those of all grains that will ever come in, of which [`Setup::fill`] and
+    /// [`counted`] have those that are there.
     ///
     /// # Errors
     /// [`Error::Scene`](crate::Error::Scene) if the time step is above its bound or too long for a wall, [`Error::Device`](crate::Error::Device) if the host's memory cannot hold it.
     pub fn new(assembly: &Assembly, options: &Options) -> Result<Setup> {
+        let assembly = &*assembly.whole();
         let (dt, dt_bound) = time_step::choose(assembly)?;
         // The CPU engine has only f64.
         let precision = if options.engine == EngineChoice::Cpu { Precision::Double } else { options.precision };
@@ -105,6 +107,22 @@ impl Setup {
         })?;
         Ok(state)
     }
+}
+
+/// Sizes and parameters with the grains of this assembly, of the larger one that they were made for; those above the
+/// radius are large.
+pub fn counted(present: &Assembly, large: f64, sizes: &Sizes, params: &Params) -> (Sizes, Params) {
+    let bodies = present.grains.len();
+    let large = present.grains.iter().filter(|grain| grain.radius > large).count();
+    let sizes = Sizes { bodies, large, clumps: present.clumps.len(), ..*sizes };
+    let params = Params {
+        bodies: bodies as u32,
+        large: large as u32,
+        clumps: sizes.clumps as u32,
+        partial_sums_len: sizes.partial_sums() as u32,
+        ..*params
+    };
+    (sizes, params)
 }
 
 /// Gaps and overlaps that are none, in radii of the smallest grain: what a step leaves within its tolerance must not
@@ -265,6 +283,8 @@ fn set_domain(p: &mut Params, assembly: &Assembly, model: &Model, range: f64) {
             }
             p.cell_origin[axis] = lower;
         } else {
+            // What leaves through an outlet is taken away before anybody minds.
+            let (lower, upper) = if domain.outlet[axis] { (-range, range) } else { (lower, upper) };
             p.lower[axis] = lower.max(-range);
             p.upper[axis] = upper.min(range);
             p.cell_origin[axis] = assembly.grains.iter().map(|g| g.position[axis]).fold(f64::INFINITY, f64::min);

@@ -3,7 +3,7 @@
 use crate::{
     body::grains::same_grain,
     model::{Grains, Method},
-    scene::Assembly,
+    scene::{Assembly, Numbers},
     space::{
         boundary::{approach, nearest_image},
         dimension::outside,
@@ -17,13 +17,19 @@ use glam::DVec3;
 /// What messages say of the scene, beyond the state.
 pub struct Known {
     walls: Vec<String>,
+    /// What grains and clumps are called.
+    pub numbers: Numbers,
     /// s, of the time step.
     dt_bound: f64,
 }
 
 impl Known {
     pub fn of(assembly: &Assembly, dt_bound: f64) -> Known {
-        Known { walls: assembly.walls.iter().map(|wall| wall.name.clone()).collect(), dt_bound }
+        Known {
+            walls: assembly.walls.iter().map(|wall| wall.name.clone()).collect(),
+            numbers: assembly.numbers.clone(),
+            dt_bound,
+        }
     }
 }
 
@@ -34,9 +40,13 @@ const DEEP: f64 = 0.5;
 pub fn reason(s: &State, lost: u32, known: &Known) -> String {
     let p = &s.params;
     let at = s.id.iter().position(|id| *id == lost).unwrap_or(0);
+    let number = known.numbers.of_grain(lost as usize);
     let who = match s.model.grains {
-        Grains::Spheres => format!("grain {lost}"),
-        Grains::Clumps => format!("clump {} (its member, grain {lost})", s.clump_of_id[lost as usize]),
+        Grains::Spheres => format!("grain {number}"),
+        Grains::Clumps => {
+            let clump = known.numbers.of_clump(s.clump_of_id[lost as usize] as usize);
+            format!("clump {clump} (its member, grain {number})")
+        }
     };
     let (x, radius) = (s.position[at].x, s.position[at].radius);
     let speed = s.velocity[at].v.length();
@@ -71,8 +81,8 @@ pub fn reason(s: &State, lost: u32, known: &Known) -> String {
     }
     if outside(x, p.lower, p.upper) {
         return format!(
-            "{who} has left the domain at {x} m through its open {} face, at {speed:.4e} m/s; hold grains by a wall, or give them a \
-             larger domain",
+            "{who} has left the domain at {x} m through its open {} face, at {speed:.4e} m/s; hold grains by a wall, give them a \
+             larger domain, or let them leave by domain.boundary = \"outlet\"",
             face(s, x)
         );
     }
@@ -85,7 +95,7 @@ fn step_or(s: &State, known: &Known, at: usize, otherwise: &str) -> String {
     if dt > known.dt_bound {
         return format!("; the time step, {dt:e} s, is above the bound of {:e} s", known.dt_bound);
     }
-    match deepest_overlap(s, at) {
+    match deepest_overlap(s, known, at) {
         Some((other, part)) if part > DEEP => {
             format!("; it overlaps grain {other} by {part:.2} of the smaller radius, which throws them apart")
         }
@@ -94,14 +104,16 @@ fn step_or(s: &State, known: &Known, at: usize, otherwise: &str) -> String {
 }
 
 /// With which grain a grain overlaps most, and by how much of the smaller radius.
-fn deepest_overlap(s: &State, at: usize) -> Option<(u32, f64)> {
+fn deepest_overlap(s: &State, known: &Known, at: usize) -> Option<(u32, f64)> {
     let here = &s.position[at];
     let part = |j: usize| {
         let there = &s.position[j];
         let distance = nearest_image(s, here.x, there.x, DVec3::ZERO).x.length();
         (here.radius + there.radius - distance) / here.radius.min(there.radius)
     };
-    let others = (0..s.sizes.bodies).filter(|j| *j != at && !same_grain(s, at, *j)).map(|j| (s.id[j], part(j)));
+    let others = (0..s.sizes.bodies)
+        .filter(|j| *j != at && !same_grain(s, at, *j))
+        .map(|j| (known.numbers.of_grain(s.id[j] as usize), part(j)));
     others.max_by(|a, b| a.1.total_cmp(&b.1))
 }
 

@@ -51,7 +51,7 @@ impl Totals {
         if runner.step < self.step + STEPS { Ok(()) } else { self.collect(runner, forget) }
     }
 
-    fn collect(&mut self, runner: &mut Runner, forget: &Plan) -> Result<()> {
+    pub fn collect(&mut self, runner: &mut Runner, forget: &Plan) -> Result<()> {
         let bodies = runner.state.sizes.bodies;
         runner.read_pieces(&[&WORKS], bodies, |_, s| {
             for of_body in &s.works {
@@ -64,6 +64,17 @@ impl Totals {
         runner.execute_plan(forget)?;
         self.step = runner.step;
         Ok(())
+    }
+
+    /// Grains have come and gone between two samples of one step: half of that step is with those before, half with those
+    /// after.
+    pub fn change(&mut self, dt: f64, before: &Sample, after: &Sample) {
+        let half = 0.5 * dt;
+        let (before, after) = (powers(before), powers(after));
+        self.sum.dissipated += half * (before.dissipated - after.dissipated);
+        self.sum.walls += half * (before.walls - after.walls);
+        self.sum.fixed += half * (before.fixed - after.fixed);
+        self.sum.cell += half * (before.cell - after.cell);
     }
 
     /// The sample with the works up to its step. A step's forces act from half a step before to half a step after its

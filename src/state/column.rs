@@ -34,6 +34,8 @@ pub trait Column: Any {
     fn fill(&mut self, dims: usize, source: &mut dyn FnMut() -> f64);
     /// A copy of some elements.
     fn duplicate(&self, elements: Range<usize>) -> Box<dyn Any>;
+    /// Keep these elements alone, in this order.
+    fn select(&mut self, elements: &[usize]);
     /// Overwrite elements, from number `first` on, with all of another array of this kind.
     fn overwrite(&mut self, first: usize, content: &dyn Column);
     /// Put another array's content here and hand the old content back; anything but an array of this kind empties it.
@@ -73,6 +75,9 @@ impl<T: Element> Column for Vec<T> {
     }
     fn duplicate(&self, elements: Range<usize>) -> Box<dyn Any> {
         Box::new(self[elements].to_vec())
+    }
+    fn select(&mut self, elements: &[usize]) {
+        *self = elements.iter().map(|k| self[*k].clone()).collect();
     }
     fn overwrite(&mut self, first: usize, content: &dyn Column) {
         let content = (content as &dyn Any).downcast_ref::<Vec<T>>().expect("an array of the same kind");

@@ -48,6 +48,36 @@ pub enum Length {
     OnDemand,
 }
 
+impl Length {
+    /// Whether it follows from how many grains there are now.
+    pub fn is_of_grains(self) -> bool {
+        match self {
+            Length::Bodies
+            | Length::BodiesPlusOne
+            | Length::BodiesAndWalls
+            | Length::Clumps
+            | Length::ClumpsPlusOne
+            | Length::Tiles
+            | Length::SlicesPlusOne
+            | Length::PartialSums
+            | Length::WallLoadSums
+            | Length::Groups => true,
+            Length::One
+            | Length::Walls
+            | Length::WallPaths
+            | Length::MaterialsSquared
+            | Length::Levels
+            | Length::CellsPlusOne
+            | Length::Entries
+            | Length::History
+            | Length::Contacts
+            | Length::Colors
+            | Length::WallLoads
+            | Length::OnDemand => false,
+        }
+    }
+}
+
 /// How long the content of an array matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lifetime {

@@ -4,8 +4,8 @@ use crate::{
     gpu::adapters,
     model::Precision,
     scene::{
-        Assembly, Cell, Clump, Domain, Grain, Material, Member, Method, Motion, Output, Pair, Relaxation, Shape,
-        Solver, Stop, Surface, TimeStep, Twist, Wall,
+        Assembly, Cell, Clump, Domain, Grain, Material, Member, Method, Motion, Numbers, Output, Pair, Relaxation,
+        Shape, Solver, Stop, Surface, TimeStep, Twist, Wall,
     },
     simulation::{EngineChoice, Options, Simulation},
     solve,
@@ -84,6 +84,10 @@ pub fn blank(dimension: usize) -> Assembly {
         grains: vec![],
         shapes: vec![],
         clumps: vec![],
+        insertions: vec![],
+        outlets: vec![],
+        waiting: 0,
+        numbers: Numbers::default(),
         solver: Solver {
             method: Method::DiscreteElements,
             dt: TimeStep::Fixed(1e-6),

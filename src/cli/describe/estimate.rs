@@ -5,6 +5,7 @@ use packstone::{
         schedule::{Forecast, Schedule},
         vtp,
     },
+    scene::grain_file::Moment,
     simulation::Simulation,
 };
 use serde::Serialize;
@@ -71,7 +72,9 @@ pub fn estimate(
     let assembly = simulation.assembly();
     if assembly.output.vtp {
         // Nothing is written, so nothing fails.
-        let _ = vtp::write(&mut sink(), 0.0, &grains, &assembly.owners());
+        let (owners, numbers) = (&assembly.owners()[..], &assembly.numbers);
+        let moment = Moment { step: 0, time: 0.0, grains: &grains, clumps: &[], owners, numbers };
+        let _ = vtp::write(&mut sink(), &moment);
     }
     let per_snapshot = seconds(began);
     let steps = schedule.end.unwrap_or(PER_STEPS);

@@ -54,6 +54,7 @@ pub fn json(
         "file": scene.file(),
         "dimension": assembly.dimension,
         "particles": assembly.grains.len(),
+        "inserted": assembly.waiting,
         "fixed": assembly.grains.iter().filter(|grain| grain.fixed).count(),
         "clumps": assembly.clumps.len(),
         "walls": assembly.walls.len(),

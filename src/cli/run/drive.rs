@@ -73,7 +73,7 @@ const CHUNK: Duration = Duration::from_millis(250);
 
 /// What is said of many snapshots before they are written.
 pub fn flood(assembly: &Assembly, schedule: &Schedule) -> Option<String> {
-    let Amount { files, bytes } = Forecast::new(assembly, schedule, schedule.end?).of_snapshots;
+    let Amount { files, bytes } = Forecast::new(&assembly.whole(), schedule, schedule.end?).of_snapshots;
     (files > MANY.files || bytes > MANY.bytes).then(|| {
         format!(
             "snapshots will be {files} files, {}; longer output.snapshots or fewer output.formats make them less",
@@ -94,6 +94,8 @@ pub enum End {
     Unjammed,
     /// The jamming fraction is known.
     Jammed,
+    /// No grain is left, and none will come.
+    Empty,
     Interrupted,
     /// By an error.
     Stopped(Error),
@@ -112,6 +114,7 @@ impl End {
             End::AtRest => "at rest",
             End::Unjammed => "at rest, unjammed",
             End::Jammed => "jamming fraction found",
+            End::Empty => "no grain left",
             End::Interrupted => "interrupted",
             End::Stopped(_) => "error",
         }
@@ -218,6 +221,7 @@ impl Run {
             () if met || last && self.ends_at_target() => Some(End::TargetMet),
             () if rest.is_some() => rest,
             () if last => Some(End::Reached),
+            () if self.simulation.particles() == 0 && !self.simulation.expects_grains() => Some(End::Empty),
             () if interrupted() => Some(End::Interrupted),
             () => None,
         })
@@ -274,7 +278,8 @@ impl Run {
     fn record(&mut self) -> packstone::Result<Sample> {
         let sample = self.sample()?;
         let loads = self.simulation.wall_loads()?;
-        self.results.history(&sample, self.rate(&sample), &loads)?;
+        let outflows = self.simulation.outflows();
+        self.results.history(&sample, self.rate(&sample), &loads, &outflows)?;
         self.row = (Instant::now(), Some(sample));
         Ok(sample)
     }
@@ -329,7 +334,8 @@ impl Run {
         let all = self.simulation.assembly().output.bin || self.results.wants_contacts();
         let clumps = if all { self.simulation.clumps()? } else { Vec::new() };
         let (step, time) = (self.simulation.step(), self.simulation.time());
-        let moment = Moment { step, time, grains: &grains, clumps: &clumps };
+        let (owners, numbers) = (self.simulation.assembly().owners(), self.simulation.assembly().numbers.clone());
+        let moment = Moment { step, time, grains: &grains, clumps: &clumps, owners: &owners, numbers: &numbers };
         if !self.results.wants_contacts() {
             return self.results.snapshot(&moment, None);
         }
@@ -359,7 +365,9 @@ impl Run {
 
     fn is_at_rest(&self, sample: &Sample) -> bool {
         let assembly = self.simulation.assembly();
-        assembly.stop.equilibrium.is_some_and(|tolerance| sample.at_rest(tolerance))
+        // Rest that grains still to come will disturb is none.
+        !self.simulation.expects_grains()
+            && assembly.stop.equilibrium.is_some_and(|tolerance| sample.at_rest(tolerance))
             && assembly.has_target_stress(sample.cell.map(|cell| cell.stress()))
     }
 
@@ -398,7 +406,7 @@ impl Run {
         let sample = of_now.map_or_else(|| self.sample(), Ok)?;
         let mut row = match of_now {
             Some(_) => None,
-            None => Some((self.rate(&sample), self.simulation.wall_loads()?)),
+            None => Some((self.rate(&sample), self.simulation.wall_loads()?, self.simulation.outflows())),
         };
         let end = match end {
             End::Reached | End::TargetMet | End::Interrupted => self.fault(&sample).map_or(end, End::Stopped),
@@ -406,7 +414,7 @@ impl Run {
         };
         let (converged, stopped) = match &end {
             End::Unjammed | End::Jammed => (true, None),
-            End::Reached | End::TargetMet | End::AtRest => (self.is_at_rest(&sample), None),
+            End::Reached | End::TargetMet | End::AtRest | End::Empty => (self.is_at_rest(&sample), None),
             End::Interrupted => (false, Some(format!("interrupted at step {step}"))),
             End::Stopped(error) => (false, Some(error.to_string())),
         };
@@ -425,10 +433,12 @@ impl Run {
         let domain = self.simulation.domain()?;
         let assembly = self.simulation.assembly_in(domain);
         let packing = Packing::new(&assembly, &grains, &clumps, &walls, &contacts);
-        let moment = Moment { step, time, grains: &grains, clumps: &clumps };
+        let (owners, numbers) = (assembly.owners(), assembly.numbers.clone());
+        let moment = Moment { step, time, grains: &grains, clumps: &clumps, owners: &owners, numbers: &numbers };
         let mut results = self.results;
         loop {
-            let written = row.as_ref().map_or(Ok(()), |(rate, loads)| results.history(&sample, *rate, loads));
+            let written =
+                row.as_ref().map_or(Ok(()), |(rate, loads, outflows)| results.history(&sample, *rate, loads, outflows));
             if written.is_ok() {
                 row = None;
             }

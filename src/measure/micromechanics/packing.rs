@@ -69,6 +69,14 @@ impl<'a> Packing<'a> {
         self.owners.get(grain as usize).map_or(grain as usize, |owner| *owner as usize)
     }
 
+    /// What a particle is called.
+    pub fn number(&self, particle: usize) -> u32 {
+        match self.clumps {
+            [] => self.assembly.numbers.of_grain(particle),
+            _ => self.assembly.numbers.of_clump(particle),
+        }
+    }
+
     pub fn is_free(&self, particle: usize) -> bool {
         !self.clumps.get(particle).map_or_else(|| self.grains[particle].fixed, |clump| clump.fixed)
     }

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::keys::{PerAxis, per_axis};
+use super::openings::InsertionBuilder;
 use super::shapes::Orientation;
 use crate::scene::schema::{self, Placement};
 use crate::scene::setters::setters;
@@ -185,6 +186,7 @@ impl PopulationBuilder {
             velocity: None,
             velocity_spread: 0.0,
             fixed: false,
+            insertion: None,
         }
     }
 
@@ -250,7 +252,8 @@ impl PopulationBuilder {
     /// Corners of a region inside of which the grains lie as a whole, m. Default: domain and walls are the only bounds.
     #[must_use]
     pub fn region(mut self, lower: impl Into<PerAxis>, upper: impl Into<PerAxis>) -> Self {
-        self.0.region = Some(schema::Region { lower: per_axis(lower), upper: per_axis(upper) });
+        self.0.region =
+            Some(schema::Region { lower: per_axis(lower), upper: per_axis(upper), center: None, radius: None });
         self
     }
 
@@ -258,6 +261,13 @@ impl PopulationBuilder {
     #[must_use]
     pub fn velocity(mut self, velocity: impl Into<PerAxis>) -> Self {
         self.0.velocity = Some(per_axis(velocity));
+        self
+    }
+
+    /// Lets them come in over time, wherever there is room for them in the region. Default: all are there at the start.
+    #[must_use]
+    pub fn insertion(mut self, insertion: InsertionBuilder) -> Self {
+        self.0.insertion = Some(insertion.0);
         self
     }
 
