@@ -34,8 +34,7 @@ use crate::{
 pub use export::Export;
 use export::Kind;
 pub(crate) use files::at;
-pub use files::replace;
-use files::write;
+pub use files::{replace, write};
 pub use folder::Folder;
 use instant::Instant;
 pub use measures::MeasureFiles;
