@@ -310,7 +310,7 @@ impl Simulation {
     fn look_at_deep_overlap(&mut self) -> Result<()> {
         let step = self.step();
         let seen = self.params().deep_overlap;
-        let found = self.deepest_overlap()?.filter(|found| found.over_radius >= seen);
+        let found = self.deepest_overlap_of_step()?.filter(|found| found.over_radius >= seen);
         let deepest = found.unwrap_or(DeepOverlap { over_radius: seen, step, pair: None });
         self.runner.state.params.deep_overlap = DEEPER * deepest.over_radius;
         self.deep_overlap = Some(deepest);

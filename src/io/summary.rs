@@ -384,7 +384,7 @@ fn doubts(s: &Simulation, sample: &Sample, ending: &Ending) -> Vec<String> {
     });
     // What another run has left is told there.
     let least = DEEP_OVERLAP.max(DEEPER * ending.inherited);
-    let deepest = ending.deepest.as_ref().filter(|deepest| deepest.over_radius > least);
+    let deepest = ending.deepest.as_ref().filter(|deepest| deepest.over_radius >= least);
     let deep = deepest.map(Deepest::to_string);
     let unsolved = s.solver_statistics().filter(|solved| solved.unconverged > 0).map(|solved| {
         format!(

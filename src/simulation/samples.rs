@@ -101,24 +101,45 @@ impl Simulation {
     /// # Errors
     /// [`Error::Device`](crate::Error::Device) if the device is lost.
     pub fn deepest_overlap(&mut self) -> Result<Option<DeepOverlap>> {
+        self.deepest_of(&[0.0])
+    }
+
+    /// The deepest overlap of now and of where bodies were before the last step, in which they may have parted.
+    pub(super) fn deepest_overlap_of_step(&mut self) -> Result<Option<DeepOverlap>> {
+        let dt = self.dt();
+        self.deepest_of(&[0.0, dt])
+    }
+
+    /// The deepest overlap of several moments so long ago, s, going back with the velocities of now.
+    fn deepest_of(&mut self, moments: &[f64]) -> Result<Option<DeepOverlap>> {
         self.refresh()?;
         let step = self.step();
-        let arrays = [&POSITION, &POSITION_LOW, &ID, &CLUMP_OF_ID, &LIST_START, &NEIGHBOUR, &WALL, &CELL];
+        let arrays = [&POSITION, &POSITION_LOW, &VELOCITY, &ID, &CLUMP_OF_ID, &LIST_START, &NEIGHBOUR, &WALL, &CELL];
         let arrays = present(self.model(), &arrays);
         let numbers = &self.assembly.numbers;
-        let s = self.runner.read(&arrays)?;
+        self.runner.read(&arrays)?;
+        let s = &mut self.runner.state;
         let bodies = s.sizes.bodies;
-        let of_grain = |i: usize| {
-            let others = gaps(s, i).filter(|gap| gap.other >= bodies || !same_grain(s, i, gap.other));
-            others.map(|gap| (gap.over_smaller(s.position[i].radius), i, gap.other)).max_by(|a, b| a.0.total_cmp(&b.0))
-        };
-        let deepest = (0..bodies).into_par_iter().filter_map(of_grain).max_by(|a, b| a.0.total_cmp(&b.0));
+        let (mut deepest, mut ago) = (None, 0.0);
+        for moment in moments {
+            let back = moment - ago;
+            s.position.iter_mut().zip(&s.velocity).for_each(|(position, velocity)| position.x -= back * velocity.v);
+            ago = *moment;
+            let s = &*s;
+            let of_grain = |i: usize| {
+                let others = gaps(s, i).filter(|gap| gap.other >= bodies || !same_grain(s, i, gap.other));
+                let overlaps = others.map(|gap| (gap.over_smaller(s.position[i].radius), i, gap.other));
+                overlaps.max_by(|a, b| a.0.total_cmp(&b.0))
+            };
+            let of_moment = (0..bodies).into_par_iter().filter_map(of_grain).max_by(|a, b| a.0.total_cmp(&b.0));
+            deepest = deepest.into_iter().chain(of_moment).max_by(|a: &(f64, _, _), b| a.0.total_cmp(&b.0));
+        }
         let found = deepest.filter(|(overlap, ..)| *overlap > 0.0).map(|(overlap, i, j)| {
             let number = |id: u32| numbers.of_grain(id as usize);
             let other = s.id.get(j).map_or(Other::Wall((j - bodies) as u32), |id| Other::Grain(number(*id)));
             DeepOverlap { over_radius: overlap, step, pair: Some((number(s.id[i]), other)) }
         });
-        self.runner.state.release(&arrays.into_iter().filter(|array| !is_kept(array)).collect::<Vec<_>>());
+        s.release(&arrays.into_iter().filter(|array| !is_kept(array)).collect::<Vec<_>>());
         Ok(found)
     }
 

@@ -84,3 +84,25 @@ fn overlaps_between_rows_are_told() {
         assert!(said.contains("warning: an overlap was"), "{said}");
     }
 }
+
+/// A grain that is thrown out of a floor by the step after the one that sees it there.
+#[test]
+fn overlaps_of_a_single_step_are_told() {
+    let (height, speed, dt) = (2.1e-3, 24.0, 1.9e-5);
+    let scene = format!(
+        "dimension = 3\ngravity = [0, 0, 0]\n[material.hard]\ndensity = 2500\nnormal_stiffness = 1e5\n\
+         [[wall]]\nkind = \"plane\"\nname = \"floor\"\nmaterial = \"hard\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\n\
+         [[grain]]\nposition = [0, 0, {height}]\nradius = 1e-3\nvelocity = [0, 0, -{speed}]\nmaterial = \"hard\"\n\
+         [solver]\ndt = {dt:e}\nmargin = 2\n[stop]\nsteps = 20\n[output]\nhistory = 1\n"
+    );
+    let place = Place::new(&scene);
+    let deepest = 1.0 - (height - 3.0 * speed * dt) / 1e-3;
+    assert!((0.2..0.3).contains(&deepest), "{deepest}");
+    for engine in engines() {
+        let said = place.errors(&["run", "scene.toml", "--engine", engine, "--strict", "--out=bounce"], 3);
+        let told = &place.summary("bounce")["deepest_overlap"];
+        let over_radius = told["over_radius"].as_f64().unwrap();
+        assert!((over_radius / deepest - 1.0).abs() < 1e-4 && told["wall"] == "floor", "{told} of {deepest}");
+        assert!(said.contains("warning: an overlap was 0.27 radii deep"), "{said}");
+    }
+}
