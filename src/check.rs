@@ -203,7 +203,9 @@ impl Checker {
         let mut short = present(&self.state.model, of_kind);
         short.retain(|array| needed > self.state.column(array).len());
         short.iter().for_each(|array| self.state.column_mut(array).resize(needed));
-        self.gpu.resize(&short, needed)
+        self.gpu.resize(&short, needed)?;
+        // Nobody says what is in them then, and kernels do not write all of it.
+        self.gpu.read(&short, ALL, &mut self.state)
     }
 
     /// Whether all contacts have a colour.

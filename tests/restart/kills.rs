@@ -1,7 +1,7 @@
 //! Runs that are killed, and what they leave behind.
 
 use crate::{
-    SETTLE,
+    FEW_DIMERS, FEW_DISKS, SETTLE,
     place::{self, Place},
 };
 use std::{
@@ -12,23 +12,25 @@ use std::{
     time::Duration,
 };
 
-/// A scene, and how it is run. The last one has all that there is of motion: walls, periods, clumps.
-const RUNS: [(&str, &[&str]); 4] = [
+/// A scene, what is changed in it, and how it is run. The last one has all that there is of motion: walls, periods, clumps.
+const RUNS: [(&str, &[&str], &[&str]); 4] = [
     (
         "hard/size_ratio.toml",
+        &[],
         &["--engine=cpu", "--steps=6000", "--set=output.snapshots=5e-4", "--set=output.works=true"],
     ),
-    ("hard/size_ratio.toml", &["--engine=gpu", "--steps=1500", "--set=output.snapshots=2e-4"]),
+    ("hard/size_ratio.toml", &[], &["--engine=gpu", "--steps=1500", "--set=output.snapshots=2e-4"]),
     (
         "hard/rigid_settling_2d.toml",
+        &FEW_DISKS,
         &[
             "--engine=cpu",
-            "--steps=60",
+            "--steps=300",
             "--set=solver.relaxation=coloured-accelerated",
             "--set=solver.max_iterations=50",
         ],
     ),
-    ("hard/dimer_bed.toml", &["--engine=gpu", "--steps=1500", "--set=output.formats=[\"csv\", \"bin\"]"]),
+    ("hard/dimer_bed.toml", &FEW_DIMERS, &["--engine=gpu", "--steps=1500", "--set=output.formats=[\"csv\", \"bin\"]"]),
 ];
 
 /// Killed again and again, at moments that nobody has chosen, a run leaves what it leaves when nobody disturbs it.
@@ -47,13 +49,15 @@ fn kills_leave_no_trace() {
     };
     let mut random = 7_u64;
     let mut kills = 0;
-    for (k, (scene, how)) in RUNS.into_iter().enumerate() {
+    for (k, (scene, changes, how)) in RUNS.into_iter().enumerate() {
         if !gpu && how[0] == "--engine=gpu" {
             continue;
         }
         let scene = Path::new("examples/scenes").join(scene).canonicalize().unwrap();
         let (whole, cut) = (format!("whole_{k}"), format!("cut_{k}"));
-        let run = [&["run", scene.to_str().unwrap()], how].concat();
+        let changes: Vec<String> = changes.iter().map(|change| format!("--set={change}")).collect();
+        let changes: Vec<&str> = changes.iter().map(String::as_str).collect();
+        let run = [&["run", scene.to_str().unwrap()], how, &changes].concat();
         ends(packstone(&[&run[..], &["--out", &whole]].concat()));
         let mut child = packstone(&[&run[..], &["--set=output.checkpoint=0.01", "--out", &cut]].concat());
         let place = folder.path().join(&cut);

@@ -18,10 +18,20 @@ fn example(name: &str, set: &[&str]) -> Assembly {
     Scene::load(&Path::new("examples/scenes").join(name), &set).unwrap().assemble().unwrap()
 }
 
+/// A part of the bed of dimers that collide soon, and of the box of 10,000 disks, as crowded as the whole.
+const FEW_DIMERS: [&str; 3] =
+    ["population.0.count=500", "domain.upper=[0.01, 0.01, 1]", "population.0.velocity_spread=0.3"];
+const FEW_DISKS: [&str; 4] = [
+    "population.0.count=10",
+    "population.1.count=990",
+    "wall.0.upper=[0.04, 2]",
+    "population.0.region.upper=[0.04, 0.2]",
+];
+
 fn rigid_clumps(solver: &str) -> Assembly {
     let solver = format!("solver.relaxation={solver}");
     let set = ["solver.method=cd", "solver.dt=2e-4", "solver.max_iterations=20", &solver];
-    example("hard/dimer_bed.toml", &set)
+    example("hard/dimer_bed.toml", &[&set[..], &FEW_DIMERS].concat())
 }
 
 const SETTLE: &str = r#"
