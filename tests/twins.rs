@@ -224,7 +224,7 @@ fn motion(model: &Model, surface: &Surface) -> Motion {
     let periodic = model.boundary != Boundary::Open;
     let axis = if model.dims() == 2 || matches!(surface, Surface::Cylinder { .. }) { DVec3::Z } else { DVec3::X };
     let turning = (!periodic).then_some(Turning { point: DVec3::new(0.01, 0.02, 0.0), axis, rate: 1.5 });
-    let oscillation = Some(Oscillation { amplitude: DVec3::Y * 1e-5, frequency: 300.0, interval: None });
+    let oscillation = Some(Oscillation { amplitude: DVec3::Y * 1e-5, frequency: 50.0, interval: None });
     Motion { oscillation, turning, table: vec![(0.0, DVec3::ZERO), (1.0, DVec3::Y * 0.01)], ..Motion::default() }
 }
 
