@@ -356,12 +356,14 @@ impl Run {
         let deepest = self.deepest.take();
         let inherited = self.inherited;
         let ending = Ending { wall_seconds, converged, ended: end.label(), stopped, deepest, inherited };
-        let (walls, contacts) = (self.simulation.walls()?, self.simulation.contacts()?);
-        let state = State { grains: &grains, clumps: &clumps, walls: &walls, contacts: &contacts };
-        let summary = Summary::new(scene.name(), &mut self.simulation, &sample, &state, ending)?;
+        let walls = self.simulation.walls()?;
+        let totals = self.simulation.contact_totals(&grains, &clumps, &walls)?;
+        let state = State { grains: &grains, clumps: &clumps, walls: &walls, totals };
+        let summary = Summary::new(scene.name(), &mut self.simulation, &sample, state, ending)?;
+        let contacts = if self.results.wants_contacts() { Some(self.simulation.contacts()?) } else { None };
         let domain = self.simulation.domain()?;
         let assembly = self.simulation.assembly_in(domain);
-        let packing = Packing::new(&assembly, &grains, &clumps, &walls, &contacts);
+        let packing = contacts.as_ref().map(|all| Packing::new(&assembly, &grains, &clumps, &walls, all));
         let moment = Moment { step, time, grains: &grains, clumps: &clumps };
         let mut results = self.results;
         loop {
@@ -369,7 +371,7 @@ impl Run {
             if written.is_ok() {
                 row = None;
             }
-            let Err(error) = written.and_then(|()| results.finish(&summary, &moment, &packing)) else { break };
+            let Err(error) = written.and_then(|()| results.finish(&summary, &moment, packing.as_ref())) else { break };
             spoilt = spoilt.or(Some(error));
             results.elsewhere()?;
         }
