@@ -23,7 +23,7 @@ mod xyz;
 
 use crate::{
     error::{Error, Result},
-    measure::{Packing, Sample, micromechanics::packing::Load},
+    measure::{Packing, Sample, micromechanics::totals::Load},
     protocol::jamming::RelaxedState,
     scene::{
         Assembly, Material, Output, Scene, Shape,
@@ -241,10 +241,12 @@ impl Results {
 
     /// What is written once, of the last state. With clumps `final.csv` has them, and `members.csv` their members.
     /// What can be written is, whatever cannot.
-    pub fn finish(&mut self, summary: &Summary, moment: &Moment, packing: &Packing) -> Result<()> {
+    pub fn finish(&mut self, summary: &Summary, moment: &Moment, packing: Option<&Packing>) -> Result<()> {
         let mut result = Ok(());
         let mut also = |written: Result<()>| result = std::mem::replace(&mut result, Ok(())).and(written);
-        also(self.write_exports(None, moment, packing));
+        if let Some(packing) = packing {
+            also(self.write_exports(None, moment, packing));
+        }
         let Moment { grains, clumps, numbers, .. } = *moment;
         if self.output.bin {
             also(self.write_bin(FINAL_BIN, moment));

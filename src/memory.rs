@@ -6,8 +6,9 @@ use std::{fs, path::Path};
 /// Bytes of a grain as the scene has it.
 pub const GRAIN: u64 = 88;
 /// Bytes per grain that the host needs besides these and the arrays of an engine, at the end of a run: grains once more as
-/// results have them, three contacts each, and what is read to find these, or a grid of neighbours.
-const BESIDE_GRAIN: u64 = 650;
+/// results have them, what is read to find contacts, and who touches whom, or a grid of neighbours. Files of contacts have
+/// these one by one, which is 400 more.
+const BESIDE_GRAIN: u64 = 250;
 
 /// What so many grains need on the host, bytes: a number that nobody has room for may be beyond 64 bits.
 pub fn of_grains(count: u64) -> u128 {

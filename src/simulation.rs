@@ -361,10 +361,7 @@ impl Simulation {
     }
     /// The scene with its cell as it is now, see [`Simulation::domain`].
     pub fn assembly_in(&self, domain: Domain) -> Cow<'_, Assembly> {
-        match domain == self.assembly.domain {
-            true => Cow::Borrowed(&self.assembly),
-            false => Cow::Owned(Assembly { domain, ..self.assembly.clone() }),
-        }
+        self.assembly.within(domain)
     }
     pub fn model(&self) -> &Model {
         &self.runner.state.model

@@ -91,8 +91,10 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
             DampingSlot::MassScaled => Dashpot::MassScaled(3000.0),
         },
     };
-    let stress = [None, Some(3e3), None, None, None, Some(-2e3)];
-    let servo = if model.servo { Cell { stress, ..Cell::default() } } else { Cell::default() };
+    // One component or two along the axes, and rates as they are limited or as the servo wants them.
+    let stress = [None, Some(3e3), (dims == 3).then_some(2e3), None, None, Some(-2e3)];
+    let inertial_number = if dims == 3 { 10.0 } else { Cell::default().inertial_number };
+    let servo = if model.servo { Cell { stress, inertial_number, ..Cell::default() } } else { Cell::default() };
     let mut scene = Assembly {
         dimension: dims,
         gravity: match dims {
@@ -230,7 +232,7 @@ fn motion(model: &Model, surface: &Surface) -> Motion {
     let periodic = model.boundary != Boundary::Open;
     let axis = if model.dims() == 2 || matches!(surface, Surface::Cylinder { .. }) { DVec3::Z } else { DVec3::X };
     let turning = (!periodic).then_some(Turning { point: DVec3::new(0.01, 0.02, 0.0), axis, rate: 1.5 });
-    let oscillation = Some(Oscillation { amplitude: DVec3::Y * 1e-5, frequency: 300.0, interval: None });
+    let oscillation = Some(Oscillation { amplitude: DVec3::Y * 1e-5, frequency: 50.0, interval: None });
     Motion { oscillation, turning, table: vec![(0.0, DVec3::ZERO), (1.0, DVec3::Y * 0.01)], ..Motion::default() }
 }
 

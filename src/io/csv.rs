@@ -4,7 +4,7 @@ use super::files::{at, create, is_file, write};
 use crate::{
     error::{Error, Result},
     input,
-    measure::{Sample, micromechanics::packing::Load},
+    measure::{Sample, micromechanics::totals::Load},
     scene::{Clump, Grain, Material, Numbers, Shape, Wall},
     simulation::Outflow,
 };

@@ -4,12 +4,12 @@ use super::files::at;
 use crate::{
     error::{Error, Result},
     measure::{
-        self, Contact, Packing, Sample, Sizes,
+        self, Packing, Sample, Sizes,
         micromechanics::{
-            Cell,
+            Cell, Totals,
             coordination::{Coordination, carrying},
-            packing::Load,
             stress::stress,
+            totals::Load,
         },
     },
     protocol::jamming::{Jamming, JammingFraction},
@@ -264,7 +264,8 @@ pub struct State<'a> {
     pub grains: &'a [Grain],
     pub clumps: &'a [Clump],
     pub walls: &'a [scene::Wall],
-    pub contacts: &'a [Contact],
+    /// Of its contacts.
+    pub totals: Totals,
 }
 
 /// How a run ended.
@@ -291,7 +292,7 @@ impl Summary {
         scene: &str,
         simulation: &mut Simulation,
         sample: &Sample,
-        &State { grains, clumps, walls, contacts }: &State,
+        State { grains, clumps, walls, totals }: State,
         ending: Ending,
     ) -> Result<Summary> {
         let rounds = simulation.rotation_rounds()?;
@@ -308,7 +309,7 @@ impl Summary {
         } else {
             (measure::momentum_of_clumps(assembly, clumps), measure::angular_momentum_of_clumps(assembly, clumps))
         };
-        let packing = Packing::new(assembly, grains, clumps, walls, contacts);
+        let packing = Packing::added_up(assembly, grains, clumps, walls, totals);
         let coordination = Coordination::of(&packing, &carrying(&packing));
         let stress = Cell::of(&packing).map(|cell| stress(&packing, cell.volume()));
         let inside = measure::packing_fraction(assembly, grains, walls);

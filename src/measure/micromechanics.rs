@@ -11,8 +11,10 @@ pub mod measures;
 pub mod packing;
 pub mod profile;
 pub mod stress;
+pub mod totals;
 
 pub use cell::Cell;
 pub use contact::{Contact, Other};
 pub use measures::{Asked, Measures};
 pub use packing::Packing;
+pub use totals::Totals;

@@ -10,9 +10,7 @@ use super::schema::Twist;
 use super::shape::Shape;
 use crate::{memory, solve};
 use glam::{DQuat, DVec3};
-use std::borrow::Cow;
-use std::f64::consts::PI;
-use std::ops::Range;
+use std::{borrow::Cow, f64::consts::PI, ops::Range};
 
 /// A scene with every default filled in, every population placed and every value checked. One that is changed or made
 /// by hand is checked by [`Assembly::validate`] when a simulation starts. In two dimensions all `z` components are 0
@@ -330,6 +328,14 @@ impl Assembly {
 }
 
 impl Assembly {
+    /// The same in this domain.
+    pub fn within(&self, domain: Domain) -> Cow<'_, Assembly> {
+        match domain == self.domain {
+            true => Cow::Borrowed(self),
+            false => Cow::Owned(Assembly { domain, ..self.clone() }),
+        }
+    }
+
     /// A checksum of everything that a step may depend on: not of when to stop and what to write.
     pub fn checksum(&self) -> u32 {
         let Assembly {

@@ -8,12 +8,15 @@ use super::{
 use crate::{
     engine::PIECE,
     error::Result,
-    measure::{Contact, Other, micromechanics::contact::contacts_of},
+    measure::{
+        Contact, Other, Packing,
+        micromechanics::{Totals, contact::contacts_of},
+    },
     memory,
     model::History,
-    scene::Assembly,
+    scene::{Assembly, Clump, Grain, Wall},
     state::{
-        ACTIVE, Array, INDEX, Length, NONE, Packed, Spin, State,
+        ACTIVE, Array, INDEX, Length, NONE, Packed, Sizes, Spin, State,
         array::{
             CELL, CLUMP_OF_ID, ID, IMPULSE, LIST_START, MATERIAL, NEIGHBOUR, POSITION, POSITION_LOW, ROLLING_TORQUE,
             SPIN, TANGENTIAL_FORCE, VELOCITY, WALL,
@@ -86,33 +89,25 @@ impl Simulation {
     /// # Errors
     /// [`Error::Device`](crate::Error::Device) if the device is lost.
     pub fn contacts(&mut self) -> Result<Vec<Contact>> {
-        self.refresh()?;
-        let (model, sizes) = (*self.model(), self.sizes());
-        let of_bodies =
-            [&POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &ID, &CLUMP_OF_ID, &MATERIAL, &LIST_START, &WALL, &CELL];
-        let of_bodies = present(&model, &of_bodies);
-        let of_entries = present(&model, &[&NEIGHBOUR, &TANGENTIAL_FORCE, &ROLLING_TORQUE, &IMPULSE]);
-        self.runner.read(&of_bodies)?;
-        let params = self.runner.params();
-        let kept = std::mem::replace(&mut self.runner.state.params, params);
-        let mut lists = State::bare(model, sizes, params);
         let mut contacts = Vec::new();
-        let Runner { engine, state: s, .. } = &mut self.runner;
-        let mut slice = 0;
-        while slice < sizes.slices() {
-            // Lists of about as many entries as are moved at a time.
-            let first = s.list_start[slice] as usize;
-            let further = s.list_start[slice + 1..].partition_point(|start| (*start as usize) < first + PIECE);
-            let next = (slice + further.max(1)).min(sizes.slices());
-            engine.read(&of_entries, first..s.list_start[next] as usize, &mut lists)?;
-            let bodies = sizes.lists_of_slice(slice).0.start..sizes.lists_of_slice(next - 1).0.end;
-            contacts.append(&mut contacts_of(s, bodies, &lists, first));
-            slice = next;
-        }
-        s.params = kept;
-        s.release(&of_bodies.into_iter().filter(|array| !is_kept(array)).collect::<Vec<_>>());
+        self.refresh()?;
+        let sizes = self.sizes();
+        for_contacts(&mut self.runner, sizes, |contact| contacts.push(contact))?;
         contacts.sort_unstable_by_key(|contact| (contact.grain, contact.other));
         Ok(contacts)
+    }
+
+    /// The same added up, given what else there is now: the host never has them all.
+    ///
+    /// # Errors
+    /// [`Error::Device`](crate::Error::Device) if the device is lost.
+    pub fn contact_totals(&mut self, grains: &[Grain], clumps: &[Clump], walls: &[Wall]) -> Result<Totals> {
+        self.refresh()?;
+        let (sizes, domain) = (self.sizes(), self.domain()?);
+        let assembly = self.assembly.within(domain);
+        let mut packing = Packing::new(&assembly, grains, clumps, walls, &[]);
+        for_contacts(&mut self.runner, sizes, |contact| packing.add_up(&contact))?;
+        Ok(packing.totals)
     }
 
     /// As [`Simulation::new`], with contacts that remember what they did elsewhere. Those that are not near each other
@@ -184,6 +179,34 @@ impl Simulation {
         self.runner.engine.write(&arrays, 0, &lists)?;
         Ok(contacts.len())
     }
+}
+
+/// All contacts, in the order in which grains lie in memory.
+fn for_contacts(runner: &mut Runner, sizes: Sizes, mut visit: impl FnMut(Contact)) -> Result<()> {
+    let model = runner.state.model;
+    let of_bodies =
+        [&POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &ID, &CLUMP_OF_ID, &MATERIAL, &LIST_START, &WALL, &CELL];
+    let of_bodies = present(&model, &of_bodies);
+    let of_entries = present(&model, &[&NEIGHBOUR, &TANGENTIAL_FORCE, &ROLLING_TORQUE, &IMPULSE]);
+    runner.read(&of_bodies)?;
+    let params = runner.params();
+    let kept = std::mem::replace(&mut runner.state.params, params);
+    let mut lists = State::bare(model, sizes, params);
+    let Runner { engine, state: s, .. } = runner;
+    let mut slice = 0;
+    while slice < sizes.slices() {
+        // Lists of about as many entries as are moved at a time.
+        let first = s.list_start[slice] as usize;
+        let further = s.list_start[slice + 1..].partition_point(|start| (*start as usize) < first + PIECE);
+        let next = (slice + further.max(1)).min(sizes.slices());
+        engine.read(&of_entries, first..s.list_start[next] as usize, &mut lists)?;
+        let bodies = sizes.lists_of_slice(slice).0.start..sizes.lists_of_slice(next - 1).0.end;
+        contacts_of(s, bodies, &lists, first).into_iter().for_each(&mut visit);
+        slice = next;
+    }
+    s.params = kept;
+    s.release(&of_bodies.into_iter().filter(|array| !is_kept(array)).collect::<Vec<_>>());
+    Ok(())
 }
 
 impl ContactHistory {

@@ -10,7 +10,7 @@ use crate::{
     body::grains::{self, same_grain},
     contact::overlap::gaps,
     error::{Error, Result},
-    measure::{CellSample, Other, Sample, mass_of_clump, masses, micromechanics::packing::Load},
+    measure::{CellSample, Other, Sample, mass_of_clump, masses, micromechanics::totals::Load},
     memory,
     model::{Grains, Rotation},
     plan::swap_again,

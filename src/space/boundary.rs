@@ -38,13 +38,17 @@ pub fn nearest_image(s: &State, a: DVec3, b: DVec3, low: DVec3) -> Point {
     let k = match s.model.boundary {
         Boundary::Open => None,
         Boundary::Periodic => periods(d * s.params.inverse_period + DVec3::splat(0.5)),
-        Boundary::Deforming => {
-            let cell = &s.cell[0];
-            let edges = cell.edges(cell.edges_in(s, d));
-            return Point { x: d - edges.x, low: low - edges.low };
-        }
+        Boundary::Deforming => return nearest_image_in_cell(s, d, low),
     };
     k.map_or(Point { x: d, low }, |k| Point { x: d - s.params.period * k, low: low - s.params.period_low * k })
+}
+
+/// Apart, so that searches elsewhere are spared it.
+#[inline(never)]
+fn nearest_image_in_cell(s: &State, d: DVec3, low: DVec3) -> Point {
+    let cell = &s.cell[0];
+    let edges = cell.edges(cell.edges_in(s, d));
+    Point { x: d - edges.x, low: low - edges.low }
 }
 
 /// The same of a difference in double precision.

@@ -427,12 +427,14 @@ impl Run {
         let jamming = self.jamming;
         let ending =
             Ending { wall_seconds, converged, target_met, ended: end.label(), stopped, deepest, inherited, jamming };
-        let (walls, contacts) = (self.simulation.walls()?, self.simulation.contacts()?);
-        let state = State { grains: &grains, clumps: &clumps, walls: &walls, contacts: &contacts };
-        let summary = Summary::new(scene.name(), &mut self.simulation, &sample, &state, ending)?;
+        let walls = self.simulation.walls()?;
+        let totals = self.simulation.contact_totals(&grains, &clumps, &walls)?;
+        let state = State { grains: &grains, clumps: &clumps, walls: &walls, totals };
+        let summary = Summary::new(scene.name(), &mut self.simulation, &sample, state, ending)?;
+        let contacts = if self.results.wants_contacts() { Some(self.simulation.contacts()?) } else { None };
         let domain = self.simulation.domain()?;
         let assembly = self.simulation.assembly_in(domain);
-        let packing = Packing::new(&assembly, &grains, &clumps, &walls, &contacts);
+        let packing = contacts.as_ref().map(|all| Packing::new(&assembly, &grains, &clumps, &walls, all));
         let (owners, numbers) = (assembly.owners(), assembly.numbers.clone());
         let moment = Moment { step, time, grains: &grains, clumps: &clumps, owners: &owners, numbers: &numbers };
         let mut results = self.results;
@@ -443,7 +445,7 @@ impl Run {
                 row = None;
             }
             let written = written.and_then(|()| if states.is_empty() { Ok(()) } else { results.jamming(&states) });
-            let Err(error) = written.and_then(|()| results.finish(&summary, &moment, &packing)) else { break };
+            let Err(error) = written.and_then(|()| results.finish(&summary, &moment, packing.as_ref())) else { break };
             spoilt = spoilt.or(Some(error));
             results.elsewhere()?;
         }

@@ -1,6 +1,6 @@
 //! The space that a packing takes up.
 
-use super::{contact::Other, packing::Packing};
+use super::packing::Packing;
 use crate::scene::Surface;
 use glam::DVec3;
 use std::f64::consts::TAU;
@@ -35,14 +35,10 @@ impl Cell {
         if dims == 2 {
             (lower.z, upper.z) = (0.0, 1.0);
         }
-        let mut touched = vec![false; packing.walls.len()];
-        for contact in packing.contacts {
-            if let Other::Wall(wall) = contact.other {
-                touched[wall as usize] = true;
-            }
-        }
         let bounds = |w: usize| match packing.walls[w].surface {
-            Surface::Plane { normal, .. } => touched[w] || !(normal.dot(packing.assembly.gravity) > 0.0),
+            Surface::Plane { normal, .. } => {
+                packing.totals.walls[w].contacts > 0 || !(normal.dot(packing.assembly.gravity) > 0.0)
+            }
             Surface::Cylinder { .. } => true,
         };
         let walls: Vec<Surface> =

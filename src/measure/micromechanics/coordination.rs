@@ -34,45 +34,34 @@ fn least_contacts(packing: &Packing, frictional: bool) -> usize {
 /// Which particles carry; fixed ones do.
 pub fn carrying(packing: &Packing) -> Vec<bool> {
     let inside: Vec<bool> = (0..packing.particles()).map(|particle| packing.is_free(particle)).collect();
-    let pairs: Vec<(u32, u32)> = packing.contacts.iter().map(|c| ends(packing, c.grain, c.other)).collect();
-    let frictional = packing.contacts.iter().any(|contact| contact.friction > 0.0);
-    backbone(&inside, &pairs, least_contacts(packing, frictional))
-}
-
-/// The particles of a contact; walls come after all of them.
-fn ends(packing: &Packing, grain: u32, other: Other) -> (u32, u32) {
-    let other = match other {
-        Other::Grain(other) => packing.particle_of(other),
-        Other::Wall(wall) => packing.particles() + wall as usize,
-    };
-    (packing.particle_of(grain) as u32, other as u32)
+    backbone(&inside, &packing.totals.ends, least_contacts(packing, packing.totals.frictional))
 }
 
 impl Coordination {
     pub fn of(packing: &Packing, carrying: &[bool]) -> Coordination {
         let free = packing.free().count();
+        let totals = &packing.totals;
+        let is_free = |particle: u32| (particle as usize) < packing.particles() && packing.is_free(particle as usize);
+        let carries = |particle: u32| carrying.get(particle as usize).is_none_or(|carries| *carries);
         let (mut sides, mut carrying_sides, mut contacts, mut constraints) = (0, 0, 0, 0);
-        let mut outside = Vec::new();
-        for contact in packing.contacts {
-            let of_contact = packing.actions(contact).iter().flatten().count();
+        for (&(a, b), rough) in totals.ends.iter().zip(&totals.rough) {
+            let of_contact = usize::from(is_free(a)) + usize::from(is_free(b));
             sides += of_contact;
-            let (a, b) = ends(packing, contact.grain, contact.other);
-            let carries = |particle: u32| carrying.get(particle as usize).is_none_or(|carries| *carries);
-            if !(carries(a) && carries(b)) {
-                continue;
-            }
-            contacts += 1;
-            carrying_sides += of_contact;
-            let rough = contact.friction > 0.0 && !contact.sliding;
-            constraints += if rough { packing.dims() as i64 } else { 1 };
-            if of_contact == 1 {
-                outside.push((contact.normal, rough));
+            if carries(a) && carries(b) {
+                contacts += 1;
+                carrying_sides += of_contact;
+                constraints += if *rough { packing.dims() as i64 } else { 1 };
             }
         }
+        let carrying_outside = totals.outside.iter().filter_map(|&(k, normal)| {
+            let (a, b) = totals.ends[k as usize];
+            (carries(a) && carries(b)).then(|| (normal, totals.rough[k as usize]))
+        });
+        let outside: Vec<(DVec3, bool)> = carrying_outside.collect();
         let left = packing.free().filter(|particle| carrying[*particle]).count();
         let freedom = degrees_of_freedom(packing) as i64 * left as i64 - trivial_motions(packing, &outside) as i64;
         Coordination {
-            contacts: packing.contacts.len(),
+            contacts: totals.contacts(),
             coordination_number: sides as f64 / free.max(1) as f64,
             coordination_without_rattlers: (left > 0).then(|| carrying_sides as f64 / left as f64),
             rattlers: free - left,
@@ -85,7 +74,7 @@ impl Coordination {
 /// Of a particle: spheres that nothing turns have translations alone.
 fn degrees_of_freedom(packing: &Packing) -> usize {
     let dims = packing.dims();
-    let turns = !packing.clumps.is_empty() || packing.contacts.iter().any(|contact| contact.friction > 0.0);
+    let turns = !packing.clumps.is_empty() || packing.totals.frictional;
     if !turns { dims } else { dims * (dims + 1) / 2 }
 }
 

@@ -93,13 +93,7 @@ impl Measures {
         let profile = cell.as_ref().map(|cell| profile::profile(packing, cell, asked.axis, width)).unwrap_or_default();
         let solid: f64 = profile.iter().map(|part| part.solid_fraction * part.volume).sum();
         let Packing { assembly, grains, walls, .. } = *packing;
-        let mut touching = vec![0; walls.len()];
-        for contact in packing.contacts {
-            if let super::Other::Wall(wall) = contact.other {
-                touching[wall as usize] += 1;
-            }
-        }
-        let of_walls = packing.loads_on_walls().into_iter().zip(walls).zip(touching);
+        let of_walls = packing.totals.walls.iter().zip(walls);
         Measures {
             particles: packing.particles(),
             free,
@@ -116,11 +110,11 @@ impl Measures {
             }),
             stress: volume.map(|volume| stress(packing, volume)),
             walls: of_walls
-                .map(|((load, wall), contacts)| OnWall {
+                .map(|(on_wall, wall)| OnWall {
                     name: wall.name.clone(),
-                    force: load.force,
-                    moment: load.moment,
-                    contacts,
+                    force: on_wall.load().force,
+                    moment: on_wall.load().moment,
+                    contacts: on_wall.contacts,
                 })
                 .collect(),
             fabric: fabric(packing),

@@ -1,6 +1,9 @@
 //! A packing at one moment: grains, walls and contacts, and what acts on whom.
 
-use super::contact::{Contact, Other};
+use super::{
+    contact::{Contact, Other},
+    totals::{Load, OnWall, Totals},
+};
 use crate::{
     measure::analysis::{mass_of_clump, masses},
     scene::{Assembly, Clump, Grain, Wall},
@@ -14,7 +17,9 @@ pub struct Packing<'a> {
     pub grains: &'a [Grain],
     pub clumps: &'a [Clump],
     pub walls: &'a [Wall],
+    /// None if they have only been added up.
     pub contacts: &'a [Contact],
+    pub totals: Totals,
     /// The particle of every grain; empty without clumps.
     owners: Vec<u32>,
     /// kg, of every particle.
@@ -33,13 +38,6 @@ pub struct Action {
     pub couple: DVec3,
 }
 
-/// Sum of forces, N, and their moment, N m.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Load {
-    pub force: DVec3,
-    pub moment: DVec3,
-}
-
 impl<'a> Packing<'a> {
     pub fn new(
         assembly: &'a Assembly,
@@ -48,11 +46,57 @@ impl<'a> Packing<'a> {
         walls: &'a [Wall],
         contacts: &'a [Contact],
     ) -> Packing<'a> {
+        let totals = Totals { walls: vec![OnWall::default(); walls.len()], ..Totals::default() };
+        let mut packing = Packing { contacts, ..Packing::added_up(assembly, grains, clumps, walls, totals) };
+        contacts.iter().for_each(|contact| packing.add_up(contact));
+        packing
+    }
+
+    /// Of contacts that have been added up and are not at hand one by one.
+    pub fn added_up(
+        assembly: &'a Assembly,
+        grains: &'a [Grain],
+        clumps: &'a [Clump],
+        walls: &'a [Wall],
+        totals: Totals,
+    ) -> Packing<'a> {
         let masses = match clumps {
             [] => masses(assembly),
             clumps => clumps.iter().map(|clump| mass_of_clump(assembly, clump)).collect(),
         };
-        Packing { assembly, grains, clumps, walls, contacts, owners: assembly.owners(), masses }
+        Packing { assembly, grains, clumps, walls, contacts: &[], totals, owners: assembly.owners(), masses }
+    }
+
+    /// One more contact.
+    pub fn add_up(&mut self, contact: &Contact) {
+        let actions = self.actions(contact);
+        let totals = &mut self.totals;
+        for Action { force, arm, .. } in actions.into_iter().flatten() {
+            totals.virial.iter_mut().zip(arm.to_array()).for_each(|(column, arm)| column.add(-arm * force));
+        }
+        if actions.iter().flatten().count() == 1 {
+            totals.outside.push((totals.ends.len() as u32, contact.normal));
+        }
+        totals.frictional |= contact.friction > 0.0;
+        totals.rough.push(contact.friction > 0.0 && !contact.sliding);
+        let ends = self.ends(contact);
+        self.totals.ends.push(ends);
+        if let Other::Wall(wall) = contact.other {
+            let arm = self.point(contact) - self.walls[wall as usize].surface.reference();
+            let on_wall = &mut self.totals.walls[wall as usize];
+            on_wall.force.add(-contact.force);
+            on_wall.moment.add(-(arm.cross(contact.force) + contact.couple));
+            on_wall.contacts += 1;
+        }
+    }
+
+    /// The particles of a contact; walls come after all of them.
+    fn ends(&self, contact: &Contact) -> (u32, u32) {
+        let other = match contact.other {
+            Other::Grain(other) => self.particle_of(other),
+            Other::Wall(wall) => self.particles() + wall as usize,
+        };
+        (self.particle_of(contact.grain) as u32, other as u32)
     }
 
     pub fn dims(&self) -> usize {
@@ -169,16 +213,7 @@ impl<'a> Packing<'a> {
 
     /// On every wall, about its point or the centre of a cylinder.
     pub fn loads_on_walls(&self) -> Vec<Load> {
-        let mut loads = vec![Load::default(); self.walls.len()];
-        for contact in self.contacts {
-            if let Other::Wall(wall) = contact.other {
-                let arm = self.point(contact) - self.walls[wall as usize].surface.reference();
-                let load = &mut loads[wall as usize];
-                load.force -= contact.force;
-                load.moment -= arm.cross(contact.force) + contact.couple;
-            }
-        }
-        loads
+        self.totals.walls.iter().map(OnWall::load).collect()
     }
 }
 

@@ -48,7 +48,7 @@ pub fn mean_velocity(packing: &Packing) -> DVec3 {
 
 /// Sum over all contacts, J: `V σ` of the contact part.
 pub fn virial(packing: &Packing) -> DMat3 {
-    packing.all_actions().fold(DMat3::ZERO, |sum, action| sum - outer(action.force, action.arm))
+    packing.totals.virial()
 }
 
 /// Of all free particles, over this volume.
