@@ -47,7 +47,6 @@ stop.time = 0.3
 name = "load"
 cell.stress = { xx = 500 }
 cell.strain_rate = { yy = -1 }
-cell.gain = 1e-2
 stop.strain.xx = 0.01
 stop.time = 0.1
 "#;
