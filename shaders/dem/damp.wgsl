@@ -10,6 +10,10 @@ fn damp(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) 
     if (i >= params.bodies || halt >= HALTED) {
         return;
     }
+    // The host tells by its speed why a grain is lost.
+    if (atomicLoad(&counters.lost_body) > 0u) {
+        return;
+    }
     let next = velocity_next[i];
     if (next.inverse_mass == 0) {
         return;

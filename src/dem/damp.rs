@@ -3,7 +3,8 @@
 use crate::state::{HALTED, State, VelocityLow};
 
 pub fn damp(s: &mut State) {
-    if s.halt[0] >= HALTED {
+    // The host tells by its speed why a grain is lost.
+    if s.halt[0] >= HALTED || s.counters[0].lost_body > 0 {
         return;
     }
     let steps = f64::from(s.steps_since_restart[0]);
