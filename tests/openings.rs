@@ -112,12 +112,15 @@ fn nothing_comes_in_onto_another() {
     for clumps in [false, true] {
         let population = rain_from(0.0235, 150, fast());
         let population = if clumps { population.shape("dimer") } else { population };
-        let scene = bin().population(population).assemble().unwrap();
+        // Clumps are stable in shorter steps.
+        let dt = if clumps { 0.5 * DT } else { DT };
+        let solver = SolverBuilder::discrete_elements().dt(dt);
+        let scene = bin().population(population).solver(solver).assemble().unwrap();
         let mut simulation = Simulation::new(scene, cpu()).unwrap();
         let mut there = 0;
         let mut waited = 0;
         for _ in 0..60 {
-            simulation.advance(50).unwrap();
+            simulation.advance((50.0 * DT / dt) as u64).unwrap();
             let grains = simulation.grains().unwrap();
             // Members of one clump may overlap.
             let from = if clumps { grains.len() } else { there };
@@ -205,10 +208,11 @@ fn what_comes_and_goes_balances() {
         .population(rain(150, InsertionBuilder::rate(3000.0).interval(100.0 * DT)))
         .outlet(OutletBuilder::inside([0.0; 3], [8e-3, 16e-3, 3e-3]).interval(100.0 * DT).start(0.02))
         .output_works(true)
+        .solver(SolverBuilder::discrete_elements().dt(DT / 8.0))
         .assemble()
         .unwrap();
     let mut simulation = Simulation::new(fall, cpu()).unwrap();
-    simulation.advance(4000).unwrap();
+    simulation.advance(32_000).unwrap();
     let sample = simulation.sample().unwrap();
     let of = sample.openings.unwrap();
     let there = mass(&simulation.grains().unwrap());
@@ -219,7 +223,8 @@ fn what_comes_and_goes_balances() {
     let walls = sample.work_walls.unwrap() + sample.work_fixed.unwrap();
     let left = energy + sample.dissipated.unwrap() - walls - of.inserted_energy + of.removed_energy;
     println!("{left:e} of {:e} J are missing, {:e} J have left", of.inserted_energy, of.removed_energy);
-    assert!(left.abs() < 2e-3 * of.inserted_energy, "{left:e} of {:e}", of.inserted_energy);
+    // What the time step of an impact of 90 steps leaves.
+    assert!(left.abs() < 1e-3 * of.inserted_energy, "{left:e} of {:e}", of.inserted_energy);
 }
 
 /// A run that goes on from a checkpoint has the bits of one that was never interrupted: spheres and clumps, both methods,
@@ -231,7 +236,7 @@ fn resumed_pouring_has_the_same_bits() {
         let population = if clumps { population.shape("dimer") } else { population };
         let solver = match rigid {
             true => SolverBuilder::contact_dynamics().dt(10.0 * DT),
-            false => SolverBuilder::discrete_elements().dt(DT),
+            false => SolverBuilder::discrete_elements().dt(if clumps { 0.5 * DT } else { DT }),
         };
         let floor = WallBuilder::plane("glass", [0.0, 0.0, 1e-3], [0.0, 0.0, 1.0]).velocity([0.0, 0.0, 1e-2]);
         let outlet = OutletBuilder::inside([0.0; 3], [4e-3, 16e-3, 8e-3]).interval(120.0 * DT);
@@ -242,10 +247,10 @@ fn resumed_pouring_has_the_same_bits() {
     for options in engines() {
         for (clumps, rigid) in [(false, false), (true, false), (false, true)] {
             let scene = scene(clumps, rigid);
-            let steps = if rigid { 25 } else { 220 };
+            let steps = if rigid { 75 } else { 660 * (1 + u64::from(clumps)) };
             let mut straight = Simulation::new(scene.clone(), options).unwrap();
             let mut broken = Simulation::new(scene.clone(), options).unwrap();
-            for _ in 0..12 {
+            for _ in 0..4 {
                 straight.advance(steps).unwrap();
                 broken.advance(steps).unwrap();
                 broken.save(&path, &()).unwrap();
@@ -372,15 +377,16 @@ fn numbers_stay() {
     let told = run(&["run", "scene.toml", "--from", "old", "--engine", "cpu", "--out", "new", "--steps", "1"]);
     assert!(told.contains("population.0 is there already as far as it has come in"), "{told}");
     let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
-    let first = |text: String, skip: usize, separator: char| -> Vec<u32> {
-        text.lines().skip(skip).map(|line| line.split(separator).next().unwrap().parse().unwrap()).collect()
+    let first = |text: String, behind: &str, separator: char| -> Vec<u32> {
+        let rows = text.lines().skip_while(|line| !line.starts_with(behind)).skip(1);
+        rows.map(|line| line.split(separator).next().unwrap().parse().unwrap()).collect()
     };
-    let ids = first(read("old/final.csv"), 1, ',');
+    let ids = first(read("old/final.csv"), "id", ',');
     assert!((5..18).contains(&ids.len()) && ids.iter().any(|id| *id > ids.len() as u32), "{ids:?}");
-    assert_eq!(first(read("new/final.csv"), 1, ','), ids);
-    assert_eq!(first(read("old/final.xyz"), 2, ' '), ids);
+    assert_eq!(first(read("new/final.csv"), "id", ','), ids);
+    assert_eq!(first(read("old/final.xyz"), "Lattice", ' '), ids);
     let from_one: Vec<u32> = ids.iter().map(|id| id + 1).collect();
-    assert_eq!(first(read("old/final.dump"), 9, ' '), from_one);
+    assert_eq!(first(read("old/final.dump"), "ITEM: ATOMS", ' '), from_one);
     // Grains in a file keep their numbers too.
     let file = folder.path().join("old/final.bin");
     let scene = Scene::builder(3)
