@@ -35,19 +35,17 @@ mod validate;
 mod walls;
 
 pub use assembly::{
-    Assembly, Clump, Domain, Grain, JammingProtocol, Material, Method, Numbers, Output, Relaxation, Solver, Stop, Surface,
-    TimeStep, Wall,
+    Assembly, Clump, Domain, Grain, Insertion, JammingProtocol, Material, Method, Numbers, Outlet, Output, Place, Rate,
+    Region, Relaxation, Solver, Stop, Surface, TimeStep, Wall,
 };
 pub use builder::SceneBuilder;
 pub use cell::{COMPONENTS, Cell};
 pub use continued::{Continued, KeptWalls, Shift};
 pub use inputs::Input;
-pub use insertion::{Insertion, Rate, Region};
 pub use law::{Dashpot, Hertz, MaterialBuilder, Pair, PairBuilder, Rolling};
 pub use levels::SizeLevel;
 pub use motion::{Motion, Oscillation, Turning};
 pub(crate) use neighbours::Neighbours;
-pub use outlet::{Outlet, Place};
 pub use schema::{Face, Format, Placement, Twist};
 pub use shape::{Kind, Member, Shape};
 

@@ -1,6 +1,7 @@
 //! Simulation = scene + plans + engine + state: advances in chunks, replays a chunk that did not fit, and hands out
 //! samples and states.
 
+mod change;
 pub mod checkpoint;
 mod columns;
 mod contacts;
@@ -18,6 +19,7 @@ mod samples;
 mod setup;
 mod start;
 mod stops;
+mod turnover;
 mod works;
 
 pub use crate::measure::Other;

@@ -23,8 +23,13 @@ fn bin() -> SceneBuilder {
 }
 
 fn rain(count: usize, insertion: InsertionBuilder) -> PopulationBuilder {
+    rain_from(0.03, count, insertion)
+}
+
+/// From a region up to this height.
+fn rain_from(top: f64, count: usize, insertion: InsertionBuilder) -> PopulationBuilder {
     PopulationBuilder::new("glass", count, Radii::uniform(0.8 * R, R))
-        .region([0.0, 0.0, 0.02], [0.016, 0.016, 0.03])
+        .region([0.0, 0.0, 0.02], [0.016, 0.016, top])
         .velocity([0.0, 0.0, -0.5])
         .insertion(insertion)
 }
@@ -105,20 +110,24 @@ fn grains_come_in_at_their_rate() {
 fn nothing_comes_in_onto_another() {
     let fast = || InsertionBuilder::rate(1e5).interval(50.0 * DT);
     for clumps in [false, true] {
-        let population = if clumps { rain(90, fast()).shape("dimer") } else { rain(90, fast()) };
-        let scene = bin().population(population).assemble().unwrap();
+        let population = rain_from(0.0235, 150, fast());
+        let population = if clumps { population.shape("dimer") } else { population };
+        // Clumps are stable in shorter steps.
+        let dt = if clumps { 0.5 * DT } else { DT };
+        let solver = SolverBuilder::discrete_elements().dt(dt);
+        let scene = bin().population(population).solver(solver).assemble().unwrap();
         let mut simulation = Simulation::new(scene, cpu()).unwrap();
         let mut there = 0;
         let mut waited = 0;
         for _ in 0..60 {
-            simulation.advance(50).unwrap();
+            simulation.advance((50.0 * DT / dt) as u64).unwrap();
             let grains = simulation.grains().unwrap();
             // Members of one clump may overlap.
             let from = if clumps { grains.len() } else { there };
             assert!(deepest(&grains, from) < 0.0);
             for grain in &grains[there..] {
                 let (x, r) = (grain.position, grain.radius * (1.0 - 1e-9));
-                assert!(x.min_element() >= r && x.x.max(x.y) <= 0.016 - r && (0.02 + r..=0.03 - r).contains(&x.z));
+                assert!(x.min_element() >= r && x.x.max(x.y) <= 0.016 - r && (0.02 + r..=0.0235 - r).contains(&x.z));
             }
             if clumps {
                 for (i, j) in (there..grains.len()).flat_map(|i| (0..i).map(move |j| (i, j))) {
@@ -131,8 +140,8 @@ fn nothing_comes_in_onto_another() {
             waited += usize::from(!simulation.held_up().is_empty());
         }
         let inlet = simulation.inlets()[0];
-        assert!(inlet.full > 10 && waited > 10, "{inlet:?}");
-        assert_eq!(inlet.inserted, 90, "{inlet:?}");
+        assert!(inlet.full > 5 && waited > 5, "{inlet:?}");
+        assert_eq!(inlet.inserted, 150, "{inlet:?}");
         assert!(simulation.held_up().is_empty());
     }
 }
@@ -158,10 +167,10 @@ fn others_keep_every_bit() {
     let scene = |outlet: bool| {
         let at = |x: f64, z: f64, v: [f64; 3]| GrainBuilder::new("glass", [x, 8e-3, z], R).velocity(v);
         let grains = [
-            at(2e-3, 0.99e-3, [0.3, 0.0, 0.0]),
+            at(2e-3, 1e-3, [0.3, 0.0, 0.0]),
             at(13e-3, 1e-3, [0.0; 3]),
-            at(2.3e-3, 2.95e-3, [0.1, 0.05, 0.0]),
-            at(13.1e-3, 2.9e-3, [0.0; 3]),
+            at(2.2e-3, 3e-3, [0.25, 0.05, 0.0]),
+            at(13.1e-3, 3e-3, [0.0; 3]),
             at(13e-3, 20e-3, [0.0; 3]),
         ];
         let scene = bin().grains(grains);
@@ -199,10 +208,11 @@ fn what_comes_and_goes_balances() {
         .population(rain(150, InsertionBuilder::rate(3000.0).interval(100.0 * DT)))
         .outlet(OutletBuilder::inside([0.0; 3], [8e-3, 16e-3, 3e-3]).interval(100.0 * DT).start(0.02))
         .output_works(true)
+        .solver(SolverBuilder::discrete_elements().dt(DT / 8.0))
         .assemble()
         .unwrap();
     let mut simulation = Simulation::new(fall, cpu()).unwrap();
-    simulation.advance(4000).unwrap();
+    simulation.advance(32_000).unwrap();
     let sample = simulation.sample().unwrap();
     let of = sample.openings.unwrap();
     let there = mass(&simulation.grains().unwrap());
@@ -213,7 +223,8 @@ fn what_comes_and_goes_balances() {
     let walls = sample.work_walls.unwrap() + sample.work_fixed.unwrap();
     let left = energy + sample.dissipated.unwrap() - walls - of.inserted_energy + of.removed_energy;
     println!("{left:e} of {:e} J are missing, {:e} J have left", of.inserted_energy, of.removed_energy);
-    assert!(left.abs() < 2e-3 * of.inserted_energy, "{left:e} of {:e}", of.inserted_energy);
+    // What the time step of an impact of 90 steps leaves.
+    assert!(left.abs() < 1e-3 * of.inserted_energy, "{left:e} of {:e}", of.inserted_energy);
 }
 
 /// A run that goes on from a checkpoint has the bits of one that was never interrupted: spheres and clumps, both methods,
@@ -225,7 +236,7 @@ fn resumed_pouring_has_the_same_bits() {
         let population = if clumps { population.shape("dimer") } else { population };
         let solver = match rigid {
             true => SolverBuilder::contact_dynamics().dt(10.0 * DT),
-            false => SolverBuilder::discrete_elements().dt(DT),
+            false => SolverBuilder::discrete_elements().dt(if clumps { 0.5 * DT } else { DT }),
         };
         let floor = WallBuilder::plane("glass", [0.0, 0.0, 1e-3], [0.0, 0.0, 1.0]).velocity([0.0, 0.0, 1e-2]);
         let outlet = OutletBuilder::inside([0.0; 3], [4e-3, 16e-3, 8e-3]).interval(120.0 * DT);
@@ -236,10 +247,10 @@ fn resumed_pouring_has_the_same_bits() {
     for options in engines() {
         for (clumps, rigid) in [(false, false), (true, false), (false, true)] {
             let scene = scene(clumps, rigid);
-            let steps = if rigid { 12 } else { 130 };
+            let steps = if rigid { 75 } else { 660 * (1 + u64::from(clumps)) };
             let mut straight = Simulation::new(scene.clone(), options).unwrap();
             let mut broken = Simulation::new(scene.clone(), options).unwrap();
-            for _ in 0..12 {
+            for _ in 0..4 {
                 straight.advance(steps).unwrap();
                 broken.advance(steps).unwrap();
                 broken.save(&path, &()).unwrap();
@@ -333,7 +344,7 @@ fn a_run_begins_and_ends_empty() {
     run(&["run", "scene.toml", "--engine", "cpu", "--out", "parts", "--steps", "900"]);
     let ids = fs::read_to_string(folder.path().join("parts/final.csv")).unwrap();
     assert!(ids.lines().count() > 5);
-    run(&["run", "--resume", "parts", "--time", "1"]);
+    run(&["run", "--resume", "parts", "--steps", "50000"]);
     let without_speed = |name: &str| {
         let rows = csv_of(&fs::read_to_string(folder.path().join(name).join("history.csv")).unwrap());
         let keys = ["step", "kinetic_energy", "removed_energy", "outlets.domain.flow_rate"];
@@ -346,6 +357,49 @@ fn a_run_begins_and_ends_empty() {
     for (a, b) in parts.iter().zip(&whole) {
         assert_eq!(a[..3], b[..3]);
     }
+}
+
+/// Grains keep their numbers in results, through checkpoints, and in the run of another scene.
+#[test]
+fn numbers_stay() {
+    let folder = tempfile::tempdir().unwrap();
+    let outlet = "[[outlet]]\nregion = { lower = [0, 0, 0], upper = [0.01, 0.02, 0.015] }\ninterval = 1e-3\n[solver]";
+    let formats = "[output]\nformats = [\"csv\", \"xyz\", \"dump\", \"npz\", \"vtp\", \"bin\", \"contacts.csv\"]";
+    let text = FILE.replace("[solver]", outlet).replace("[output]", formats);
+    fs::write(folder.path().join("scene.toml"), text).unwrap();
+    let run = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_packstone"));
+        let output = command.current_dir(folder.path()).args(arguments).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    run(&["run", "scene.toml", "--engine", "cpu", "--out", "old", "--steps", "900"]);
+    let told = run(&["run", "scene.toml", "--from", "old", "--engine", "cpu", "--out", "new", "--steps", "1"]);
+    assert!(told.contains("population.0 is there already as far as it has come in"), "{told}");
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    let first = |text: String, behind: &str, separator: char| -> Vec<u32> {
+        let rows = text.lines().skip_while(|line| !line.starts_with(behind)).skip(1);
+        rows.map(|line| line.split(separator).next().unwrap().parse().unwrap()).collect()
+    };
+    let ids = first(read("old/final.csv"), "id", ',');
+    assert!((5..18).contains(&ids.len()) && ids.iter().any(|id| *id > ids.len() as u32), "{ids:?}");
+    assert_eq!(first(read("new/final.csv"), "id", ','), ids);
+    assert_eq!(first(read("old/final.xyz"), "Lattice", ' '), ids);
+    let from_one: Vec<u32> = ids.iter().map(|id| id + 1).collect();
+    assert_eq!(first(read("old/final.dump"), "ITEM: ATOMS", ' '), from_one);
+    // Grains in a file keep their numbers too.
+    let file = folder.path().join("old/final.bin");
+    let scene = Scene::builder(3)
+        .material("glass", glass())
+        .grain(GrainBuilder::new("glass", [0.0, 0.0, 1.0], R))
+        .population(PopulationBuilder::from_file(file.to_str().unwrap()))
+        .population(PopulationBuilder::new("glass", 2, R).region([0.0, 0.0, 2.0], [0.1, 0.1, 2.1]))
+        .stop_time(1.0)
+        .assemble()
+        .unwrap();
+    let last = 1 + ids.iter().max().unwrap();
+    let expected: Vec<u32> = [0].into_iter().chain(from_one).chain([last + 1, last + 2]).collect();
+    assert_eq!(scene.numbers.grains, expected);
 }
 
 /// Rows of a table, by the names of its columns.

@@ -64,6 +64,8 @@ const SCENES: &[(&str, &[&str], u64, f64, Read)] = &[
     // Thrown onto the floor.
     ("clumps", &["population.0.count=40", "population.0.velocity=[0,0,-0.5]"], 3000, 0.1, Read::Energy),
     ("pebbles", &["population.0.count=4", "shape.0.spheres=5"], 200, 0.05, Read::Energy),
+    ("silo_filling", &["population.0.count=150", "population.0.insertion.rate=20000"], 6000, 0.1, Read::Energy),
+    ("outlet", &["population.4.count=500"], 6000, 0.1, Read::Energy),
     // The first stage of it, which pours.
     ("tapping", &["population.0.count=200"], 2000, 0.1, Read::Energy),
     ("triaxial", &["population.0.count=100", "domain.upper=[0.0104,0.0104,0.0104]"], 2000, 0.1, Read::Energy),

@@ -16,9 +16,6 @@ fn advance(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let i = number_of(group, groups) * LANES + lane;
-    if (i >= params.bodies - params.large) {
-        return;
-    }
     if (halt >= HALTED) {
         if (i == 0u) {
             atomicMax(&halt_next, HALTED);
@@ -28,6 +25,10 @@ fn advance(
     if (i == 0u) {
         atomicAdd(&counters.steps_done, 1u);
         atomicMax(&halt_next, halt + 1u);
+    }
+    // A step without grains is one, too.
+    if (i >= params.bodies - params.large) {
+        return;
     }
     set_seed(params.step + halt);
     let here = body(i);

@@ -6,12 +6,16 @@ var<storage, read_write> halt_next: atomic<u32>;
 @compute @workgroup_size(WG)
 fn member_forces(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = linear(gid, groups);
-    if (i >= params.bodies || halt >= HALTED) {
+    if (halt >= HALTED) {
         return;
     }
     if (i == 0u) {
         atomicAdd(&counters.steps_done, 1u);
         atomicMax(&halt_next, halt + 1u);
+    }
+    // A step without grains is one, too.
+    if (i >= params.bodies) {
+        return;
     }
     set_seed(params.step + halt);
     let pushed = body_forces(i, body(i));

@@ -35,10 +35,11 @@ fn member_impulses(
             break if round >= rounds;
         }
     }
+    // A step without grains is one, too.
+    if (number_of(workgroup, workgroups) == 0u && lane == 0u) {
+        atomicAdd(&counters.steps_done, 1u);
+    }
     if (walk.answers) {
-        if (walk.body == 0u) {
-            atomicAdd(&counters.steps_done, 1u);
-        }
         store_member_load(walk.body, total.impulse);
     }
 }

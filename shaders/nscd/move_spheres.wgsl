@@ -50,10 +50,11 @@ fn move_spheres(
             break if round >= rounds;
         }
     }
+    // A step without grains is one, too.
+    if (number_of(workgroup, workgroups) == 0u && lane == 0u) {
+        atomicAdd(&counters.steps_done, 1u);
+    }
     if (walk.answers) {
-        if (walk.body == 0u) {
-            atomicAdd(&counters.steps_done, 1u);
-        }
         move_sphere(walk.body, total.impulse);
     }
 }

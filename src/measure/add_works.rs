@@ -17,7 +17,7 @@ pub fn add_works(s: &mut State) {
 /// What the bodies have, in the order in which they lie in memory.
 pub fn add_up(s: &mut State, of_bodies: &[PartialSums]) {
     let mut works = std::mem::take(&mut s.works);
-    works.par_iter_mut().with_min_len(64).enumerate().for_each(|(number, works)| {
+    works[..s.sizes.bodies].par_iter_mut().with_min_len(64).enumerate().for_each(|(number, works)| {
         let sum = &of_bodies[s.index_of_id[number] as usize];
         let powers = Works {
             dissipated: sum.dissipation,

@@ -2,10 +2,8 @@
 //! Everything below `scene` in the crate reads this and nothing else of the scene file.
 
 use super::cell::{COMPONENTS, Cell};
-use super::insertion::Insertion;
 use super::law::Pair;
 use super::motion::Motion;
-use super::outlet::Outlet;
 use super::schema::Twist;
 use super::shape::Shape;
 use crate::{memory, solve};
@@ -257,6 +255,75 @@ impl Clump {
             }
         })
     }
+}
+
+/// A box, or what a vertical cylinder (a circle) has of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Region {
+    /// Corners, m.
+    pub lower: DVec3,
+    pub upper: DVec3,
+    /// A cylinder.
+    pub around: Option<Surface>,
+}
+
+/// How fast grains come in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rate {
+    /// 1/s
+    Number(f64),
+    /// kg/s
+    Mass(f64),
+}
+
+/// Grains that come in over time, one after the other: wherever there is room for them in a region.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Insertion {
+    /// Key of the population.
+    pub name: String,
+    pub region: Region,
+    /// Of the region, m/s.
+    pub region_velocity: DVec3,
+    pub rate: Rate,
+    /// No more than that comes in, kg.
+    pub most_mass: f64,
+    /// s
+    pub start: f64,
+    pub stop: f64,
+    /// From one batch to the next, s; None: [`Insertion::interval`].
+    pub interval: Option<f64>,
+    pub seed: u64,
+    /// What comes in, in this order, as at time 0. Members of clumps are counted here.
+    pub grains: Vec<Grain>,
+    pub clumps: Vec<Clump>,
+    /// Numbers of the first of these.
+    pub first_grain: u32,
+    pub first_clump: u32,
+}
+
+/// What takes grains away whose centres, of clumps those of mass, are there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outlet {
+    pub name: String,
+    pub place: Place,
+    /// s
+    pub start: f64,
+    pub stop: f64,
+    /// From one look to the next, s; None: so many steps as [`Outlet::interval`] says.
+    pub interval: Option<f64>,
+}
+
+/// Where that is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Place {
+    Inside(Region),
+    /// The side of a plane that its normal points away from.
+    Behind {
+        point: DVec3,
+        normal: DVec3,
+    },
+    /// Beyond the faces of the domain that are outlets.
+    OutsideDomain,
 }
 
 /// What grains and clumps are called, by their place in the assembly. None: by that place.

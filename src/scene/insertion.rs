@@ -9,18 +9,8 @@ use rand_chacha::ChaCha8Rng;
 use super::bodies::Bodies;
 use super::check::{AXES, Check, show};
 use super::schema;
-use super::{Assembly, Clump, Domain, Grain, Surface};
+use super::{Assembly, Domain, Insertion, Rate, Region, Surface};
 use crate::Result;
-
-/// A box, or what a vertical cylinder (a circle) has of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Region {
-    /// Corners, m.
-    pub lower: DVec3,
-    pub upper: DVec3,
-    /// A cylinder.
-    pub around: Option<Surface>,
-}
 
 impl Region {
     /// The same elsewhere.
@@ -101,40 +91,6 @@ impl Region {
     }
 }
 
-/// How fast grains come in.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Rate {
-    /// 1/s
-    Number(f64),
-    /// kg/s
-    Mass(f64),
-}
-
-/// Grains that come in over time, one after the other: wherever there is room for them in a region.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Insertion {
-    /// Key of the population.
-    pub name: String,
-    pub region: Region,
-    /// Of the region, m/s.
-    pub region_velocity: DVec3,
-    pub rate: Rate,
-    /// No more than that comes in, kg.
-    pub most_mass: f64,
-    /// s
-    pub start: f64,
-    pub stop: f64,
-    /// From one batch to the next, s; None: [`Insertion::interval`].
-    pub interval: Option<f64>,
-    pub seed: u64,
-    /// What comes in, in this order, as at time 0. Members of clumps are counted here.
-    pub grains: Vec<Grain>,
-    pub clumps: Vec<Clump>,
-    /// Numbers of the first of these.
-    pub first_grain: u32,
-    pub first_clump: u32,
-}
-
 /// Of a region, in two and three dimensions, that a batch of grains fills: so few that hardly one has to wait.
 const FILLED: [f64; 2] = [0.2, 0.1];
 /// Steps between batches where nothing moves out of the region.
@@ -210,6 +166,15 @@ impl Insertion {
         rate * (time.min(self.stop) - self.start).max(0.0)
     }
 
+    /// When the last one should have come in, s.
+    fn end(&self, assembly: &Assembly) -> f64 {
+        let seconds = match self.rate {
+            Rate::Number(rate) => self.count() as f64 / rate,
+            Rate::Mass(rate) => (0..self.count()).map(|k| self.mass(k, assembly)).sum::<f64>() / rate,
+        };
+        self.stop.min(self.start + seconds)
+    }
+
     /// Steps from one batch to the next: as given, or the time in which what comes in leaves the region again, but less if
     /// a batch would then fill much of it.
     pub fn interval(&self, assembly: &Assembly, dt: f64) -> u64 {
@@ -258,6 +223,9 @@ pub(super) fn split(assembly: &mut Assembly, waiting: Vec<Waiting>) {
         insertion.clumps = assembly.clumps[clumps].to_vec();
         insertion.clumps.iter_mut().for_each(|clump| clump.first -= grains.start as u32);
         insertion.grains = assembly.grains[grains].to_vec();
+        // How far they may go with the region is known, too.
+        let by = insertion.end(assembly) * insertion.region_velocity;
+        insertion.grains.iter_mut().skip(1).step_by(2).for_each(|grain| grain.position += by);
         assembly.insertions.push(insertion);
     }
     let clumps = assembly.clumps.partition_point(|clump| (clump.first as usize) < first);

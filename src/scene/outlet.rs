@@ -3,35 +3,9 @@
 use glam::DVec3;
 
 use super::check::{Check, show, show_list};
-use super::insertion::Region;
 use super::schema;
-use super::{Domain, Surface};
+use super::{Domain, Outlet, Place, Region, Surface};
 use crate::Result;
-
-/// What takes grains away whose centres, of clumps those of mass, are there.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Outlet {
-    pub name: String,
-    pub place: Place,
-    /// s
-    pub start: f64,
-    pub stop: f64,
-    /// From one look to the next, s; None: so many steps as [`Outlet::interval`] says.
-    pub interval: Option<f64>,
-}
-
-/// Where that is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Place {
-    Inside(Region),
-    /// The side of a plane that its normal points away from.
-    Behind {
-        point: DVec3,
-        normal: DVec3,
-    },
-    /// Beyond the faces of the domain that are outlets.
-    OutsideDomain,
-}
 
 /// Steps from one look to the next.
 const STEPS: u64 = 1000;

@@ -14,13 +14,12 @@ use rayon::prelude::*;
 use super::apportion::apportioned;
 use super::bodies::{Bodies, Placed, Pose, orientation};
 use super::check::{AXES, Check, show, show_vector};
-use super::insertion::{Insertion, Region};
 use super::neighbours::Neighbours;
 use super::outlet;
 use super::schema::{self, Mixture, Placement, Population, Radius};
 use super::shape::{Shape, Shapes};
 use super::table::{self, Materials};
-use super::{Domain, Grain, Surface, Wall, grain_file, radius};
+use super::{Domain, Grain, Insertion, Region, Surface, Wall, grain_file, radius};
 use crate::{Result, container::is_container, memory};
 
 /// Trials per grain of random insertion.
