@@ -23,7 +23,7 @@ mod xyz;
 
 use crate::{
     error::{Error, Result},
-    measure::{Packing, Sample, micromechanics::packing::Load},
+    measure::{Packing, Sample, micromechanics::packing::LoadOnWall},
     scene::{
         Assembly, Material, Output, Scene, Shape,
         grain_file::{self, Moment, Names},
@@ -179,7 +179,7 @@ impl Results {
     }
 
     /// A row of the history; `rate` is in particle-steps/s since the row before, `loads` are those on walls.
-    pub fn history(&mut self, sample: &Sample, rate: f64, loads: &[Load]) -> Result<()> {
+    pub fn history(&mut self, sample: &Sample, rate: f64, loads: &[LoadOnWall]) -> Result<()> {
         self.history.row(sample, rate, loads)
     }
 

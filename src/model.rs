@@ -158,6 +158,8 @@ pub struct Model {
     pub moving_walls: bool,
     /// Optional stage instead: one moves otherwise, so that all walls are where the host says.
     pub guided_walls: bool,
+    /// Optional stages: servos move walls, so that what presses on them comes to a target.
+    pub driven_walls: bool,
     /// Optional stages: a servo brings the stress of the cell to a target.
     pub servo: bool,
     /// Optional stages: dissipation and works are added up in every step.
@@ -221,8 +223,9 @@ impl Model {
             walls: if assembly.walls.is_empty() { Walls::None } else { Walls::Some },
             levels: if assembly.size_levels().len() == 1 { Levels::One } else { Levels::Several },
             large_grains: assembly.large_grains() > 0,
-            moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO || w.is_guided()),
+            moving_walls: assembly.walls.iter().any(scene::Wall::moves),
             guided_walls: assembly.walls.iter().any(scene::Wall::is_guided),
+            driven_walls: assembly.walls.iter().any(|wall| wall.servo.is_some()),
             servo: assembly.cell.stress != [None; 6],
             works: assembly.output.works && !rigid,
             colored: solver == Some(Solver::ColouredAccelerated),
@@ -310,6 +313,9 @@ impl Model {
                 "nscd/contact.wgsl",
             ]),
         }
+        if self.walls == Walls::Some {
+            files.push("measure/wall_sums.wgsl");
+        }
         if self.method == Method::DiscreteElements && self.tangential != Tangential::None {
             files.push("contact/tangential/spring.wgsl");
         }
@@ -371,15 +377,17 @@ impl Model {
                         // Smooth rigid grains are all alike.
                         let alike = rigid && rotation == Rotation::None;
                         for &materials in if alike { &[Materials::One] } else { Materials::ALL } {
+                            // The grid, and what moves walls, know nothing of a law.
+                            let one_law = damping == Damping::None && materials == Materials::One;
+                            let drives = if one_law && !rigid { &[false, true][..] } else { &[false] };
                             let some = Walls::Some;
-                            let guided = (some, true, true);
-                            let walls =
-                                [(Walls::None, false, false), (some, false, false), (some, true, false), guided];
-                            for (walls, moving_walls, guided_walls) in walls {
+                            let moving = drives
+                                .iter()
+                                .flat_map(|driven| [(some, true, false, *driven), (some, true, true, *driven)]);
+                            let walls = [(Walls::None, false, false, false), (some, false, false, false)];
+                            for (walls, moving_walls, guided_walls, driven_walls) in walls.into_iter().chain(moving) {
                                 let twists = twists(dimension, method, tangential, rolling);
                                 let variants = variants(method, grains);
-                                // The grid knows nothing of a law.
-                                let one_law = damping == Damping::None && materials == Materials::One;
                                 let sizes = if one_law { SIZES } else { &SIZES[..1] };
                                 let both = twists
                                     .iter()
@@ -413,6 +421,7 @@ impl Model {
                                         large_grains,
                                         moving_walls,
                                         guided_walls,
+                                        driven_walls,
                                         servo: boundary == Boundary::Deforming && walls == Walls::None && !rigid,
                                         works: !rigid,
                                         colored,

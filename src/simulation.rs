@@ -5,6 +5,7 @@ pub mod checkpoint;
 mod columns;
 mod contacts;
 mod dem;
+mod driven;
 mod grid;
 mod host_solver;
 mod lists;
@@ -64,6 +65,8 @@ pub struct Simulation {
     /// One line on which engine was taken, and why.
     notice: String,
     dt_bound: f64,
+    /// How far servos may move their walls, m.
+    longest_ways: Vec<f64>,
 }
 
 /// Lists that lie side by side on a GPU: as many as most have lanes in a warp.
@@ -198,6 +201,8 @@ impl Simulation {
         notice: String,
     ) -> Result<Simulation> {
         let guides = Guides::of(&assembly);
+        let servos = if state.model.driven_walls { assembly.walls.len() } else { 0 };
+        let longest_ways = (0..servos).map(|wall| assembly.longest_way(wall)).collect();
         let runner = Runner::new(engine, state, Known::of(&assembly, dt_bound), guides);
         Ok(Simulation {
             lists: NeighbourLists::new(&assembly, &runner.state, &options)?,
@@ -213,6 +218,7 @@ impl Simulation {
             deep_overlap: None,
             notice,
             dt_bound,
+            longest_ways,
         })
     }
 
@@ -277,6 +283,7 @@ impl Simulation {
         if let Some(works) = works {
             works.keep_up(runner, &plans.forget_works)?;
         }
+        self.follow_driven_walls()?;
         if std::mem::take(&mut self.runner.overlaps_deeply) {
             self.look_at_deep_overlap()?;
         }

@@ -5,9 +5,10 @@ mod common;
 mod place;
 
 use common::*;
+use glam::DVec3;
 use packstone::{
     measure::Sample,
-    scene::{Assembly, Scene},
+    scene::{Assembly, Oscillation, Scene, Servo, Surface, Target},
     simulation::{Checkpoint, Options, Simulation},
     state::{
         ACTIVE, ARRAYS, Array, Lifetime, NONE,
@@ -51,10 +52,23 @@ fn scenes() -> Vec<(&'static str, Assembly, u64)> {
     driven.cell.inertial_number = 0.1;
     let mut moving = example("heap_2d.toml", &[]);
     moving.walls[0].velocity.y = 0.05;
+    // One side comes in, with the other one at rest or swinging; a tube closes.
+    let mut piston = example("heap_2d.toml", &[]);
+    piston.grains.retain(|grain| grain.position.x - grain.radius > -0.2);
+    piston.walls[0].surface = Surface::Plane { point: -0.2 * DVec3::X, normal: DVec3::X };
+    piston.walls[0].servo = Some(Servo { target: Target::Force(1000.0), area: None, gain: 0.01, max_speed: 0.3 });
+    let mut swinging = piston.clone();
+    let oscillation = Oscillation { amplitude: 1e-3 * DVec3::X, frequency: 50.0, interval: None };
+    swinging.walls[1].motion.oscillation = Some(oscillation);
+    let pressure = ["wall.0.target_pressure=2e3", "wall.0.area=1e-3", "wall.0.max_speed=0.3", "wall.0.gain=0.01"];
+    let tube = example("tapping.toml", &[&["population.0.count=300"], &pressure[..]].concat());
     let mut beads = example("elastic_beads.toml", &column);
     beads.grains.iter_mut().for_each(|grain| grain.velocity.z = -2.0);
     vec![
         ("disks on a moving floor", moving, 1000),
+        ("a piston with a servo", piston, 1000),
+        ("the same beside a wall that swings", swinging, 1000),
+        ("a tube with a servo", tube, 1000),
         ("works in a periodic box", periodic, 150),
         ("a cell that shears", sheared, 150),
         ("a cell with a servo", driven, 150),

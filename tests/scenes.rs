@@ -64,7 +64,8 @@ const SCENES: &[(&str, &[&str], u64, f64, Read)] = &[
     // Thrown onto the floor.
     ("clumps", &["population.0.count=40", "population.0.velocity=[0,0,-0.5]"], 3000, 0.1, Read::Energy),
     ("pebbles", &["population.0.count=4", "shape.0.spheres=5"], 200, 0.05, Read::Energy),
-    // The first stage of it, which pours.
+    // The first stages of these, which pour.
+    ("oedometer", &["population.0.count=200"], 2000, 0.1, Read::Energy),
     ("tapping", &["population.0.count=200"], 2000, 0.1, Read::Energy),
     (
         "published_bed",

@@ -6,7 +6,10 @@ use crate::{
     contact::blocks::Blocks,
     dem::{self, ADVANCE, ADVANCE_LARGE, INTEGRATE_CLUMPS, MEMBER_FORCES, PLACE_MEMBERS},
     error::Result,
-    measure::{self, ADD_WORKS, MEASURE, MEASURE_FOR_SERVO, SERVO},
+    measure::{
+        self, ADD_WORKS, MEASURE, MEASURE_FOR_SERVO, SERVO, SERVO_WALLS, WALL_LOADS_FOR_SERVO,
+        measure_for_servo::is_due,
+    },
     model::{Method, Precision},
     neighbours::{
         COUNT_NEIGHBOURS, DISPLACEMENT_CHECK, FILL_NEIGHBOURS, ORDER_LONG_LISTS, ORDER_NEIGHBOURS,
@@ -68,6 +71,10 @@ impl Cpu {
     }
 }
 
+/// Stages of steps that know of no contacts.
+static WITHOUT_CONTACTS: [&Stage; 7] =
+    [&INTEGRATE_CLUMPS, &PLACE_MEMBERS, &MOVE_WALLS, &GUIDE_WALLS, &DEFORM_CELL, &SERVO, &SERVO_WALLS];
+
 /// Do what a stage does with blocks, or without lists: whether it was done.
 fn stand_in(stage: &Stage, blocks: &mut Blocks, s: &mut State) -> bool {
     match () {
@@ -78,9 +85,8 @@ fn stand_in(stage: &Stage, blocks: &mut Blocks, s: &mut State) -> bool {
         () if *stage == MEASURE => measure::blocks::measure(blocks, s),
         () if *stage == MEASURE_FOR_SERVO => measure::blocks::measure_for_servo(blocks, s),
         () if *stage == ADD_WORKS => measure::blocks::add_works(blocks, s),
-        () if [&INTEGRATE_CLUMPS, &PLACE_MEMBERS, &MOVE_WALLS, &GUIDE_WALLS, &DEFORM_CELL, &SERVO].contains(&stage) => {
-            (stage.twin)(s)
-        }
+        () if *stage == WALL_LOADS_FOR_SERVO && !is_due(s) => {}
+        () if WITHOUT_CONTACTS.contains(&stage) => (stage.twin)(s),
         () => return false,
     }
     true

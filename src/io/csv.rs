@@ -4,7 +4,7 @@ use super::files::{at, create, is_file, write};
 use crate::{
     error::{Error, Result},
     input,
-    measure::{Sample, micromechanics::packing::Load},
+    measure::{Sample, micromechanics::packing::LoadOnWall},
     scene::{Clump, Grain, Material, Shape, Wall},
 };
 use glam::DVec3;
@@ -58,7 +58,7 @@ impl History {
             .map_err(at(path))
     }
 
-    pub(super) fn row(&mut self, sample: &Sample, rate: f64, loads: &[Load]) -> Result<()> {
+    pub(super) fn row(&mut self, sample: &Sample, rate: f64, loads: &[LoadOnWall]) -> Result<()> {
         let mut writer = csv::WriterBuilder::new().has_headers(self.length == 0).from_writer(Vec::new());
         let rate = Rate { particle_steps_per_second: rate };
         let row = match &sample.cell {
@@ -78,10 +78,13 @@ impl History {
     }
 
     /// A line, which that of the names may be before, with the loads on walls behind it.
-    fn with_loads(&self, row: Vec<u8>, loads: &[Load]) -> io::Result<Vec<u8>> {
-        let parts = ["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z"];
+    fn with_loads(&self, row: Vec<u8>, loads: &[LoadOnWall]) -> io::Result<Vec<u8>> {
+        let parts = ["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z", "normal_force", "position"];
         let names = self.walls.iter().flat_map(|wall| parts.map(|part| format!("walls.{wall}.{part}")));
-        let numbers = loads.iter().flat_map(|load| [load.force.to_array(), load.moment.to_array()].concat());
+        let numbers = loads.iter().flat_map(|load| {
+            let LoadOnWall { force, moment, normal_force, position } = load;
+            [&force.to_array()[..], &moment.to_array(), &[*normal_force, *position]].concat()
+        });
         let more = [names.collect::<Vec<_>>(), numbers.map(|x| format!("{x:?}")).collect()];
         let lines: Vec<&[u8]> = row.split_inclusive(|byte| *byte == b'\n').collect();
         let mut writer = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());

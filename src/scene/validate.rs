@@ -11,6 +11,7 @@ use super::populate::{Site, populate};
 use super::schema::{self, Boundary, Face, File, Format, Spin, Twist};
 use super::shape::{Shape, Shapes};
 use super::targets::check_cell;
+use super::wall_targets::check_areas;
 use super::walls::{check_apart, walls};
 use super::{
     Assembly, Cell, Clump, Domain, Grain, Material, Method, Output, Relaxation, Solver, Stop, TimeStep, Wall, materials,
@@ -41,6 +42,7 @@ pub fn outline(file: &File, origin: &Origin, like: &Assembly) -> Result<Assembly
     }
     let smallest = like.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
     check_apart(&assembly.walls, smallest, check)?;
+    check_areas(&assembly, check)?;
     (assembly.grains, assembly.clumps, assembly.shapes) =
         (like.grains.clone(), like.clumps.clone(), like.shapes.clone());
     let material = |of: u32| check.material("material", &like.materials[of as usize].name);
@@ -361,6 +363,7 @@ pub fn check_start(assembly: &Assembly, check: &Check) -> Result<()> {
     check_cell(assembly, check)?;
     let smallest = assembly.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
     check_apart(&assembly.walls, smallest, check)?;
+    check_areas(assembly, check)?;
     check_clumps(&assembly.clumps, &assembly.shapes, &assembly.domain, check)?;
     check_grains(assembly, check)
 }

@@ -2,8 +2,8 @@
 
 use crate::{
     space::{
-        Separation,
-        dimension::{first_axis, from_horizontal, horizontal, spin_squared, spin_velocity},
+        dimension::{Separation, first_axis, from_horizontal, horizontal, spin_squared, spin_velocity},
+        precision::{Point, displaced, requantised},
     },
     state::{Position, PositionLow, State, Wall},
 };
@@ -49,7 +49,21 @@ pub fn wall_normal_before(s: &State, wall: &Wall, x_before: DVec3) -> DVec3 {
 
 /// Velocity of the wall's material at a point of its surface, m/s.
 pub fn wall_velocity(wall: &Wall, point: DVec3) -> DVec3 {
-    wall.velocity + spin_velocity(wall.spin.0, point - wall.point)
+    let v = wall.velocity + spin_velocity(wall.spin.0, point - wall.point);
+    if wall.growth == 0.0 { v } else { v + wall.growth * outward(horizontal(point - wall.point)) }
+}
+
+/// A wall after a step with its velocity, of a cylinder also that of its radius.
+pub fn moved(s: &State, before: &Wall) -> Wall {
+    let start = requantised(s, Point { x: before.point, low: before.low });
+    let point = displaced(s, start.x, start.low, s.params.dt * before.velocity);
+    let mut next = Wall { point: point.x, low: point.low, ..*before };
+    if before.driven != 0 && before.radius != 0.0 {
+        let radius = requantised(s, Point { x: DVec3::splat(before.radius), low: DVec3::splat(before.radius_low) });
+        let grown = displaced(s, radius.x, radius.low, DVec3::splat(s.params.dt * before.growth));
+        (next.radius, next.radius_low) = (grown.x.x, grown.low.x);
+    }
+    next
 }
 
 /// The spin of a grain relative to the wall, rad/s.

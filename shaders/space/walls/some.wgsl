@@ -10,6 +10,8 @@ struct Wall {
     velocity: Vec, // m/s
     radius: Real,  // m: of the cylinder; 0 marks a plane
     radius_low: Real, // m: what it has beyond
+    growth: Real,  // m/s: of the radius
+    driven: u32,   // 1 if a servo moves it
     spin: Spin,    // rad/s: of the cylinder about its axis, and of a wall that turns
 }
 
@@ -68,7 +70,27 @@ fn wall_normal_before(w: u32, x_before: Vec) -> Vec {
 /// Velocity of the wall's material at a point of its surface, m/s.
 fn wall_velocity(w: u32, point: Vec) -> Vec {
     let s = wall[w];
-    return s.velocity + spin_velocity(s.spin, point - s.point);
+    let v = s.velocity + spin_velocity(s.spin, point - s.point);
+    if (s.growth == 0) {
+        return v;
+    }
+    return v + s.growth * outward(horizontal(point - s.point));
+}
+
+/// A wall after a step with its velocity, of a cylinder also that of its radius.
+fn moved(before: Wall) -> Wall {
+    var next = before;
+    let start = requantised(before.point, before.low);
+    let point = displaced(start.x, start.low, params.dt * before.velocity);
+    next.point = point.x;
+    next.low = point.low;
+    if (before.driven != 0u && before.radius != 0) {
+        let radius = requantised(Vec(before.radius), Vec(before.radius_low));
+        let grown = displaced(radius.x, radius.low, Vec(params.dt * before.growth));
+        next.radius = grown.x.x;
+        next.radius_low = grown.low.x;
+    }
+    return next;
 }
 
 /// The spin of a grain relative to the wall, rad/s.

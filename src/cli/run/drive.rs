@@ -11,7 +11,7 @@ use packstone::{
         schedule::{Amount, Forecast, Schedule},
         summary::{Deepest, Ending, State, Summary},
     },
-    measure::{Packing, Sample},
+    measure::{Packing, Sample, micromechanics::packing::LoadOnWall},
     scene::{Assembly, Scene, grain_file::Moment},
     simulation::Simulation,
 };
@@ -187,9 +187,9 @@ impl Run {
         }
         let (mut at_rest, mut fault) = (false, None);
         if self.schedule.history.next() <= step {
-            let sample = self.record()?;
+            let (sample, loads) = self.record()?;
             self.schedule.history.strikes(step);
-            at_rest = self.is_at_rest(&sample);
+            at_rest = self.is_at_rest(&sample, &loads)?;
             fault = self.fault(&sample);
         }
         Ok(match () {
@@ -243,12 +243,12 @@ impl Run {
     }
 
     /// A row of the history.
-    fn record(&mut self) -> packstone::Result<Sample> {
+    fn record(&mut self) -> packstone::Result<(Sample, Vec<LoadOnWall>)> {
         let sample = self.sample()?;
         let loads = self.simulation.wall_loads()?;
         self.results.history(&sample, self.rate(&sample), &loads)?;
         self.row = (Instant::now(), Some(sample));
-        Ok(sample)
+        Ok((sample, loads))
     }
 
     fn sample(&mut self) -> packstone::Result<Sample> {
@@ -312,10 +312,15 @@ impl Run {
         self.results.snapshot(&moment, Some(&packing))
     }
 
-    fn is_at_rest(&self, sample: &Sample) -> bool {
+    /// Whether there is rest, with all that servos are asked for.
+    fn is_at_rest(&mut self, sample: &Sample, loads: &[LoadOnWall]) -> packstone::Result<bool> {
+        if !self.simulation.assembly().stop.equilibrium.is_some_and(|tolerance| sample.at_rest(tolerance)) {
+            return Ok(false);
+        }
+        let walls = self.simulation.walls()?;
         let assembly = self.simulation.assembly();
-        assembly.stop.equilibrium.is_some_and(|tolerance| sample.at_rest(tolerance))
-            && assembly.has_target_stress(sample.cell.map(|cell| cell.stress()))
+        Ok(assembly.missed_stresses(sample.cell.map(|cell| cell.stress())).is_empty()
+            && assembly.missed_forces(&walls, loads.iter().map(|load| load.normal_force)).is_empty())
     }
 
     /// The last state and the summary. Where they cannot be written they go somewhere else.
@@ -338,16 +343,14 @@ impl Run {
         let (step, time) = (self.simulation.step(), self.simulation.time());
         let of_now = self.row.1.filter(|sample| sample.step == step);
         let sample = of_now.map_or_else(|| self.sample(), Ok)?;
-        let mut row = match of_now {
-            Some(_) => None,
-            None => Some((self.rate(&sample), self.simulation.wall_loads()?)),
-        };
+        let loads = self.simulation.wall_loads()?;
+        let mut row = of_now.is_none().then(|| self.rate(&sample));
         let end = match end {
             End::Reached | End::Interrupted => self.fault(&sample).map_or(end, End::Stopped),
             end => end,
         };
         let (converged, stopped) = match &end {
-            End::Reached | End::AtRest => (self.is_at_rest(&sample), None),
+            End::Reached | End::AtRest => (self.is_at_rest(&sample, &loads)?, None),
             End::Interrupted => (false, Some(format!("interrupted at step {step}"))),
             End::Stopped(error) => (false, Some(error.to_string())),
         };
@@ -365,7 +368,7 @@ impl Run {
         let moment = Moment { step, time, grains: &grains, clumps: &clumps };
         let mut results = self.results;
         loop {
-            let written = row.as_ref().map_or(Ok(()), |(rate, loads)| results.history(&sample, *rate, loads));
+            let written = row.map_or(Ok(()), |rate| results.history(&sample, rate, &loads));
             if written.is_ok() {
                 row = None;
             }

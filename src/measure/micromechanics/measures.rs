@@ -57,6 +57,8 @@ pub struct OnWall {
     pub name: String,
     pub force: DVec3,
     pub moment: DVec3,
+    /// N, along the normals of the contacts.
+    pub normal_force: f64,
     pub contacts: usize,
 }
 
@@ -120,6 +122,7 @@ impl Measures {
                     name: wall.name.clone(),
                     force: load.force,
                     moment: load.moment,
+                    normal_force: load.normal_force,
                     contacts,
                 })
                 .collect(),

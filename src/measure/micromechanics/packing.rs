@@ -40,6 +40,19 @@ pub struct Load {
     pub moment: DVec3,
 }
 
+/// What free grains do to a wall.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LoadOnWall {
+    /// N
+    pub force: DVec3,
+    /// N m, about its point, or the centre of a cylinder.
+    pub moment: DVec3,
+    /// N, what presses on it, along the normals of the contacts.
+    pub normal_force: f64,
+    /// m, where the wall is: of a plane how far from the origin along its normal, of a cylinder its radius.
+    pub position: f64,
+}
+
 impl<'a> Packing<'a> {
     pub fn new(
         assembly: &'a Assembly,
@@ -160,14 +173,16 @@ impl<'a> Packing<'a> {
     }
 
     /// On every wall, about its point or the centre of a cylinder.
-    pub fn loads_on_walls(&self) -> Vec<Load> {
-        let mut loads = vec![Load::default(); self.walls.len()];
+    pub fn loads_on_walls(&self) -> Vec<LoadOnWall> {
+        let load = |wall: &Wall| LoadOnWall { position: wall.surface.position(), ..LoadOnWall::default() };
+        let mut loads: Vec<LoadOnWall> = self.walls.iter().map(load).collect();
         for contact in self.contacts {
             if let Other::Wall(wall) = contact.other {
                 let arm = self.point(contact) - self.walls[wall as usize].surface.reference();
                 let load = &mut loads[wall as usize];
                 load.force -= contact.force;
                 load.moment -= arm.cross(contact.force) + contact.couple;
+                load.normal_force -= contact.force.dot(contact.normal);
             }
         }
         loads
