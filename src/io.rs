@@ -23,7 +23,7 @@ mod xyz;
 
 use crate::{
     error::{Error, Result},
-    measure::{Packing, Sample, micromechanics::totals::Load},
+    measure::{Packing, Sample, micromechanics::packing::LoadOnWall},
     protocol::jamming::RelaxedState,
     scene::{
         Assembly, Material, Output, Scene, Shape,
@@ -180,7 +180,7 @@ impl Results {
 
     /// A row of the history; `rate` is in particle-steps/s since the row before, `loads` are those on walls, `outflows` what has left
     /// by outlets.
-    pub fn history(&mut self, sample: &Sample, rate: f64, loads: &[Load], outflows: &[Outflow]) -> Result<()> {
+    pub fn history(&mut self, sample: &Sample, rate: f64, loads: &[LoadOnWall], outflows: &[Outflow]) -> Result<()> {
         self.history.row(sample, rate, loads, outflows)
     }
 

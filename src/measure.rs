@@ -14,16 +14,19 @@ pub(crate) mod energies;
 #[expect(clippy::module_inception, reason = "the kernel is called so")]
 mod measure;
 mod measure_clumps;
-mod measure_for_servo;
+pub(crate) mod measure_for_servo;
 pub mod micromechanics;
 mod packing;
 pub(crate) mod plan;
 mod servo;
+mod servo_walls;
 mod sizes;
 pub(crate) mod sums;
 mod synchronise;
 mod synchronise_clumps;
 mod wall_loads;
+mod wall_loads_for_servo;
+mod wall_sums;
 
 pub use analysis::{
     CellSample, OpeningsSample, Sample, angular_momentum, angular_momentum_of_clumps, backbone, mass_of_clump, masses,
@@ -45,7 +48,7 @@ use crate::{
     model::Method,
     space::dimension::volume_of,
     stage::*,
-    state::{self, Cell, Element, PartialSums, Spin, State, WALL_PARTS, WallLoad, Works, array},
+    state::{self, Cell, Element, PartialSums, Spin, State, WALL_PARTS, Wall, WallLoad, Works, array},
 };
 use glam::DVec3;
 
@@ -100,9 +103,15 @@ const WALL_FLOORS: &[MemberFloors] = &[(&array::WALL_LOAD_SUMS, loads_at_rest), 
 
 fn loads_at_rest(s: &State) -> Vec<f64> {
     let force = largest_force(s);
-    let arm = |w: &state::Wall| s.position.iter().map(|p| (p.x - w.point).length() + p.radius).fold(0.0, f64::max);
+    let arm = |w: &Wall| s.position.iter().map(|p| (p.x - w.point).length() + p.radius).fold(0.0, f64::max);
     let moment = force * s.wall.iter().map(arm).fold(0.0, f64::max);
-    WallLoad { force: DVec3::splat(force), moment: Spin(DVec3::splat(moment)) }.lanes(s.model.dims())
+    let floors = WallLoad {
+        force: DVec3::splat(force),
+        moment: Spin(DVec3::splat(moment)),
+        normal_force: force,
+        ..WallLoad::default()
+    };
+    floors.lanes(s.model.dims())
 }
 
 fn parts_of_walls(sizes: &state::Sizes) -> usize {
@@ -175,7 +184,32 @@ pub static WALL_LOADS: Stage = Stage {
     ..Stage::new("measure", "wall_loads", wall_loads::wall_loads, state::Sizes::partial_sums)
 };
 
-/// Sums of that.
+/// The same before every so many steps.
+pub static WALL_LOADS_FOR_SERVO: Stage = Stage {
+    check: Check { member_floors: WALL_FLOORS, ..Check::FORCES },
+    ..Stage::new("measure", "wall_loads_for_servo", wall_loads_for_servo::wall_loads_for_servo, rows_of_walls)
+};
+
+/// The servo of walls.
+pub static SERVO_WALLS: Stage = Stage {
+    dispatch: Dispatch::OneGroup,
+    check: Check { member_floors: &[(&array::WALL, floors_of_wall_servo)], ..Check::ROUNDING },
+    ..Stage::new("measure", "servo_walls", servo_walls::servo_walls, |_| 1)
+};
+
+/// Forces may cancel that are there or asked for.
+fn floors_of_wall_servo(s: &State) -> Vec<f64> {
+    let speed = |w: usize| {
+        let now = servo_walls::pressing(s, w);
+        servo_walls::target(s, w).max(now.normal_force) / servo_walls::resistance(s, w, &now)
+    };
+    let driven = (0..s.sizes.walls).filter(|w| s.wall[*w].driven != 0);
+    let speed = driven.map(speed).fold(0.0, f64::max);
+    let floors = Wall { velocity: DVec3::splat(speed), growth: speed, ..Wall::default() };
+    floors.lanes(s.model.dims())
+}
+
+/// Sums of rows of loads.
 pub static ADD_WALL_LOADS: Stage = Stage {
     check: Check { member_floors: WALL_FLOORS, ..Check::FORCES },
     ..Stage::new("measure", "add_wall_loads", add_wall_loads::add_wall_loads, parts_of_walls)

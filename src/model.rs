@@ -163,6 +163,8 @@ pub struct Model {
     pub moving_walls: bool,
     /// Optional stage instead: one moves otherwise, so that all walls are where the host says.
     pub guided_walls: bool,
+    /// Optional stages: servos move walls, so that what presses on them comes to a target.
+    pub driven_walls: bool,
     /// Optional stages: a servo brings the stress of the cell to a target.
     pub servo: bool,
     /// Optional stages: global damping that adapts itself to the motion.
@@ -229,8 +231,9 @@ impl Model {
             turning: if assembly.walls.iter().any(scene::Wall::turns) { Turning::Some } else { Turning::None },
             levels: if assembly.size_levels().len() == 1 { Levels::One } else { Levels::Several },
             large_grains: assembly.large_grains() > 0,
-            moving_walls: assembly.walls.iter().any(|w| w.velocity != glam::DVec3::ZERO || w.is_guided()),
+            moving_walls: assembly.walls.iter().any(scene::Wall::moves),
             guided_walls: assembly.walls.iter().any(scene::Wall::is_guided),
+            driven_walls: assembly.walls.iter().any(|wall| wall.servo.is_some()),
             servo: assembly.cell.stress != [None; 6],
             adaptive_damping: assembly.solver.adaptive_damping,
             works: assembly.output.works && !rigid,
@@ -323,6 +326,9 @@ impl Model {
                 "nscd/contact.wgsl",
             ]),
         }
+        if self.walls == Walls::Some {
+            files.push("measure/wall_sums.wgsl");
+        }
         if self.method == Method::DiscreteElements && self.tangential != Tangential::None {
             files.push("contact/tangential/spring.wgsl");
         }
@@ -384,15 +390,17 @@ impl Model {
                         // Smooth rigid grains are all alike.
                         let alike = rigid && rotation == Rotation::None;
                         for &materials in if alike { &[Materials::One] } else { Materials::ALL } {
+                            // The grid, and what moves walls, know nothing of a law.
+                            let one_law = damping == Damping::None && materials == Materials::One;
+                            let drives = if one_law && !rigid { &[false, true][..] } else { &[false] };
                             let some = Walls::Some;
-                            let guided = (some, true, true);
-                            let walls =
-                                [(Walls::None, false, false), (some, false, false), (some, true, false), guided];
-                            for (walls, moving_walls, guided_walls) in walls {
+                            let moving = drives
+                                .iter()
+                                .flat_map(|driven| [(some, true, false, *driven), (some, true, true, *driven)]);
+                            let walls = [(Walls::None, false, false, false), (some, false, false, false)];
+                            for (walls, moving_walls, guided_walls, driven_walls) in walls.into_iter().chain(moving) {
                                 let twists = twists(dimension, method, tangential, rolling);
                                 let variants = variants(method, grains);
-                                // The grid knows nothing of a law.
-                                let one_law = damping == Damping::None && materials == Materials::One;
                                 let sizes = if one_law { SIZES } else { &SIZES[..1] };
                                 let both = twists
                                     .iter()
@@ -431,6 +439,7 @@ impl Model {
                                         large_grains,
                                         moving_walls,
                                         guided_walls,
+                                        driven_walls,
                                         servo: boundary == Boundary::Deforming && walls == Walls::None && !rigid,
                                         // As works of it are not added up, where nothing else is looked at between steps.
                                         adaptive_damping: adapts(boundary, walls, method, grains),

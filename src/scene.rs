@@ -25,6 +25,7 @@ mod populate;
 mod radius;
 mod rows;
 mod schema;
+mod servo;
 mod setters;
 mod shape;
 mod sheet;
@@ -32,6 +33,7 @@ mod stages;
 mod table;
 mod targets;
 mod validate;
+mod wall_targets;
 mod walls;
 
 pub use assembly::{
@@ -47,7 +49,9 @@ pub use levels::SizeLevel;
 pub use motion::{Motion, Oscillation, Turning};
 pub(crate) use neighbours::Neighbours;
 pub use schema::{Face, Format, Placement, Twist};
+pub use servo::{Servo, Target};
 pub use shape::{Kind, Member, Shape};
+pub use wall_targets::{Area, Span};
 
 use std::{path::Path, time::SystemTime};
 

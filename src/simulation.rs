@@ -6,6 +6,7 @@ pub mod checkpoint;
 mod columns;
 mod contacts;
 mod dem;
+mod driven;
 mod grid;
 mod host_solver;
 mod lists;
@@ -71,6 +72,8 @@ pub struct Simulation {
     /// One line on which engine was taken, and why.
     notice: String,
     dt_bound: f64,
+    /// How far servos may move their walls, m.
+    longest_ways: Vec<f64>,
 }
 
 /// Lists that lie side by side on a GPU: as many as most have lanes in a warp.
@@ -215,6 +218,8 @@ impl Simulation {
         }
         let whole = assembly.whole();
         let guides = Guides::of(&whole);
+        let servos = if state.model.driven_walls { whole.walls.len() } else { 0 };
+        let longest_ways = (0..servos).map(|wall| whole.longest_way(wall)).collect();
         let runner = Runner::new(engine, state, Known::of(&whole, dt_bound), guides);
         let lists = NeighbourLists::new(&whole, &runner.state, &options)?;
         drop(whole);
@@ -233,6 +238,7 @@ impl Simulation {
             deep_overlap: None,
             notice,
             dt_bound,
+            longest_ways,
         })
     }
 
@@ -299,6 +305,7 @@ impl Simulation {
         if let Some(works) = works {
             works.keep_up(runner, &plans.forget_works)?;
         }
+        self.follow_driven_walls()?;
         if std::mem::take(&mut self.runner.overlaps_deeply) {
             self.look_at_deep_overlap()?;
         }

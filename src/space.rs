@@ -18,14 +18,6 @@ use crate::{
 
 use glam::DVec3;
 
-/// What two surfaces know of each other; `n` points from the grain of interest to the other.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Separation {
-    /// m, < 0 is overlap (erratum E1).
-    pub gap: f64,
-    pub n: DVec3,
-}
-
 /// The periodic cell.
 pub static DEFORM_CELL: Stage = Stage {
     check: Check { member_floors: &[(&array::CELL_NEXT, floors_of_cell)], ..Check::ROUNDING },
@@ -54,7 +46,10 @@ pub static MOVE_WALLS: Stage = Stage {
 };
 
 /// Walls that move as the host says.
-pub static GUIDE_WALLS: Stage = Stage::new("space", "guide_walls", guide_walls::guide_walls, |sizes| sizes.walls);
+pub static GUIDE_WALLS: Stage = Stage {
+    check: Check { floors: &[(&[&array::WALL], largest_wall_displacement)], ..Check::ROUNDING },
+    ..Stage::new("space", "guide_walls", guide_walls::guide_walls, |sizes| sizes.walls)
+};
 
 /// Walls to the end of the step.
 pub fn motion(model: &Model) -> Plan {
@@ -63,6 +58,6 @@ pub fn motion(model: &Model) -> Plan {
 
 /// A low part is what is left of a step, m, when whole quanta are taken off.
 fn largest_wall_displacement(s: &State) -> f64 {
-    let step = |wall: &Wall| s.params.dt * wall.velocity.length();
+    let step = |wall: &Wall| s.params.dt * wall.velocity.length().max(wall.growth.abs());
     s.wall.iter().map(step).fold(s.params.quantum, f64::max)
 }

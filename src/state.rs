@@ -20,7 +20,7 @@ use glam::DVec3;
 pub use records::{
     Cell, ColorCursor, ColoredContact, ColoringState, ContactColor, ContactGeometry, Counters, InverseEffectiveMass,
     LargeContacts, Level, LowBits, Orientation, Packed, Pair, Params, PartialSums, Position, PositionLow, ResidualSums,
-    RollingPair, RotationIterations, Spin, Velocity, VelocityLow, Wall, WallLoad, Works,
+    RollingPair, RotationIterations, Spin, Velocity, VelocityLow, Wall, WallLoad, WallServo, Works,
 };
 pub use sizes::{GROUP, Length, Lifetime, PATH_STEPS, Sizes, TILE, WALL_PARTS};
 use std::{
@@ -329,7 +329,9 @@ fn adaptively_damped(m: &Model) -> bool {
 fn guided(m: &Model) -> bool {
     m.guided_walls
 }
-
+fn driven(m: &Model) -> bool {
+    m.driven_walls
+}
 fn deforming(m: &Model) -> bool {
     m.boundary == Boundary::Deforming
 }
@@ -380,6 +382,7 @@ state! {
     PAIR pair: Pair, MaterialsSquared, Scene, -, "", mixed;
     WALL wall: Wall, Walls, State, -, "", walled;
     WALL_PATH wall_path: Wall, WallPaths, Scene, -, "after each step of a chunk", guided;
+    WALL_SERVO wall_servo: WallServo, Walls, Scene, -, "of walls that one moves", driven;
     CELL cell: Cell, One, State, -, "", deforming;
     CELL_NEXT cell_next: Cell, One, Scratch, -, "", deforming;
     LEVEL level: Level, Levels, Scene, -, "of the grid", always;

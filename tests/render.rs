@@ -50,7 +50,15 @@ fn picture(dimension: usize, grains: &[(DVec3, f64, [f32; 3])]) -> Picture {
 
 fn floor(normal: DVec3) -> Wall {
     let surface = Surface::Plane { point: DVec3::ZERO, normal };
-    Wall { name: "floor".into(), surface, velocity: DVec3::ZERO, spin: 0.0, motion: Motion::default(), material: 0 }
+    Wall {
+        name: "floor".into(),
+        surface,
+        velocity: DVec3::ZERO,
+        spin: 0.0,
+        motion: Motion::default(),
+        servo: None,
+        material: 0,
+    }
 }
 
 fn pixels((device, queue): &(wgpu::Device, wgpu::Queue), picture: &Picture) -> Vec<Pixel> {

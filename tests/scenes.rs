@@ -66,7 +66,8 @@ const SCENES: &[(&str, &[&str], u64, f64, Read)] = &[
     ("pebbles", &["population.0.count=4", "shape.0.spheres=5"], 200, 0.05, Read::Energy),
     ("silo_filling", &["population.0.count=150", "population.0.insertion.rate=20000"], 6000, 0.1, Read::Energy),
     ("outlet", &["population.4.count=500"], 6000, 0.1, Read::Energy),
-    // The first stage of it, which pours.
+    // The first stages of these, which pour.
+    ("oedometer", &["population.0.count=200"], 2000, 0.1, Read::Energy),
     ("tapping", &["population.0.count=200"], 2000, 0.1, Read::Energy),
     ("triaxial", &["population.0.count=100", "domain.upper=[0.0104,0.0104,0.0104]"], 2000, 0.1, Read::Energy),
     ("simple_shear", &["population.0.count=100", "domain.upper=[0.0104,0.0104,0.0104]"], 2000, 0.1, Read::Energy),

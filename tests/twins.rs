@@ -213,18 +213,34 @@ fn walls(model: &Model, edge: f64, materials: usize) -> Vec<Wall> {
         surfaces.push(Surface::Cylinder { center, radius: 0.75 * edge });
     }
     let turns = model.turning == TurningSlot::Some;
-    let wall = |(k, surface)| Wall {
-        name: format!("wall {k}"),
-        surface,
-        velocity,
-        spin: if turns && matches!(surface, Surface::Cylinder { .. }) { 2.0 } else { 0.0 },
-        motion: match model.guided_walls {
-            true => motion(model, &surface),
-            false => Motion::default(),
-        },
-        material: (k % materials) as u32,
+    let wall = |(k, surface)| {
+        let round = matches!(surface, Surface::Cylinder { .. });
+        // A radius that changes is for walls of which points move unlike each other.
+        let servo = servo(k).filter(|_| model.driven_walls && (turns || !round));
+        Wall {
+            name: format!("wall {k}"),
+            surface,
+            velocity: if servo.is_some() { velocity * DVec3::X } else { velocity },
+            spin: if turns && round { 2.0 } else { 0.0 },
+            motion: match model.guided_walls && servo.is_none() {
+                true => motion(model, &surface),
+                false => Motion::default(),
+            },
+            servo,
+            material: (k % materials) as u32,
+        }
     };
     surfaces.into_iter().enumerate().map(wall).collect()
+}
+
+/// Of the first plane, and of the cylinder.
+fn servo(wall: usize) -> Option<Servo> {
+    let with = |target, area| Servo { target, area, gain: 0.01, max_speed: 0.05 };
+    match wall {
+        0 => Some(with(Target::Force(30.0), None)),
+        2 => Some(with(Target::Pressure(1e4), Some(1e-3))),
+        _ => None,
+    }
 }
 
 /// All that walls can do.
@@ -255,10 +271,13 @@ fn choices(model: &Model) -> Vec<String> {
         .collect()
 }
 
-/// Few models in which every two alternatives that can meet do meet.
+/// Few models in which every two alternatives that can meet do meet; then a few in which all of them meet walls with a servo.
 fn covering(precision: Precision) -> Vec<Model> {
     let pairs = |m: &Model| -> HashSet<(String, String)> {
         let c = choices(m);
+        if m.driven_walls {
+            return c.into_iter().map(|choice| ("driven".to_owned(), choice)).collect();
+        }
         c.iter().enumerate().flat_map(|(k, a)| c[k + 1..].iter().map(|b| (a.clone(), b.clone()))).collect()
     };
     let all = Model::all(precision);
@@ -271,6 +290,7 @@ fn covering(precision: Precision) -> Vec<Model> {
         });
         chosen.push(*best);
     }
+    chosen.sort_by_key(|m| m.driven_walls);
     chosen
 }
 
@@ -290,7 +310,8 @@ fn twins_agree(options: Options, every: usize) {
         // Lists one after the other, and side by side.
         let options = Options { lists_abreast: Some([1, 8, 32][k % 3]), ..options };
         // A servo looks before the tenth step.
-        let report: Result<Report> = check(&scene, options, if model.servo { 9 } else { 3 }, 3, 0);
+        let after = if model.servo || model.driven_walls { 9 } else { 3 };
+        let report: Result<Report> = check(&scene, options, after, 3, 0);
         match report {
             Err(e) if packstone::gpu::adapters().is_empty() && without_gpu(&e) => return,
             Err(e) if e.to_string().contains("has no images for arrays") => return println!("skipped: {e}"),

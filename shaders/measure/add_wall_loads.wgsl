@@ -13,6 +13,8 @@ fn add_wall_loads(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_wo
     for (var row = part; row < params.partial_sums_len * params.walls; row += WALL_PARTS * params.walls) {
         sum.force += wall_load_sums[row].force;
         sum.moment += wall_load_sums[row].moment;
+        sum.normal_force += wall_load_sums[row].normal_force;
+        sum.stiffness += wall_load_sums[row].stiffness;
     }
     wall_load[part] = sum;
 }

@@ -34,6 +34,8 @@ struct PartialSums {
 struct WallLoad {
     force: Vec,   // N
     moment: Spin, // N m, about its point, or the centre of a cylinder
+    normal_force: Real, // N, along the normals of the contacts; pressing is positive
+    stiffness: Real,    // N/m, of the contacts along their normals, at most
 }
 
 /// What free grains have lost, and what others have done to them, J.

@@ -1,6 +1,6 @@
 // twin: src/space/guide_walls.rs
-// Walls that move as the host says, n to n + 1. In the plan only if a wall moves otherwise than with a velocity that
-// never changes.
+// Walls that move as the host says, n to n + 1, and those that a servo moves. In the plan only if a wall moves otherwise
+// than with a velocity that never changes, or by a servo.
 var<storage, read> wall_path: array<Wall>; // of all walls, after each step of the chunk
 var<storage, read> halt: u32;
 
@@ -10,8 +10,13 @@ fn guide_walls(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workg
     if (w >= params.walls || halt >= HALTED) {
         return;
     }
+    let now = wall[w];
+    if (now.driven != 0u) {
+        wall[w] = moved(now);
+        return;
+    }
     var next = wall_path[halt * params.walls + w];
-    next.radius = wall[w].radius;
-    next.radius_low = wall[w].radius_low;
+    next.radius = now.radius;
+    next.radius_low = now.radius_low;
     wall[w] = next;
 }

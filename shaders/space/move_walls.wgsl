@@ -8,8 +8,5 @@ fn move_walls(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgr
     if (w >= params.walls || halt >= HALTED) {
         return;
     }
-    let start = requantised(wall[w].point, wall[w].low);
-    let point = displaced(start.x, start.low, params.dt * wall[w].velocity);
-    wall[w].point = point.x;
-    wall[w].low = point.low;
+    wall[w] = moved(wall[w]);
 }

@@ -1,6 +1,6 @@
 //! Twin of `shaders/contact/geometry.wgsl`: geometry of two grains.
 
-pub use crate::space::Separation;
+pub use crate::space::dimension::Separation;
 use crate::{
     space::{
         boundary::nearest_image,

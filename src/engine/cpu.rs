@@ -6,7 +6,9 @@ use crate::{
     contact::blocks::Blocks,
     dem::{self, ADVANCE, ADVANCE_LARGE, DAMP, INTEGRATE_CLUMPS, MEASURE_GAIN, MEMBER_FORCES, PLACE_MEMBERS, RESTART},
     error::Result,
-    measure::{self, ADD_WALL_LOADS, ADD_WORKS, MEASURE, MEASURE_FOR_SERVO, SERVO, WALL_LOADS},
+    measure::{
+        self, ADD_WALL_LOADS, ADD_WORKS, MEASURE, MEASURE_FOR_SERVO, SERVO, SERVO_WALLS, WALL_LOADS, WALL_LOADS_FOR_SERVO,
+    },
     model::{Method, Precision},
     neighbours::{
         COUNT_NEIGHBOURS, DISPLACEMENT_CHECK, FILL_NEIGHBOURS, ORDER_LONG_LISTS, ORDER_NEIGHBOURS,
@@ -76,6 +78,7 @@ const WITHOUT_CONTACTS: &[&Stage] = &[
     &GUIDE_WALLS,
     &DEFORM_CELL,
     &SERVO,
+    &SERVO_WALLS,
     &ADD_WALL_LOADS,
     &MEASURE_GAIN,
     &RESTART,
@@ -93,6 +96,7 @@ fn stand_in(stage: &Stage, blocks: &mut Blocks, s: &mut State) -> bool {
         () if *stage == MEASURE_FOR_SERVO => measure::blocks::measure_for_servo(blocks, s),
         () if *stage == WALL_LOADS => measure::blocks::wall_loads(blocks, s),
         () if *stage == ADD_WORKS => measure::blocks::add_works(blocks, s),
+        () if *stage == WALL_LOADS_FOR_SERVO => measure::blocks::wall_loads_for_servo(blocks, s),
         () if WITHOUT_CONTACTS.contains(&stage) => (stage.twin)(s),
         () => return false,
     }

@@ -4,7 +4,7 @@ use super::files::{at, create, is_file, write};
 use crate::{
     error::{Error, Result},
     input,
-    measure::{Sample, micromechanics::totals::Load},
+    measure::{Sample, micromechanics::packing::LoadOnWall},
     scene::{Clump, Grain, Material, Numbers, Shape, Wall},
     simulation::Outflow,
 };
@@ -59,7 +59,7 @@ impl History {
             .map_err(at(path))
     }
 
-    pub(super) fn row(&mut self, sample: &Sample, rate: f64, loads: &[Load], outflows: &[Outflow]) -> Result<()> {
+    pub(super) fn row(&mut self, sample: &Sample, rate: f64, loads: &[LoadOnWall], outflows: &[Outflow]) -> Result<()> {
         let mut writer = csv::WriterBuilder::new().has_headers(self.length == 0).from_writer(Vec::new());
         let rate = Rate { particle_steps_per_second: rate };
         let row = match (&sample.cell, &sample.openings) {
@@ -81,10 +81,13 @@ impl History {
     }
 
     /// A line, which that of the names may be before, with the loads on walls and what has left behind it.
-    fn with_loads(&self, row: Vec<u8>, loads: &[Load], outflows: &[Outflow]) -> io::Result<Vec<u8>> {
-        let parts = ["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z"];
+    fn with_loads(&self, row: Vec<u8>, loads: &[LoadOnWall], outflows: &[Outflow]) -> io::Result<Vec<u8>> {
+        let parts = ["force.x", "force.y", "force.z", "moment.x", "moment.y", "moment.z", "normal_force", "position"];
         let names = self.walls.iter().flat_map(|wall| parts.map(|part| format!("walls.{wall}.{part}")));
-        let numbers = loads.iter().flat_map(|load| [load.force.to_array(), load.moment.to_array()].concat());
+        let numbers = loads.iter().flat_map(|load| {
+            let LoadOnWall { force, moment, normal_force, position } = load;
+            [&force.to_array()[..], &moment.to_array(), &[*normal_force, *position]].concat()
+        });
         let mut more = [names.collect::<Vec<_>>(), numbers.map(|x| format!("{x:?}")).collect()];
         for Outflow { name, removed, mass, rate } in outflows {
             more[0].extend(["particles", "mass", "flow_rate"].map(|part| format!("outlets.{name}.{part}")));

@@ -123,7 +123,7 @@ const CHECKPOINT_OF_GRAIN: u64 = 300;
 /// Bytes of a row of the history.
 const HISTORY_ROW: u64 = 220;
 /// Of the load on a wall in it.
-const WALL_OF_ROW: u64 = 120;
+const WALL_OF_ROW: u64 = 160;
 /// Of a file for other programs, per grain of a dense packing of spheres, which has three contacts.
 fn of_export(kind: Kind) -> u64 {
     match kind {

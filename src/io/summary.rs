@@ -8,8 +8,8 @@ use crate::{
         micromechanics::{
             Cell, Totals,
             coordination::{Coordination, carrying},
+            packing::LoadOnWall,
             stress::stress,
-            totals::Load,
         },
     },
     protocol::jamming::{Jamming, JammingFraction},
@@ -311,6 +311,10 @@ impl Summary {
         };
         let packing = Packing::added_up(assembly, grains, clumps, walls, totals);
         let coordination = Coordination::of(&packing, &carrying(&packing));
+        let loads = packing.loads_on_walls();
+        let of_cell = assembly.missed_stresses(sample.cell.map(|cell| cell.stress()));
+        let of_walls = assembly.missed_forces(walls, loads.iter().map(|load| load.normal_force));
+        let off_target = if ending.converged { Vec::new() } else { [of_cell, of_walls].concat() };
         let stress = Cell::of(&packing).map(|cell| stress(&packing, cell.volume()));
         let inside = measure::packing_fraction(assembly, grains, walls);
         let overall = measure::overall_packing_fraction(assembly, grains, walls);
@@ -348,7 +352,7 @@ impl Summary {
             momentum,
             angular_momentum,
             converged: ending.converged,
-            missed: missed(assembly, sample, &ending),
+            missed: missed(assembly, sample, &off_target, &ending),
             strain: strain.map(|[xx, yy, zz, yz, xz, xy]| Strain { xx, yy, zz, yz, xz, xy }),
             jamming: ending.jamming.found(assembly),
             relaxation: s.solver_statistics().map(|solved| Relaxation::new(solved, balance)),
@@ -359,12 +363,12 @@ impl Summary {
             }),
             insertions: s.assembly().insertions.iter().zip(s.inlets()).map(Inserted::new).collect(),
             outlets: s.assembly().outlets.iter().zip(s.outlets()).map(Removed::new).collect(),
-            doubts: doubts(s, sample, &ending),
+            doubts: doubts(s, sample, &off_target, &ending),
             deepest_overlap: ending.deepest,
             ended: ending.ended,
             stopped: ending.stopped,
             version: env!("CARGO_PKG_VERSION"),
-            surroundings: Surroundings::new(assembly, walls).with_loads(&packing.loads_on_walls()),
+            surroundings: Surroundings::new(assembly, walls).with_loads(&loads),
         })
     }
 }
@@ -373,7 +377,7 @@ impl Summary {
 /// overlap of 1e-4 radii would be off by 1e-5 of it.
 const COARSE: f64 = 1e-9;
 
-fn doubts(s: &Simulation, sample: &Sample, ending: &Ending) -> Vec<String> {
+fn doubts(s: &Simulation, sample: &Sample, off_target: &[String], ending: &Ending) -> Vec<String> {
     let assembly = s.assembly();
     let smallest = assembly.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
     let coarse = s.position_quantum().filter(|quantum| *quantum > COARSE * smallest).map(|quantum| {
@@ -393,9 +397,11 @@ fn doubts(s: &Simulation, sample: &Sample, ending: &Ending) -> Vec<String> {
             solved.unconverged, solved.steps, solved.residual_max
         )
     });
+    let missed = missed(assembly, sample, off_target, ending);
+    let off_target = if missed.is_some() { &[] } else { off_target };
     let jamming = doubt_of_jamming(assembly, &ending.jamming);
-    let told = [deep, unsolved, missed(assembly, sample, ending), jamming, coarse];
-    told.into_iter().flatten().chain(s.held_up()).collect()
+    let told = [deep, unsolved, missed, jamming, coarse];
+    told.into_iter().flatten().chain(off_target.iter().cloned()).chain(s.held_up()).collect()
 }
 
 /// States that have not come to rest, or a fraction that was not found.
@@ -414,12 +420,13 @@ fn doubt_of_jamming(assembly: &Assembly, jamming: &Jamming) -> Option<String> {
     }
 }
 
-/// Rest that was asked for and not reached.
-fn missed(assembly: &Assembly, sample: &Sample, ending: &Ending) -> Option<String> {
-    assembly.stop.equilibrium.filter(|_| !ending.converged && !ending.target_met).map(|asked| {
-        let found = sample.unbalanced_force_ratio;
-        format!("stop.equilibrium = {asked:e} was not reached: the ratio of unbalanced forces is {found:.1e}")
-    })
+/// Rest that was asked for and not reached, with targets of servos, which are a part of it.
+fn missed(assembly: &Assembly, sample: &Sample, off_target: &[String], ending: &Ending) -> Option<String> {
+    let asked = assembly.stop.equilibrium.filter(|_| !ending.converged && !ending.target_met)?;
+    let found = sample.unbalanced_force_ratio;
+    let rest = format!("stop.equilibrium = {asked:e} was not reached: the ratio of unbalanced forces is {found:.1e}");
+    let moving = off_target.is_empty() || !sample.at_rest(asked);
+    Some(moving.then_some(rest).into_iter().chain(off_target.iter().cloned()).collect::<Vec<_>>().join("; "))
 }
 
 /// What surrounds the grains: the part of the summary that a picture needs.
@@ -469,6 +476,9 @@ struct Wall {
     /// Of all grains on it, N and, about its point or centre, N m.
     force: Option<DVec3>,
     moment: Option<DVec3>,
+    /// N, along the normals of the contacts; summaries of older versions have none.
+    #[serde(default)]
+    normal_force: Option<f64>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -494,6 +504,7 @@ impl Surroundings {
             material: assembly.materials[wall.material as usize].name.clone(),
             force: None,
             moment: None,
+            normal_force: None,
         };
         Surroundings {
             dimension: assembly.dimension,
@@ -509,9 +520,10 @@ impl Surroundings {
     }
 
     /// With what the grains do to the walls.
-    fn with_loads(mut self, loads: &[Load]) -> Surroundings {
+    fn with_loads(mut self, loads: &[LoadOnWall]) -> Surroundings {
         for (wall, load) in self.walls.iter_mut().zip(loads) {
             (wall.force, wall.moment) = (Some(load.force), Some(load.moment));
+            wall.normal_force = Some(load.normal_force);
         }
         self
     }
@@ -558,6 +570,7 @@ impl Surroundings {
             velocity: wall.velocity,
             spin: wall.spin,
             motion: scene::Motion::default(),
+            servo: None,
             material: 0,
         };
         self.walls.iter().map(wall).collect()

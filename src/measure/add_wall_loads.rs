@@ -9,6 +9,8 @@ pub fn add_wall_loads(s: &mut State) {
         for row in (part..rows).step_by(parts) {
             sum.force += s.wall_load_sums[row].force;
             sum.moment = Spin(sum.moment.0 + s.wall_load_sums[row].moment.0);
+            sum.normal_force += s.wall_load_sums[row].normal_force;
+            sum.stiffness += s.wall_load_sums[row].stiffness;
         }
         s.wall_load[part] = sum;
     }

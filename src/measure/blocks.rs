@@ -4,7 +4,7 @@ use super::{
     add_works,
     body_sums::{BodySums, fixed_power, is_single, share, stiffness_of},
     measure, measure_for_servo,
-    wall_loads::{self, Load},
+    wall_sums::{self, Load, Of},
 };
 use crate::{
     body::{ForceTorque, blocks::by_body, bodies::body},
@@ -47,16 +47,27 @@ pub fn add_works(blocks: &mut Blocks, s: &mut State) {
     }
 }
 
-/// Stands in for the twin of `wall_loads`: contacts with walls are in no batch of pairs.
+/// Stands in for the twin of `wall_loads`.
 pub fn wall_loads(blocks: &mut Blocks, s: &mut State) {
+    sum_of_walls(blocks, s, Of::All);
+}
+
+/// Stands in for the twin of `wall_loads_for_servo`.
+pub fn wall_loads_for_servo(blocks: &mut Blocks, s: &mut State) {
+    if measure_for_servo::is_due(s) {
+        sum_of_walls(blocks, s, Of::Driven);
+    }
+}
+
+/// Contacts with walls are in no batch of pairs.
+fn sum_of_walls(blocks: &mut Blocks, s: &mut State, of: Of) {
     blocks.update(s);
     let of_contact = |(i, one): (usize, &Single)| {
         let here = body(s, i);
-        Load::of(s, i, &here, one.other as usize, &one.contact(s, i, &here))
+        Load::of(s, of, i, &here, one.other as usize, || one.contact(s, i, &here))
     };
-    let of_walls = blocks.singles().filter(|(_, one)| one.other as usize >= s.sizes.bodies);
-    let loads: Vec<Load> = of_walls.filter_map(of_contact).collect();
-    wall_loads::add_up(s, loads);
+    let loads: Vec<Load> = blocks.singles().filter_map(of_contact).collect();
+    wall_sums::add_up(s, loads);
 }
 
 fn sums_of_bodies(blocks: &mut Blocks, s: &State) -> Vec<PartialSums> {

@@ -81,7 +81,7 @@ pub struct BodySums {
 }
 
 /// How much steeper than a straight line from 0 forces grow with overlaps: that of elastic spheres with the power 3/2.
-const STEEPEST: f64 = 1.5;
+pub const STEEPEST: f64 = 1.5;
 
 /// What a contact of two grains adds to what a strain of all lengths alike does to the trace of the virial, J.
 #[inline(always)]

@@ -22,9 +22,12 @@ pub fn works(model: &Model) -> Plan {
     plan([run(&ADD_WORKS), run(&ADD_WORKS_OF_CLUMPS).when(model.grains == Grains::Clumps)]).when(model.works)
 }
 
-/// The servo of the cell, before a step.
+/// The servos of the cell and of walls, before a step.
 pub fn servo(model: &Model) -> Plan {
-    plan([run(&MEASURE_FOR_SERVO), run(&SERVO)]).when(model.servo)
+    plan([
+        plan([run(&MEASURE_FOR_SERVO), run(&SERVO)]).when(model.servo),
+        plan([run(&WALL_LOADS_FOR_SERVO), run(&SERVO_WALLS)]).when(model.driven_walls),
+    ])
 }
 
 /// Their sums, once the host has them.

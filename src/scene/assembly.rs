@@ -5,6 +5,7 @@ use super::cell::{COMPONENTS, Cell};
 use super::law::Pair;
 use super::motion::Motion;
 use super::schema::Twist;
+use super::servo::Servo;
 use super::shape::Shape;
 use crate::{memory, solve};
 use glam::{DQuat, DVec3};
@@ -171,6 +172,14 @@ impl Surface {
         }
     }
 
+    /// Where it is, m: of a plane how far from the origin along its normal, of a cylinder its radius.
+    pub fn position(&self) -> f64 {
+        match *self {
+            Surface::Plane { point, normal } => point.dot(normal),
+            Surface::Cylinder { radius, .. } => radius,
+        }
+    }
+
     /// Distance of a point from the surface, m; negative beyond it.
     pub fn distance(&self, x: DVec3) -> f64 {
         match *self {
@@ -192,6 +201,8 @@ pub struct Wall {
     pub spin: f64,
     /// What else there is of its motion.
     pub motion: Motion,
+    /// What moves it besides its velocity, if grains are to press on it with a target force or pressure.
+    pub servo: Option<Servo>,
     /// Index into `materials`.
     pub material: u32,
 }

@@ -20,11 +20,14 @@ pub struct Shift {
     pub by: DVec3,
     /// Of a plane that has turned.
     pub normal: Option<DVec3>,
+    /// Of a cylinder whose radius has changed, m.
+    pub radius: Option<f64>,
 }
 
 impl Shift {
     /// From where a wall was to where it is.
     pub fn between(before: &Wall, now: &Wall) -> Shift {
+        let mut radius = None;
         let (by, normal) = match (before.surface, now.surface) {
             (Surface::Plane { point, normal }, Surface::Plane { point: to, normal: turned }) => {
                 let along = (to - point).dot(normal);
@@ -35,10 +38,13 @@ impl Shift {
                     () => (along * normal, None),
                 }
             }
-            (Surface::Cylinder { center, .. }, Surface::Cylinder { center: to, .. }) => (to - center, None),
+            (Surface::Cylinder { center, radius: before }, Surface::Cylinder { center: to, radius: now }) => {
+                radius = (now != before).then_some(now);
+                (to - center, None)
+            }
             _ => unreachable!("a wall stays what it is"),
         };
-        Shift { wall: before.name.clone(), by, normal }
+        Shift { wall: before.name.clone(), by, normal, radius }
     }
 }
 
@@ -246,6 +252,11 @@ fn place(wall: &schema::Wall) -> toml::Value {
         oscillation: None,
         turning: None,
         table: None,
+        target_force: None,
+        target_pressure: None,
+        area: None,
+        gain: None,
+        max_speed: None,
         ..wall.clone()
     })
 }
@@ -253,13 +264,15 @@ fn place(wall: &schema::Wall) -> toml::Value {
 /// Bring a wall to where `old` has moved to: whether it has.
 fn carry(wall: &mut schema::Wall, old: &schema::Wall, name: &str, shifts: &[Shift]) -> bool {
     let of = |name: &str| shifts.iter().find(|shift| shift.wall == name).map(|shift| shift.by);
-    let turned = shifts.iter().find(|shift| shift.wall == name).and_then(|shift| shift.normal);
+    let shift = shifts.iter().find(|shift| shift.wall == name);
+    let (turned, grown) = (shift.and_then(|shift| shift.normal), shift.and_then(|shift| shift.radius));
     let add = |point: &mut Option<Vec<f64>>, by: DVec3| {
         point.iter_mut().flatten().zip(by.to_array()).for_each(|(x, by)| *x += by);
     };
     let before = table(wall);
     (wall.point, wall.center) = (old.point.clone(), old.center.clone());
     (wall.lower, wall.upper) = (old.lower.clone(), old.upper.clone());
+    wall.radius = grown.or(old.radius);
     match wall.kind {
         WallKind::Plane => {
             wall.normal = old.normal.clone();
@@ -323,7 +336,7 @@ radius = 0.1
         let new = OLD.replace("velocity = [0, 0, -1]", "velocity = [0, 0, 0]").replace("1e3", "2e3")
             + "[[population]]\nmaterial = \"glass\"\ncount = 2\nradius = 0.2\n\
                [[grain]]\nmaterial = \"glass\"\nposition = [0.5, 0.5, 0.5]\nradius = 0.1\n";
-        let shift = |wall: &str, by| Shift { wall: wall.to_owned(), by, normal: None };
+        let shift = |wall: &str, by| Shift { wall: wall.to_owned(), by, normal: None, radius: None };
         let shifts = [shift("box z-", DVec3::new(0.0, 0.0, 0.25)), shift("lid", DVec3::new(0.0, 0.0, -0.5))];
         let Continued { scene, singles, notices, .. } =
             scene(&new).continued(&scene(OLD), &scene(OLD), Path::new("/start.bin"), &shifts).unwrap();

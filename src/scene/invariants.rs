@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::check::{self, Check, show};
 use super::origin::Origin;
 use super::validate::{check_count, check_output, check_solver, check_start, check_stop, first_error, fold_ends};
+use super::wall_targets::check_servo;
 use super::walls::{not_periodic, turns_across};
 use super::{Assembly, Clump, Dashpot, Grain, Method, Rate, Shape, Surface};
 use crate::Result;
@@ -124,6 +125,7 @@ impl Assembly {
             check.finite(&at("motion"), wall.at(wall.motion.start, 1.0).velocity_at(DVec3::ZERO))?;
             let mut across = (0..check.dimension).filter(|axis| turns_across(&wall.motion, *axis));
             across.try_for_each(|axis| not_periodic(&key, axis, &self.domain, check))?;
+            check_servo(wall, &key, check)?;
             match wall.surface {
                 Surface::Plane { point, normal } => {
                     check.finite(&at("point"), point)?;

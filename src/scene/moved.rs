@@ -33,9 +33,16 @@ impl Wall {
         self.motion != Motion::default()
     }
 
-    /// Whether it turns at any time, or about its own axis.
+    /// Whether points of its surface may move unlike each other: it turns at any time, spins about its own axis, or changes
+    /// its radius.
     pub fn turns(&self) -> bool {
-        self.spin != 0.0 || self.motion.turning.is_some()
+        let grows = self.servo.is_some() && matches!(self.surface, Surface::Cylinder { .. });
+        self.spin != 0.0 || self.motion.turning.is_some() || grows
+    }
+
+    /// Whether it does not stay where it is.
+    pub fn moves(&self) -> bool {
+        self.velocity != DVec3::ZERO || self.is_guided() || self.servo.is_some()
     }
 
     /// Where it is at a time, and how it has moved, on the mean, in the time `dt` before, s.
@@ -67,7 +74,12 @@ impl Wall {
     /// cylinder's own spin.
     pub fn top_speed(&self, extent: f64) -> f64 {
         let turning = self.motion.turning.map_or(0.0, |turning| turning.rate.abs() * (extent + turning.distance()));
-        self.velocity.length() + self.motion.top_speed() + turning
+        self.velocity.length() + self.motion.top_speed() + turning + self.servo_speed()
+    }
+
+    /// The most that its servo moves it with, m/s.
+    fn servo_speed(&self) -> f64 {
+        self.servo.map_or(0.0, |servo| servo.max_speed)
     }
 
     /// The same of the speed with which it comes nearer: what turns about its own normal or axis does not.
@@ -79,7 +91,7 @@ impl Wall {
             };
             turning.rate.abs() * arm
         });
-        self.velocity.length() + self.motion.top_speed() + turning
+        self.velocity.length() + self.motion.top_speed() + turning + self.servo_speed()
     }
 }
 
@@ -90,7 +102,7 @@ mod tests {
 
     fn wall(velocity: DVec3, motion: Motion) -> Wall {
         let surface = Surface::Plane { point: DVec3::X, normal: DVec3::X };
-        Wall { name: "wall".to_owned(), surface, velocity, spin: 0.0, motion, material: 0 }
+        Wall { name: "wall".to_owned(), surface, velocity, spin: 0.0, motion, servo: None, material: 0 }
     }
 
     fn plane(wall: &Wall, time: f64) -> (DVec3, DVec3) {

@@ -143,6 +143,11 @@ pub struct Wall {
     pub oscillation: Option<Oscillation>,
     pub turning: Option<Turning>,
     pub table: Option<String>,
+    pub target_force: Option<f64>,
+    pub target_pressure: Option<f64>,
+    pub area: Option<f64>,
+    pub gain: Option<f64>,
+    pub max_speed: Option<f64>,
 }
 
 /// To and fro; one period in every `interval`, s, if that is given.

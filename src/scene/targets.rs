@@ -9,6 +9,9 @@ use crate::Result;
 /// Axis along which a component moves, and along which its distance is.
 const AXES_OF: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [1, 2], [0, 2], [0, 1]];
 
+/// A target is reached within this part of it.
+pub const CLOSE: f64 = 0.01;
+
 impl Assembly {
     /// Whether the cell may be anything but a box that stays as it is.
     pub fn deforms(&self) -> bool {
@@ -45,17 +48,15 @@ impl Assembly {
         self.cell.strain_rate.iter().zip(&self.cell.stress).map(rate).map(|rate| rate * rate).sum::<f64>().sqrt()
     }
 
-    /// Whether a stress, component by component, is what the servo of the cell is asked for, if it is.
-    pub fn has_target_stress(&self, stress: Option<[Option<f64>; 6]>) -> bool {
-        const CLOSE: f64 = 0.01;
+    /// Which components of a stress are not what the servo of the cell is asked for, in words.
+    pub fn missed_stresses(&self, stress: Option<[Option<f64>; 6]>) -> Vec<String> {
         let most = CLOSE * self.cell.largest_stress();
-        let of_component = |k: usize| match self.cell.stress[k] {
-            Some(target) => {
-                stress.is_some_and(|stress| stress[k].is_some_and(|stress| (stress - target).abs() <= most))
-            }
-            None => true,
+        let missed = |k: usize| {
+            let (target, found) = (self.cell.stress[k]?, stress?[k]?);
+            ((found - target).abs() > most)
+                .then(|| format!("cell.stress.{} = {target:e} Pa was not reached: it is {found:.4e} Pa", COMPONENTS[k]))
         };
-        (0..6).all(of_component)
+        (0..6).filter_map(missed).collect()
     }
 
     /// Of the cell, m³ (m²).

@@ -13,6 +13,7 @@ use super::populate::{Site, populate};
 use super::schema::{self, Boundary, Face, File, Format, Spin, Twist};
 use super::shape::{Shape, Shapes};
 use super::targets::check_cell;
+use super::wall_targets::check_areas;
 use super::walls::{check_apart, walls};
 use super::{
     Assembly, Cell, Clump, Domain, Grain, JammingProtocol, Material, Method, Numbers, Output, Relaxation, Solver, Stop,
@@ -45,6 +46,7 @@ pub fn outline(file: &File, origin: &Origin, like: &Assembly) -> Result<Assembly
     let like = &*like.whole();
     let smallest = like.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
     check_apart(&assembly.walls, smallest, check)?;
+    check_areas(&assembly, check)?;
     (assembly.grains, assembly.clumps, assembly.shapes) =
         (like.grains.clone(), like.clumps.clone(), like.shapes.clone());
     assembly.waiting = like.waiting;
@@ -402,6 +404,7 @@ pub fn check_start(assembly: &Assembly, check: &Check) -> Result<()> {
     check_adaptive_damping(assembly, check)?;
     let smallest = assembly.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
     check_apart(&assembly.walls, smallest, check)?;
+    check_areas(assembly, check)?;
     check_clumps(&assembly.clumps, &assembly.shapes, &assembly.domain, check)?;
     check_grains(assembly, check)
 }

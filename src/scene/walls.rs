@@ -5,6 +5,8 @@ use glam::DVec3;
 use super::check::{AXES, Check, show_list};
 use super::motion::{Motion, motion};
 use super::schema::{self, WallKind};
+use super::servo::servo;
+use super::wall_targets::check_servo;
 use super::{Domain, Surface, Wall};
 use crate::Result;
 
@@ -39,21 +41,23 @@ impl Maker<'_> {
         let material = self.check.material(&self.at("material"), &self.wall.material)?;
         let velocity = self.check.vector_or_zero(&self.at("velocity"), self.wall.velocity.as_deref())?;
         let motion = motion(self.wall, &self.key, self.check)?;
+        let servo = servo(self.wall, &self.key, self.check)?;
         for axis in (0..self.check.dimension).filter(|axis| turns_across(&motion, *axis)) {
             self.not_periodic(axis)?;
         }
-        let mut push =
-            |name, surface| out.push(Wall { name, surface, velocity, spin, motion: motion.clone(), material });
+        let mut push = |name, surface| {
+            let wall = Wall { name, surface, velocity, spin, motion: motion.clone(), servo, material };
+            check_servo(&wall, &self.key, self.check)?;
+            out.push(wall);
+            Ok(())
+        };
         match self.wall.kind {
             WallKind::Plane => push(name, self.plane()?),
             WallKind::Cylinder => push(name, self.cylinder()?),
             WallKind::Box => {
-                for (face, surface) in self.faces()? {
-                    push(format!("{name} {face}"), surface);
-                }
+                self.faces()?.into_iter().try_for_each(|(face, surface)| push(format!("{name} {face}"), surface))
             }
         }
-        Ok(())
     }
 
     fn at(&self, field: &str) -> String {
@@ -79,7 +83,7 @@ impl Maker<'_> {
         };
         let own: Vec<&str> = keys.iter().filter(|(_, kind, _)| *kind == wall.kind).map(|(field, ..)| *field).collect();
         let message = format!(
-            "is no key of a {}; allowed are kind, name, material, velocity, start, stop, oscillation, turning, table, {}",
+            "is no key of a {}; allowed are kind, name, material, velocity, start, stop, oscillation, turning, table, target_force, target_pressure, area, gain, max_speed, {}",
             kind_name(wall.kind),
             own.join(", ")
         );
@@ -200,7 +204,7 @@ pub fn check_apart(walls: &[Wall], smallest: f64, check: &Check) -> Result<()> {
 
 /// Whether two surfaces that face the same way are no further apart than `near`, and remain so.
 fn stay_together(a: &Wall, b: &Wall, near: f64) -> bool {
-    if a.motion != b.motion {
+    if a.motion != b.motion || a.servo != b.servo {
         return false;
     }
     let apart = a.velocity - b.velocity;

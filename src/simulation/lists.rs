@@ -64,8 +64,8 @@ pub struct NeighbourLists {
     walls: Vec<Wall>,
     /// How far grains are from the origin at time 0, m.
     first_extent: f64,
-    /// Whether the host says where they go.
-    guided: bool,
+    /// Whether the host is told where they are.
+    followed: bool,
     least_entries: usize,
     /// Steps that lists may serve at most.
     most_steps: u32,
@@ -152,7 +152,7 @@ impl NeighbourLists {
             smallest_margin: (SMALLEST_MARGIN * largest_margin / assembly.solver.margin).min(largest_margin),
             walls: assembly.walls.clone(),
             first_extent: assembly.extent(),
-            guided: state.model.guided_walls,
+            followed: state.model.guided_walls || state.model.driven_walls,
             least_entries: options.entries.unwrap_or(0),
             most_steps: match state.model.guided_walls {
                 true => options.longest_chunk.clamp(1, PATH_STEPS as u32),
@@ -223,7 +223,7 @@ impl NeighbourLists {
         self.walls.iter().map(|wall| wall.approach_speed(extent) * p.dt).fold(0.0, f64::max)
     }
 
-    /// Guided walls will be so far from the origin, m.
+    /// Walls that are guided, or moved by a servo, are or will be so far from the origin, m.
     pub fn see_walls(&mut self, extent: f64) {
         self.state.wall_extent = self.state.wall_extent.max(extent);
     }
@@ -320,7 +320,7 @@ impl NeighbourLists {
         self.state.active_contacts = counters.active_contacts;
         self.state.steps_served += counters.steps_done;
         self.state.extent = f64::from(f32::from_bits(counters.max_coordinate)) * p.quantum;
-        if !self.guided {
+        if !self.followed {
             self.state.wall_extent += f64::from(counters.steps_done) * self.wall_displacement(p);
         }
         let displacement = f64::from(f32::from_bits(counters.max_displacement));

@@ -10,7 +10,7 @@ use crate::{
     body::grains::{self, same_grain},
     contact::overlap::gaps,
     error::{Error, Result},
-    measure::{CellSample, Other, Sample, mass_of_clump, masses, micromechanics::totals::Load},
+    measure::{CellSample, Other, Sample, mass_of_clump, masses, micromechanics::packing::LoadOnWall},
     memory,
     model::{Grains, Rotation},
     plan::swap_again,
@@ -75,7 +75,7 @@ impl Simulation {
     ///
     /// # Errors
     /// [`Error::Device`](crate::Error::Device) if the device is lost.
-    pub fn wall_loads(&mut self) -> Result<Vec<Load>> {
+    pub fn wall_loads(&mut self) -> Result<Vec<LoadOnWall>> {
         let walls = self.walls()?;
         if walls.is_empty() {
             return Ok(Vec::new());
@@ -83,10 +83,12 @@ impl Simulation {
         self.refresh()?;
         self.runner.execute_plan(&self.plans.wall_loads)?;
         let s = self.runner.read(&[&WALL_LOAD, &WALL])?;
-        let mut loads = vec![Load::default(); walls.len()];
+        let load = |wall: &Wall| LoadOnWall { position: wall.surface.position(), ..LoadOnWall::default() };
+        let mut loads: Vec<LoadOnWall> = walls.iter().map(load).collect();
         for (k, part) in s.wall_load.iter().enumerate() {
             loads[k % walls.len()].force += part.force;
             loads[k % walls.len()].moment += part.moment.0;
+            loads[k % walls.len()].normal_force += part.normal_force;
         }
         // The engine's point of a plane is the one that is nearest to the grains.
         for (load, (now, wall)) in loads.iter_mut().zip(s.wall.iter().zip(&walls)) {
@@ -376,9 +378,14 @@ impl Simulation {
                             *normal = now.normal + now.normal_low;
                         }
                     }
-                    Surface::Cylinder { center, .. } => *center = now.point + now.low,
+                    Surface::Cylinder { center, radius } => {
+                        *center = now.point + now.low;
+                        if wall.servo.is_some() {
+                            *radius = now.radius + now.radius_low;
+                        }
+                    }
                 }
-                if wall.is_guided() {
+                if wall.is_guided() || wall.servo.is_some() {
                     (wall.velocity, wall.spin) = (now.velocity, now.spin.0.z);
                 }
             }

@@ -10,15 +10,15 @@ use crate::{
     engine::PIECE,
     error::{Error, Result},
     model::{Grains, Method, Precision},
-    scene::{self, Assembly, Grain, Surface},
+    scene::{self, Assembly, Grain, Span, Surface, Target},
     space::{
         boundary::wrap,
         deform_cell::stretched,
         precision::{Point, SplitOrientation, add_rotation, arm_end, quantised},
     },
     state::{
-        ARRAYS, Array, Cell, Column, Length, Orientation, PATH_STEPS, Packed, Position, PositionLow, Sizes, Spin,
-        State, Velocity, VelocityLow, Wall, array::*, present,
+        ARRAYS, Array, Cell, Column, Length, NONE, Orientation, PATH_STEPS, Packed, Position, PositionLow, Sizes, Spin,
+        State, Velocity, VelocityLow, Wall, WallServo, array::*, present,
     },
     time_step,
     units::Quantity,
@@ -50,6 +50,9 @@ const OF_CLUMPS: [&Array; 11] = [
 pub fn fill_small(state: &mut State, assembly: &Assembly) {
     if (WALL.needed)(&state.model) {
         state.wall = walls(state, assembly);
+    }
+    if (WALL_SERVO.needed)(&state.model) {
+        state.wall_servo = wall_servos(state, assembly);
     }
     if let Some(guides) = Guides::of(assembly) {
         state.wall_path = guides.path(state, 0, PATH_STEPS as u32).0.wall_path;
@@ -267,10 +270,56 @@ fn walls(state: &State, assembly: &Assembly) -> Vec<Wall> {
         let point = anchor(&given.surface, middle);
         match given.is_guided() {
             true => guided(state, given, middle, 0.0),
-            false => device_wall(state, &given.surface, point, given.velocity, given.spin * DVec3::Z),
+            false => Wall {
+                driven: u32::from(given.servo.is_some()),
+                ..device_wall(state, &given.surface, point, given.velocity, given.spin * DVec3::Z)
+            },
         }
     };
     assembly.walls.iter().map(wall).collect()
+}
+
+/// Speeds over their limit that the servo of a wall still tells apart: there is hardly a contact then.
+const STEEPEST_APPROACH: f64 = 1e3;
+
+/// What the servos of walls are asked for; of a wall without one nothing.
+fn wall_servos(state: &State, assembly: &Assembly) -> Vec<WallServo> {
+    let least_radius = assembly.grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
+    let servo = |(number, wall): (usize, &scene::Wall)| {
+        let Some(servo) = wall.servo else { return WallServo::default() };
+        let (force, pressure) = match servo.target {
+            Target::Force(force) => (force, 0.0),
+            Target::Pressure(pressure) => (0.0, pressure),
+        };
+        let area = assembly.area_of_wall(number);
+        let span = |span: Option<Span>| match span {
+            Some(Span::Fixed(length)) => (length, NONE, NONE),
+            Some(Span::Between(from, to)) => (0.0, from as u32, to as u32),
+            Some(Span::Radius(of)) => (0.0, of as u32, of as u32),
+            None => (0.0, NONE, NONE),
+        };
+        let (breadth, breadth_from, breadth_to) = span(area.map(|area| area.breadth));
+        let (depth, depth_from, depth_to) = span(area.map(|area| area.depth));
+        let at_start = area.map_or(0.0, |area| area.of(&assembly.walls, assembly.dimension));
+        let time = state.params.dt / servo.gain;
+        WallServo {
+            along: wall.velocity,
+            force,
+            pressure,
+            factor: area.map_or(0.0, |area| area.factor),
+            breadth,
+            depth,
+            breadth_from,
+            breadth_to,
+            depth_from,
+            depth_to,
+            time,
+            most_speed: servo.max_speed,
+            least_stiffness: (force + pressure * at_start) / (STEEPEST_APPROACH * time * servo.max_speed),
+            least_radius,
+        }
+    };
+    assembly.walls.iter().enumerate().map(servo).collect()
 }
 
 /// A wall at a time, with its mean velocity in the step before, as grains have theirs; in contact dynamics in the one that
@@ -302,6 +351,8 @@ fn device_wall(state: &State, surface: &Surface, point: DVec3, velocity: DVec3, 
         velocity,
         radius: whole_radius,
         radius_low: radius - whole_radius,
+        growth: 0.0,
+        driven: 0,
         spin: Spin(spin),
     }
 }

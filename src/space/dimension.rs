@@ -3,6 +3,14 @@
 use crate::model::Dimension;
 use glam::{DVec2, DVec3, DVec4, IVec3, Vec3Swizzles, Vec4Swizzles};
 
+/// What two surfaces know of each other; `n` points from the grain of interest to the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Separation {
+    /// m, < 0 is overlap (erratum E1).
+    pub gap: f64,
+    pub n: DVec3,
+}
+
 /// ω × R, the second term of (2.6), m/s.
 #[inline(always)]
 pub fn spin_velocity(spin: DVec3, arm: DVec3) -> DVec3 {

@@ -1,6 +1,9 @@
-//! Twin of `shaders/space/guide_walls.wgsl`: walls that move as the host says, n to n + 1.
+//! Twin of `shaders/space/guide_walls.wgsl`: walls that move as the host says, n to n + 1, and those that a servo moves.
 
-use crate::state::{HALTED, State, Wall};
+use crate::{
+    space::walls::moved,
+    state::{HALTED, State, Wall},
+};
 
 pub fn guide_walls(s: &mut State) {
     let step = s.halt[0];
@@ -8,7 +11,14 @@ pub fn guide_walls(s: &mut State) {
         return;
     }
     let walls = s.sizes.walls;
-    for (wall, next) in s.wall[..walls].iter_mut().zip(&s.wall_path[step as usize * walls..]) {
-        *wall = Wall { radius: wall.radius, radius_low: wall.radius_low, ..*next };
+    for w in 0..walls {
+        let now = s.wall[w];
+        s.wall[w] = match now.driven {
+            0 => {
+                let next = s.wall_path[step as usize * walls + w];
+                Wall { radius: now.radius, radius_low: now.radius_low, ..next }
+            }
+            _ => moved(s, &now),
+        };
     }
 }

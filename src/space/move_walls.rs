@@ -1,7 +1,7 @@
 //! Twin of `shaders/space/move_walls.wgsl`: moving walls, n to n + 1.
 
 use crate::{
-    space::precision::{Point, displaced, requantised},
+    space::walls::moved,
     state::{HALTED, State},
 };
 
@@ -10,8 +10,6 @@ pub fn move_walls(s: &mut State) {
         return;
     }
     for w in 0..s.sizes.walls {
-        let start = requantised(s, Point { x: s.wall[w].point, low: s.wall[w].low });
-        let point = displaced(s, start.x, start.low, s.params.dt * s.wall[w].velocity);
-        (s.wall[w].point, s.wall[w].low) = (point.x, point.low);
+        s.wall[w] = moved(s, &s.wall[w]);
     }
 }

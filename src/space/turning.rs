@@ -26,7 +26,10 @@ pub fn wall_normal_before(s: &State, wall: &Wall, x_before: DVec3) -> DVec3 {
 pub fn wall_velocity(s: &State, wall: &Wall, point: DVec3) -> DVec3 {
     match s.model.turning {
         Turning::None => wall.velocity,
-        Turning::Some => wall.velocity + spin_velocity(wall.spin.0, point - wall.point),
+        Turning::Some => {
+            let v = wall.velocity + spin_velocity(wall.spin.0, point - wall.point);
+            if wall.growth == 0.0 { v } else { v + wall.growth * outward(horizontal(point - wall.point)) }
+        }
     }
 }
 

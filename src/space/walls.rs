@@ -2,8 +2,8 @@
 
 use crate::{
     space::{
-        Separation,
-        dimension::{first_axis, from_horizontal, horizontal},
+        dimension::{Separation, first_axis, from_horizontal, horizontal},
+        precision::{Point, displaced, requantised},
     },
     state::{Position, PositionLow, State, Wall},
 };
@@ -33,4 +33,17 @@ pub fn is_crossed(s: &State, gap: f64, radius: f64) -> bool {
 pub fn outward(arm: DVec2) -> DVec3 {
     let distance = arm.length();
     if distance == 0.0 { first_axis() } else { from_horizontal(arm / distance) }
+}
+
+/// A wall after a step with its velocity, of a cylinder also that of its radius.
+pub fn moved(s: &State, before: &Wall) -> Wall {
+    let start = requantised(s, Point { x: before.point, low: before.low });
+    let point = displaced(s, start.x, start.low, s.params.dt * before.velocity);
+    let mut next = Wall { point: point.x, low: point.low, ..*before };
+    if before.driven != 0 && before.radius != 0.0 {
+        let radius = requantised(s, Point { x: DVec3::splat(before.radius), low: DVec3::splat(before.radius_low) });
+        let grown = displaced(s, radius.x, radius.low, DVec3::splat(s.params.dt * before.growth));
+        (next.radius, next.radius_low) = (grown.x.x, grown.low.x);
+    }
+    next
 }

@@ -104,7 +104,28 @@ record!(
         velocity: DVec3 [Velocity],
         radius: f64 [Length],
         radius_low: f64 [Length],
+        growth: f64 [Velocity],
+        driven: u32,
         spin: Spin [Rate],
+    }
+);
+record!(
+    /// The servo of a wall (`shaders/measure/servo_walls.wgsl`).
+    WallServo {
+        along: DVec3 [Velocity],
+        force: f64 [Force],
+        pressure: f64 [Stress],
+        factor: f64,
+        breadth: f64 [Length],
+        depth: f64 [Length],
+        breadth_from: u32,
+        breadth_to: u32,
+        depth_from: u32,
+        depth_to: u32,
+        time: f64 [Time],
+        most_speed: f64 [Velocity],
+        least_stiffness: f64 [Stiffness],
+        least_radius: f64 [Length],
     }
 );
 record!(
@@ -169,7 +190,7 @@ record!(
 );
 record!(
     /// What grains do to a wall (`shaders/measure/sums.wgsl`).
-    WallLoad { force: DVec3 [Force], moment: Spin [Torque] }
+    WallLoad { force: DVec3 [Force], moment: Spin [Torque], normal_force: f64 [Force], stiffness: f64 [Stiffness] }
 );
 record!(
     /// Dissipation and works since the host has read them (`shaders/measure/sums.wgsl`).

@@ -5,7 +5,7 @@ use crate::{common::*, shared::*};
 use glam::{DQuat, DVec3};
 use packstone::{
     measure::Sample,
-    scene::{Assembly, Dashpot, Grain, Hertz, Pair, Rolling, Shape},
+    scene::{Assembly, Dashpot, Grain, Hertz, Pair, Rolling, Servo, Shape, Target},
 };
 use std::f64::consts::PI;
 
@@ -113,6 +113,24 @@ fn spinning_drum() {
             scene.gravity = -omega(dimension).powi(2) * 1e-3 * R * DVec3::Y;
             scene.solver.damping = 0.002 * omega(dimension);
             balances(&bench, "drum", &scene, 3000, [true, true, false]);
+        }
+    }
+}
+
+/// A plane that a servo moves, and a tube that one closes.
+#[test]
+fn servos() {
+    for bench in engines() {
+        for dimension in [2, 3] {
+            let force = 0.02 * KN * speed(dimension) / omega(dimension);
+            let servo = |target, area| Some(Servo { target, area, gain: 1e-3, max_speed: 0.2 * speed(dimension) });
+            let mut scene = shaken(dimension);
+            scene.walls[0].velocity = DVec3::ZERO;
+            scene.walls[0].servo = servo(Target::Force(force), None);
+            balances(&bench, "piston", &scene, 3000, [true, true, false]);
+            scene.walls = vec![cylinder(4.2 * R)];
+            scene.walls[0].servo = servo(Target::Pressure(force / R), Some(R));
+            balances(&bench, "tube", &scene, 3000, [true, true, false]);
         }
     }
 }

@@ -1,9 +1,10 @@
 //! Checkpoints: all that later steps depend on is in them, and what is wrong with one is noticed.
 
 use crate::{FEW_DIMERS, FEW_DISKS, SETTLE, common::*, example, place::Place, rigid_clumps};
+use glam::DVec3;
 use packstone::{
     measure::Sample,
-    scene::Assembly,
+    scene::{Assembly, Oscillation, Servo, Surface, Target},
     simulation::{Checkpoint, Options, Simulation},
     state::{
         ACTIVE, ARRAYS, Array, Lifetime, NONE,
@@ -35,6 +36,16 @@ fn scenes() -> Vec<(&'static str, Assembly, u64)> {
     driven.cell.inertial_number = 0.1;
     let mut damped = sheared.clone();
     (damped.solver.adaptive_damping, damped.output.works, damped.cell.strain_rate[5]) = (true, false, 0.0);
+    // One side comes in, with the other one at rest or swinging; a tube closes.
+    let mut piston = example("heap_2d.toml", &[]);
+    piston.grains.retain(|grain| grain.position.x - grain.radius > -0.2);
+    piston.walls[0].surface = Surface::Plane { point: -0.2 * DVec3::X, normal: DVec3::X };
+    piston.walls[0].servo = Some(Servo { target: Target::Force(1000.0), area: None, gain: 0.01, max_speed: 0.3 });
+    let mut swinging = piston.clone();
+    let oscillation = Oscillation { amplitude: 1e-3 * DVec3::X, frequency: 50.0, interval: None };
+    swinging.walls[1].motion.oscillation = Some(oscillation);
+    let pressure = ["wall.0.target_pressure=2e3", "wall.0.area=1e-3", "wall.0.max_speed=0.3", "wall.0.gain=0.01"];
+    let tube = example("tapping.toml", &[&["population.0.count=300"], &pressure[..]].concat());
     let mut moving = example("heap_2d.toml", &[]);
     moving.walls[0].velocity.y = 0.05;
     let mut beads = example("elastic_beads.toml", &column);
@@ -45,6 +56,9 @@ fn scenes() -> Vec<(&'static str, Assembly, u64)> {
         ("a cell that shears", sheared, 150),
         ("a cell with a servo", driven, 150),
         ("adaptive damping", damped, 150),
+        ("a piston with a servo", piston, 1000),
+        ("the same beside a wall that swings", swinging, 1000),
+        ("a tube with a servo", tube, 1000),
         ("elastic spheres that roll", beads, 150),
         ("spheres of two sizes", example("hard/size_ratio.toml", &[]), 150),
         ("clumps", example("hard/dimer_bed.toml", &FEW_DIMERS), 150),

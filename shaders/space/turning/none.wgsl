@@ -1,5 +1,5 @@
 // twin: src/space/turning.rs
-// Turning slot: no wall turns.
+// Turning slot: all points of a wall move alike.
 
 /// The contact normal when the grain was at x_before, a step ago, for the rotation Z of the spring.
 fn wall_normal_before(w: u32, x_before: Vec) -> Vec {

@@ -1,5 +1,5 @@
 // twin: src/space/turning.rs
-// Turning slot: a wall turns, or a cylinder about its axis.
+// Turning slot: a wall turns, a cylinder spins about its axis, or its radius changes.
 
 /// The contact normal when the grain was at x_before, a step ago, for the rotation Z of the spring.
 fn wall_normal_before(w: u32, x_before: Vec) -> Vec {
@@ -17,7 +17,11 @@ fn wall_normal_before(w: u32, x_before: Vec) -> Vec {
 /// Velocity of the wall's material at a point of its surface, m/s.
 fn wall_velocity(w: u32, point: Vec) -> Vec {
     let s = wall[w];
-    return s.velocity + spin_velocity(s.spin, point - s.point);
+    let v = s.velocity + spin_velocity(s.spin, point - s.point);
+    if (s.growth == 0) {
+        return v;
+    }
+    return v + s.growth * outward(horizontal(point - s.point));
 }
 
 /// The spin of a grain relative to the wall, rad/s.

@@ -10,6 +10,8 @@ struct Wall {
     velocity: Vec, // m/s
     radius: Real,  // m: of the cylinder; 0 marks a plane
     radius_low: Real, // m: what it has beyond
+    growth: Real,  // m/s: of the radius
+    driven: u32,   // 1 if a servo moves it
     spin: Spin,    // rad/s: of the cylinder about its axis, and of a wall that turns
 }
 
@@ -50,4 +52,20 @@ fn outward(arm: Real2) -> Vec {
         return first_axis();
     }
     return from_horizontal(arm / distance);
+}
+
+/// A wall after a step with its velocity, of a cylinder also that of its radius.
+fn moved(before: Wall) -> Wall {
+    var next = before;
+    let start = requantised(before.point, before.low);
+    let point = displaced(start.x, start.low, params.dt * before.velocity);
+    next.point = point.x;
+    next.low = point.low;
+    if (before.driven != 0u && before.radius != 0) {
+        let radius = requantised(Vec(before.radius), Vec(before.radius_low));
+        let grown = displaced(radius.x, radius.low, Vec(params.dt * before.growth));
+        next.radius = grown.x.x;
+        next.radius_low = grown.low.x;
+    }
+    return next;
 }

@@ -230,7 +230,8 @@ pub fn cylinder(radius: f64) -> Wall {
 }
 
 fn wall(name: &str, surface: Surface) -> Wall {
-    Wall { name: name.to_owned(), surface, velocity: DVec3::ZERO, spin: 0.0, motion: Motion::default(), material: 0 }
+    let (velocity, motion) = (DVec3::ZERO, Motion::default());
+    Wall { name: name.to_owned(), surface, velocity, spin: 0.0, motion, servo: None, material: 0 }
 }
 
 /// Mass of the default material, kg.

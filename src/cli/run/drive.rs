@@ -11,7 +11,7 @@ use packstone::{
         schedule::{Amount, Forecast, Schedule, step_at},
         summary::{Deepest, Ending, State, Summary},
     },
-    measure::{CellSample, Packing, Sample},
+    measure::{CellSample, Packing, Sample, micromechanics::packing::LoadOnWall},
     protocol::jamming::{Jamming, Look},
     scene::{Assembly, Scene, grain_file::Moment},
     simulation::Simulation,
@@ -210,9 +210,9 @@ impl Run {
         }
         let (mut rest, mut met, mut fault) = (None, false, None);
         if self.schedule.history.next() <= step {
-            let sample = self.record()?;
+            let (sample, loads) = self.record()?;
             self.schedule.history.strikes(step);
-            rest = self.rest(&sample)?;
+            rest = self.rest(&sample, &loads)?;
             met = self.has_met_target(&sample);
             fault = self.fault(&sample);
         }
@@ -275,13 +275,13 @@ impl Run {
     }
 
     /// A row of the history.
-    fn record(&mut self) -> packstone::Result<Sample> {
+    fn record(&mut self) -> packstone::Result<(Sample, Vec<LoadOnWall>)> {
         let sample = self.sample()?;
         let loads = self.simulation.wall_loads()?;
         let outflows = self.simulation.outflows();
         self.results.history(&sample, self.rate(&sample), &loads, &outflows)?;
         self.row = (Instant::now(), Some(sample));
-        Ok(sample)
+        Ok((sample, loads))
     }
 
     fn sample(&mut self) -> packstone::Result<Sample> {
@@ -347,7 +347,7 @@ impl Run {
     }
 
     /// Whether what the scene waits for has come to its end.
-    fn rest(&mut self, sample: &Sample) -> packstone::Result<Option<End>> {
+    fn rest(&mut self, sample: &Sample, loads: &[LoadOnWall]) -> packstone::Result<Option<End>> {
         let stop = self.simulation.assembly().stop;
         if stop.jamming.is_some() {
             let look = self.jamming.look(&mut self.simulation, sample, self.schedule.history.next())?;
@@ -357,18 +357,24 @@ impl Run {
             return Ok((look == Look::Found).then_some(End::Jammed));
         }
         Ok(match () {
-            () if self.is_at_rest(sample) => Some(End::AtRest),
+            () if self.is_at_rest(sample, loads)? => Some(End::AtRest),
             () if stop.equilibrium.is_some() && self.simulation.is_unjammed(sample) => Some(End::Unjammed),
             () => None,
         })
     }
 
-    fn is_at_rest(&self, sample: &Sample) -> bool {
-        let assembly = self.simulation.assembly();
+    /// Whether there is rest, with all that servos are asked for.
+    fn is_at_rest(&mut self, sample: &Sample, loads: &[LoadOnWall]) -> packstone::Result<bool> {
         // Rest that grains still to come will disturb is none.
-        !self.simulation.expects_grains()
-            && assembly.stop.equilibrium.is_some_and(|tolerance| sample.at_rest(tolerance))
-            && assembly.has_target_stress(sample.cell.map(|cell| cell.stress()))
+        let waits = self.simulation.expects_grains();
+        let equilibrium = self.simulation.assembly().stop.equilibrium;
+        if waits || !equilibrium.is_some_and(|tolerance| sample.at_rest(tolerance)) {
+            return Ok(false);
+        }
+        let walls = self.simulation.walls()?;
+        let assembly = self.simulation.assembly();
+        Ok(assembly.missed_stresses(sample.cell.map(|cell| cell.stress())).is_empty()
+            && assembly.missed_forces(&walls, loads.iter().map(|load| load.normal_force)).is_empty())
     }
 
     /// Whether the last step is the one in which given rates bring the cell to a target.
@@ -404,17 +410,15 @@ impl Run {
         let (step, time) = (self.simulation.step(), self.simulation.time());
         let of_now = self.row.1.filter(|sample| sample.step == step);
         let sample = of_now.map_or_else(|| self.sample(), Ok)?;
-        let mut row = match of_now {
-            Some(_) => None,
-            None => Some((self.rate(&sample), self.simulation.wall_loads()?, self.simulation.outflows())),
-        };
+        let loads = self.simulation.wall_loads()?;
+        let mut row = of_now.is_none().then(|| (self.rate(&sample), self.simulation.outflows()));
         let end = match end {
             End::Reached | End::TargetMet | End::Interrupted => self.fault(&sample).map_or(end, End::Stopped),
             end => end,
         };
         let (converged, stopped) = match &end {
             End::Unjammed | End::Jammed => (true, None),
-            End::Reached | End::TargetMet | End::AtRest | End::Empty => (self.is_at_rest(&sample), None),
+            End::Reached | End::TargetMet | End::AtRest | End::Empty => (self.is_at_rest(&sample, &loads)?, None),
             End::Interrupted => (false, Some(format!("interrupted at step {step}"))),
             End::Stopped(error) => (false, Some(error.to_string())),
         };
@@ -440,7 +444,7 @@ impl Run {
         let mut results = self.results;
         loop {
             let written =
-                row.as_ref().map_or(Ok(()), |(rate, loads, outflows)| results.history(&sample, *rate, loads, outflows));
+                row.as_ref().map_or(Ok(()), |(rate, outflows)| results.history(&sample, *rate, &loads, outflows));
             if written.is_ok() {
                 row = None;
             }

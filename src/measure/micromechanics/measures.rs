@@ -57,6 +57,8 @@ pub struct OnWall {
     pub name: String,
     pub force: DVec3,
     pub moment: DVec3,
+    /// N, along the normals of the contacts.
+    pub normal_force: f64,
     pub contacts: usize,
 }
 
@@ -112,8 +114,9 @@ impl Measures {
             walls: of_walls
                 .map(|(on_wall, wall)| OnWall {
                     name: wall.name.clone(),
-                    force: on_wall.load().force,
-                    moment: on_wall.load().moment,
+                    force: on_wall.force.total(),
+                    moment: on_wall.moment.total(),
+                    normal_force: on_wall.normal_force.total().x,
                     contacts: on_wall.contacts,
                 })
                 .collect(),

@@ -38,6 +38,19 @@ pub struct Action {
     pub couple: DVec3,
 }
 
+/// What free grains do to a wall.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LoadOnWall {
+    /// N
+    pub force: DVec3,
+    /// N m, about its point, or the centre of a cylinder.
+    pub moment: DVec3,
+    /// N, what presses on it, along the normals of the contacts.
+    pub normal_force: f64,
+    /// m, where the wall is: of a plane how far from the origin along its normal, of a cylinder its radius.
+    pub position: f64,
+}
+
 impl<'a> Packing<'a> {
     pub fn new(
         assembly: &'a Assembly,
@@ -86,6 +99,7 @@ impl<'a> Packing<'a> {
             let on_wall = &mut self.totals.walls[wall as usize];
             on_wall.force.add(-contact.force);
             on_wall.moment.add(-(arm.cross(contact.force) + contact.couple));
+            on_wall.normal_force.add(DVec3::X * -contact.force.dot(contact.normal));
             on_wall.contacts += 1;
         }
     }
@@ -212,8 +226,14 @@ impl<'a> Packing<'a> {
     }
 
     /// On every wall, about its point or the centre of a cylinder.
-    pub fn loads_on_walls(&self) -> Vec<Load> {
-        self.totals.walls.iter().map(OnWall::load).collect()
+    pub fn loads_on_walls(&self) -> Vec<LoadOnWall> {
+        let load = |(on_wall, wall): (&OnWall, &Wall)| LoadOnWall {
+            force: on_wall.force.total(),
+            moment: on_wall.moment.total(),
+            normal_force: on_wall.normal_force.total().x,
+            position: wall.surface.position(),
+        };
+        self.totals.walls.iter().zip(self.walls).map(load).collect()
     }
 }
 

@@ -30,13 +30,9 @@ pub struct Totals {
 pub(super) struct OnWall {
     pub force: Sum,
     pub moment: Sum,
+    /// Its x is.
+    pub normal_force: Sum,
     pub contacts: usize,
-}
-
-impl OnWall {
-    pub fn load(&self) -> Load {
-        Load { force: self.force.total(), moment: self.moment.total() }
-    }
 }
 
 impl Totals {

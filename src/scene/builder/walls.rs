@@ -58,6 +58,11 @@ impl WallBuilder {
             oscillation: None,
             turning: None,
             table: None,
+            target_force: None,
+            target_pressure: None,
+            area: None,
+            gain: None,
+            max_speed: None,
         }
     }
 
@@ -139,5 +144,15 @@ impl WallBuilder {
         start: f64;
         /// When it ends, s. Default: never.
         stop: f64;
+        /// Force of the grains on a plane along its normal, N, to which a servo brings it.
+        target_force: f64;
+        /// The same over the area, Pa (in two dimensions N/m); of a cylinder, whose radius the servo changes.
+        target_pressure: f64;
+        /// That the pressure acts on, m² (m). Default: what other walls and periodic faces leave of the wall.
+        area: f64;
+        /// Part of a missing force that the servo adds in a step, in (0, 1]. Default: 1e-2.
+        gain: f64;
+        /// Most of the speed of the servo, m/s.
+        max_speed: f64;
     }
 }
