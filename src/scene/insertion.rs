@@ -66,16 +66,16 @@ impl Region {
     /// # Errors
     /// [`Error::Scene`](crate::Error::Scene) if it is without bounds, or too narrow for a grain of this radius.
     fn check_room(&self, key: &str, radius: f64, check: &Check) -> Result<()> {
-        for axis in 0..check.dimension {
+        for (axis, name) in AXES.iter().enumerate().take(check.dimension) {
             let width = self.upper[axis] - self.lower[axis];
             if !width.is_finite() {
-                let message = format!("missing; without it the space along {} has no bounds", AXES[axis]);
+                let message = format!("missing; without it the space along {name} has no bounds");
                 return Err(check.origin.wrong(key, message));
             }
             if width < 2.0 * radius {
                 let what = match width {
                     ..=0.0 => "is outside of the domain, or beyond a wall".to_owned(),
-                    _ => format!("inside of domain and walls is {} m wide along {}", show(width), AXES[axis]),
+                    _ => format!("inside of domain and walls is {} m wide along {name}", show(width)),
                 };
                 let message = format!("{what}; the largest grain needs {} m", show(2.0 * radius));
                 return Err(check.origin.wrong(key, message));

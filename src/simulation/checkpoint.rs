@@ -288,7 +288,10 @@ impl Simulation {
             }
         }
         // The file has no arrays of these lengths; they are a few times those that it has, whose bytes are there.
-        let most = 16 * (sizes.bodies + sizes.entries);
+        // Some are those of all grains that have been and will be there.
+        let others = self.openings.as_ref().map_or(0, |openings| openings.start.0.len());
+        let waiting: usize = self.assembly.insertions.iter().map(|insertion| insertion.grains.len()).sum();
+        let most = 16 * (sizes.bodies + others + waiting + sizes.entries);
         if sizes.history > most || sizes.contacts > most {
             return Err(checkpoint.wrong("has lengths that do not go together"));
         }
