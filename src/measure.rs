@@ -187,7 +187,12 @@ pub static WALL_LOADS: Stage = Stage {
 /// The same before every so many steps.
 pub static WALL_LOADS_FOR_SERVO: Stage = Stage {
     check: Check { member_floors: WALL_FLOORS, ..Check::FORCES },
-    ..Stage::new("measure", "wall_loads_for_servo", wall_loads_for_servo::wall_loads_for_servo, rows_of_walls)
+    ..Stage::new(
+        "measure",
+        "wall_loads_for_servo",
+        wall_loads_for_servo::wall_loads_for_servo,
+        state::Sizes::partial_sums,
+    )
 };
 
 /// The servo of walls.

@@ -8,7 +8,8 @@ use crate::{
         boundary::{approach, nearest_image},
         dimension::outside,
         precision::position_low_of,
-        walls::{wall_separation, wall_velocity},
+        turning::wall_velocity,
+        walls::wall_separation,
     },
     state::State,
 };
@@ -133,7 +134,7 @@ fn beyond_wall(s: &State, at: usize, who: &str, known: &Known) -> String {
     let Some(crossed) = walls().min_by(|a, b| touch(a).gap.total_cmp(&touch(b).gap)) else {
         return format!("{who} is lost at {} m", here.x);
     };
-    let closing = |w: &usize| -touch(w).n.dot(wall_velocity(&s.wall[*w], here.x));
+    let closing = |w: &usize| -touch(w).n.dot(wall_velocity(s, &s.wall[*w], here.x));
     let cause = match walls().find(|w| closing(w) > 0.0) {
         Some(w) => {
             format!("the wall \"{}\" comes at {:.4e} m/s and the grains cannot give way", known.walls[w], closing(&w))

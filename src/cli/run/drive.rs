@@ -384,9 +384,7 @@ impl Run {
     }
 
     fn has_met_target(&self, sample: &Sample) -> bool {
-        let met = |cell: CellSample| {
-            self.simulation.assembly().has_target_of_servo(cell.strain(), cell.solid_fraction)
-        };
+        let met = |cell: CellSample| self.simulation.assembly().has_target_of_servo(cell.strain(), cell.solid_fraction);
         sample.cell.is_some_and(met)
     }
 
