@@ -1,58 +1,73 @@
 // twin: src/measure/wall_sums.rs
 // What free grains do to walls at step n, in an order that no sorting changes: row p of every wall adds up the grains with
-// the numbers p, p + rows, p + 2 rows, … Few grains are at a wall, so the next one that is is looked for first, and then
-// its contact is computed: lanes that go in step compute no more contacts than the lane that has most of them.
+// the numbers p, p + rows, p + 2 rows, … Few grains are at a wall, so lists are looked through for their walls first.
 
 /// Row p of all walls, or of driven ones alone.
 fn add_up_row(p: u32, all: bool) {
+    let near = walls_of_row(p);
     for (var w = 0u; w < params.walls; w++) {
-        wall_load_sums[p * params.walls + w] = WallLoad();
-    }
-    var number = p;
-    var i = 0u;
-    var list = List();
-    loop {
-        // Walls come last, behind them what a slice leaves empty.
-        var tagged = NONE;
-        while (tagged == NONE && (list.end > list.begin || number < params.bodies)) {
-            if (list.end == list.begin) {
-                i = index_of_id[number];
-                list = list_of(i);
-                number += params.partial_sums_len;
-                continue;
-            }
-            list.end -= list.step;
-            tagged = neighbour[list.end];
-            if (tagged != NONE && (tagged & INDEX) < params.bodies) {
-                list.end = list.begin;
-                tagged = NONE;
-            }
+        var load = WallLoad();
+        if (((near >> min(w, 31u)) & 1u) != 0u && (all || wall[w].driven != 0u)) {
+            load = load_of_row(p, w);
         }
-        if (tagged == NONE) {
-            break;
-        }
-        let w = (tagged & INDEX) - params.bodies;
-        if (all || wall[w].driven != 0u) {
-            add_load(p * params.walls + w, i, list.end, tagged);
-        }
+        wall_load_sums[p * params.walls + w] = load;
     }
 }
 
-/// Of the contact of body i in this entry of its list.
-fn add_load(row: u32, i: u32, entry: u32, tagged: u32) {
+/// The walls on the lists of the row's grains, a bit each; those beyond the 31st share one.
+fn walls_of_row(p: u32) -> u32 {
+    var near = 0u;
+    for (var number = p; number < params.bodies; number += params.partial_sums_len) {
+        let list = list_of(index_of_id[number]);
+        // Walls come last, behind them what a slice leaves empty.
+        for (var next = list.end; next > list.begin; next -= list.step) {
+            let tagged = neighbour[next - list.step];
+            if (tagged != NONE) {
+                if ((tagged & INDEX) < params.bodies) {
+                    break;
+                }
+                near |= 1u << min((tagged & INDEX) - params.bodies, 31u);
+            }
+        }
+    }
+    return near;
+}
+
+fn load_of_row(p: u32, w: u32) -> WallLoad {
+    var load = WallLoad();
+    for (var number = p; number < params.bodies; number += params.partial_sums_len) {
+        let i = index_of_id[number];
+        let list = list_of(i);
+        for (var next = list.end; next > list.begin; next -= list.step) {
+            let tagged = neighbour[next - list.step];
+            if (tagged != NONE && (tagged & INDEX) <= params.bodies + w) {
+                if ((tagged & INDEX) == params.bodies + w) {
+                    load = with_contact(load, i, next - list.step, tagged);
+                }
+                break;
+            }
+        }
+    }
+    return load;
+}
+
+/// With the contact of body i in this entry of its list.
+fn with_contact(before: WallLoad, i: u32, entry: u32, tagged: u32) -> WallLoad {
+    var load = before;
     let here = body(i);
     let contact = contact_of(i, here, entry, tagged);
     if (!contact.is_active || here.velocity.inverse_mass == 0) {
-        return;
+        return load;
     }
     let arm = (here.position.x - wall[(tagged & INDEX) - params.bodies].point) + contact.arm;
-    wall_load_sums[row].force -= contact.force;
-    wall_load_sums[row].moment -= moment(arm, contact.force) + contact.couple;
+    load.force -= contact.force;
+    load.moment -= moment(arm, contact.force) + contact.couple;
     let n = contact.arm / sqrt(dot(contact.arm, contact.arm));
-    wall_load_sums[row].normal_force -= dot(contact.force, n);
+    load.normal_force -= dot(contact.force, n);
     // Rigid grains store nothing, and have no stiffness.
     if (contact.gap < 0 && contact.energy > 0) {
         let held = max(dot(contact.damping - contact.force, n), Real(0));
-        wall_load_sums[row].stiffness += STEEPEST * held / -contact.gap;
+        load.stiffness += STEEPEST * held / -contact.gap;
     }
+    return load;
 }
