@@ -519,7 +519,7 @@ fn a_servo_holds_a_stress_beside_a_load() {
     for _ in 0..8 {
         let mut mean = 0.0;
         for _ in 0..50 {
-            simulation.advance(1000).unwrap();
+            simulation.advance(200).unwrap();
             mean += simulation.sample().unwrap().cell.unwrap().stress_xx.unwrap() / 50.0;
         }
         lags.push(mean / target - 1.0);

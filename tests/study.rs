@@ -46,6 +46,7 @@ stop.time = 0.3
 [[stage]]
 name = "load"
 cell.stress = { xx = 500 }
+cell.gain = 1e-2
 cell.strain_rate = { yy = -1 }
 stop.strain.xx = 0.01
 stop.time = 0.1

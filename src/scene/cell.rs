@@ -22,7 +22,7 @@ pub struct Cell {
 impl Default for Cell {
     /// A cell that keeps its form.
     fn default() -> Cell {
-        Cell { strain_rate: [0.0; 6], stress: [None; 6], inertial_number: 1e-3, gain: 1e-2 }
+        Cell { strain_rate: [0.0; 6], stress: [None; 6], inertial_number: 1e-3, gain: 3e-3 }
     }
 }
 
