@@ -238,3 +238,30 @@ fn rods_lie_between_their_ends() {
         }
     }
 }
+
+/// Grains of a tilted cell are drawn in it, whichever of its images they are in; in two dimensions, where the third axis has
+/// no bounds, and in three with such an axis.
+#[test]
+fn grains_are_drawn_in_the_tilted_cell() {
+    let device = device_or_return!();
+    for dimension in [2, 3] {
+        let domain = Domain {
+            lower: DVec3::new(1.0, 2.0, f64::NEG_INFINITY),
+            upper: DVec3::new(5.0, 6.0, f64::INFINITY),
+            periodic: [true, true, false],
+            tilt: DVec3::new(0.0, 0.0, 1.5),
+            ..Domain::default()
+        };
+        let at = |x: DVec3| {
+            let grains = [(DVec3::new(3.5, 3.0, 0.0), 0.3, BLUE), (x, 0.5, RED)];
+            pixels(&device, &Picture { domain: domain.clone(), ..picture(dimension, &grains) })
+        };
+        let inside = DVec3::new(5.2, 5.0, 0.0);
+        let seen = at(inside);
+        assert!(seen.iter().filter(|pixel| is_red(pixel)).count() > 200, "{dimension}D");
+        assert!(at(inside - domain.edge(0)) == seen && at(inside - domain.edge(1)) == seen, "{dimension}D");
+        // The frame is drawn.
+        let bare = pixels(&device, &picture(dimension, &[(DVec3::new(3.5, 3.0, 0.0), 0.3, BLUE), (inside, 0.5, RED)]));
+        assert_ne!(seen, bare, "{dimension}D");
+    }
+}

@@ -157,10 +157,8 @@ fn sides(picture: &Picture, origin: DVec3, size: f64) -> Vec<Side> {
     let edge = |axis: usize| if domain.periodic[axis] { domain.edge(axis) } else { DVec3::AXES[axis] };
     for axis in (0..picture.dimension).filter(|axis| domain.periodic[*axis]) {
         let normal = edge((axis + 1) % 3).cross(edge((axis + 2) % 3)).normalize();
-        // Axes without bounds have no corner, but no part in the normal either.
-        let lower = DVec3::select(domain.lower.is_finite_mask(), domain.lower, DVec3::ZERO);
-        sides.push(plane(lower, normal, true));
-        sides.push(plane(lower + edge(axis), -normal, true));
+        sides.push(plane(domain.corner(), normal, true));
+        sides.push(plane(domain.corner() + edge(axis), -normal, true));
     }
     sides
 }

@@ -101,9 +101,14 @@ impl Domain {
         reach * DVec3::new(x.length(), 1.0_f64.hypot(slopes.x), 1.0)
     }
 
+    /// The lower corner, m; 0 along axes without bounds.
+    pub fn corner(&self) -> DVec3 {
+        DVec3::select(self.lower.is_finite_mask(), self.lower, DVec3::ZERO)
+    }
+
     /// A position brought into the tilted cell, where [`fold`](Domain::fold) leaves it in the box of the lengths.
     pub fn in_tilted_cell(&self, position: DVec3) -> DVec3 {
-        let straight = self.sheared_back(position - self.lower);
+        let straight = self.sheared_back(position - self.corner());
         let periods = (0..3).filter(|axis| self.periodic[*axis]);
         periods.fold(position, |x, axis| {
             let edge = self.edge(axis);
