@@ -144,7 +144,8 @@ pub fn study(args: &StudyArgs) -> anyhow::Result<ExitCode> {
     let studies = named.iter().map(|name| Ok((stem(name), read(name)?))).collect::<anyhow::Result<Vec<_>>>()?;
     listen()?;
     let mut failed = 0;
-    let mut page = "# Packings\n\nMade by `packstone study`. Values are means over seeds ± their standard errors.\n".to_owned();
+    let mut page =
+        "# Packings\n\nMade by `packstone study`. Values are means over seeds ± their standard errors.\n".to_owned();
     for (name, study) in &studies {
         let folder = args.out.join(name);
         if !args.only_page {
@@ -183,7 +184,9 @@ fn read(name: &str) -> anyhow::Result<Study> {
     };
     let study: Study = toml::from_str(&text).with_context(|| name.to_owned())?;
     for case in &study.cases {
-        if let Some(title) = case.published.keys().find(|title| study.columns.iter().all(|column| column.title != **title)) {
+        if let Some(title) =
+            case.published.keys().find(|title| study.columns.iter().all(|column| column.title != **title))
+        {
             bail!("{name}: case {:?}: published has {title:?}, which is no title of a column", case.name);
         }
     }
@@ -241,7 +244,9 @@ fn run_all(args: &StudyArgs, study: &Study, folder: &Path) -> anyhow::Result<usi
         // Where it was interrupted, it goes on.
         match place.join("partial").exists() {
             true => command.args(["--quiet", "run", "--resume"]).arg(&place),
-            false => command.args(["--quiet", "run"]).arg(&scene).arg("--out").arg(&place).args(["--engine", &args.engine]),
+            false => {
+                command.args(["--quiet", "run"]).arg(&scene).arg("--out").arg(&place).args(["--engine", &args.engine])
+            }
         };
         if !place.join("partial").exists() {
             let set = [case.overrides(seed), args.set.clone()].concat();
@@ -261,7 +266,8 @@ fn section(args: &StudyArgs, study: &Study, folder: &Path) -> anyhow::Result<Str
     let Study { title, text, columns, .. } = study;
     let mut out = format!("## {title}\n\n{}\n\n|  |", text.trim());
     let is_published = |column: &Column| study.cases.iter().any(|case| case.published.contains_key(&column.title));
-    let titles = columns.iter().flat_map(|column| [Some(&column.title[..]), is_published(column).then_some("published")]);
+    let titles =
+        columns.iter().flat_map(|column| [Some(&column.title[..]), is_published(column).then_some("published")]);
     let titles: Vec<&str> = titles.flatten().chain(["runs"]).collect();
     writeln!(out, " {} |\n|---|{}", titles.join(" | "), "---|".repeat(titles.len()))?;
     let mut missed = Vec::new();

@@ -326,17 +326,24 @@ fn doubts(s: &Simulation, sample: &Sample, ending: &Ending) -> Vec<String> {
             quantum / smallest
         )
     });
-    // What another run has left is told there.
-    let least = DEEP_OVERLAP.max(DEEPER * ending.inherited);
+    // Nobody looks for more, until an overlap is deeper than what another run has left.
+    let left = Some(ending.inherited).filter(|left| *left > DEEP_OVERLAP);
+    let least = left.map_or(DEEP_OVERLAP, |left| DEEPER * left);
     let deepest = ending.deepest.as_ref().filter(|deepest| deepest.over_radius > least);
     let deep = deepest.map(Deepest::to_string);
+    let unseen = left.map(|left| {
+        format!(
+            "the state that it began with had an overlap {left:.2} radii deep; its own are judged only where they are deeper than \
+             {least:.2} radii"
+        )
+    });
     let unsolved = s.solver_statistics().filter(|solved| solved.unconverged > 0).map(|solved| {
         format!(
             "{} of {} steps were not solved within solver.max_iterations: a contact had a residual of up to {:.1e}",
             solved.unconverged, solved.steps, solved.residual_max
         )
     });
-    [deep, unsolved, missed(assembly, sample, ending), coarse].into_iter().flatten().collect()
+    [unseen, deep, unsolved, missed(assembly, sample, ending), coarse].into_iter().flatten().collect()
 }
 
 /// Rest that was asked for and not reached.

@@ -126,8 +126,7 @@ fn bounds(balls: &[(DVec3, f64)], rods: &[Rod], dimension: usize) -> Option<(DVe
     let boxes = balls.iter().map(|&(center, radius)| (center - spread(radius), center + spread(radius)));
     let rods = rods.iter().filter(|rod| rod.ends.iter().all(|end| end.is_finite()));
     let ends = rods.flat_map(|rod| rod.ends.map(|end| (end - rod.radius, end + rod.radius)));
-    let ends =
-        ends.map(|(low, high)| if dimension == 2 { (low.with_z(0.0), high.with_z(0.0)) } else { (low, high) });
+    let ends = ends.map(|(low, high)| if dimension == 2 { (low.with_z(0.0), high.with_z(0.0)) } else { (low, high) });
     boxes.chain(ends).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 

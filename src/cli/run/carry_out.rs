@@ -73,7 +73,7 @@ pub fn carry_out(begun: Begun, args: &RunArgs, stage: Option<&str>) -> anyhow::R
     if let Some(error) = &spoilt {
         complain(format!("{error}; the last state is in {}", place.display()));
     }
-    let complete = spoilt.is_none() && matches!(end, End::Reached | End::TargetMet | End::AtRest);
+    let complete = spoilt.is_none() && matches!(end, End::Reached(_));
     let code = match end {
         End::Stopped(error) => {
             // If that was the error, it has been said.
@@ -83,8 +83,8 @@ pub fn carry_out(begun: Begun, args: &RunArgs, stage: Option<&str>) -> anyhow::R
             STOPPED
         }
         _ if spoilt.is_some() => STOPPED,
-        End::Reached | End::TargetMet | End::AtRest if args.strict && !summary.doubts.is_empty() => UNSURE,
-        End::Reached | End::TargetMet | End::AtRest => DONE,
+        End::Reached(_) if args.strict && !summary.doubts.is_empty() => UNSURE,
+        End::Reached(_) => DONE,
         End::Interrupted => INTERRUPTED,
     };
     Ok(Outcome { code, summary: Some(summary), place, complete })

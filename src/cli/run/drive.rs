@@ -33,6 +33,9 @@ pub struct SoFar {
     pub deepest: Option<Deepest>,
     #[serde(default)]
     pub inherited: f64,
+    /// What it has come to, if nothing but its results is left to be written.
+    #[serde(default)]
+    pub reached: Option<Goal>,
 }
 
 /// More snapshots than that are announced, files and bytes.
@@ -79,25 +82,38 @@ pub fn flood(assembly: &Assembly, schedule: &Schedule) -> Option<String> {
     })
 }
 
-/// Why a run is over.
-pub enum End {
-    /// The last step.
-    Reached,
+/// What a run is to come to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Goal {
+    LastStep,
     /// A strain or a fraction of the cell.
     TargetMet,
     /// Equilibrium.
     AtRest,
+}
+
+/// Why a run is over.
+pub enum End {
+    Reached(Goal),
     Interrupted,
     /// By an error.
     Stopped(Error),
 }
 
-impl End {
-    pub fn label(&self) -> &'static str {
+impl Goal {
+    pub fn label(self) -> &'static str {
         match self {
-            End::Reached => "last step",
-            End::TargetMet => "target met",
-            End::AtRest => "at rest",
+            Goal::LastStep => "last step",
+            Goal::TargetMet => "target met",
+            Goal::AtRest => "at rest",
+        }
+    }
+}
+
+impl End {
+    fn label(&self) -> &'static str {
+        match self {
+            End::Reached(goal) => goal.label(),
             End::Interrupted => "interrupted",
             End::Stopped(_) => "error",
         }
@@ -130,6 +146,8 @@ pub struct Run {
     pub deepest: Option<Deepest>,
     /// The deepest overlap of the state of another run that it began with, over the radius: not its own.
     pub inherited: f64,
+    /// What it has come to; None as long as it has steps to do.
+    pub reached: Option<Goal>,
     /// Steps of a chunk that take about as long as [`CHUNK`].
     most_steps: u64,
     /// When the last row was written, and what it says.
@@ -152,6 +170,7 @@ impl Run {
             saved: None,
             deepest: None,
             inherited: 0.0,
+            reached: None,
             most_steps: 1,
             row: (start, None),
             stable_overlap: if assembly.solver.allow_unstable { f64::INFINITY } else { simulation.stable_overlap() },
@@ -160,6 +179,10 @@ impl Run {
     }
 
     pub fn drive(&mut self) -> packstone::Result<End> {
+        if let Some(goal) = self.reached {
+            // Its results were not all written.
+            return Ok(End::Reached(goal));
+        }
         let mut progress = Progress::start(&self.simulation, self.schedule.end);
         let end = loop {
             match self
@@ -176,6 +199,9 @@ impl Run {
             }
         };
         progress.finish(&self.simulation);
+        if let End::Reached(goal) = end {
+            self.reached = Some(goal);
+        }
         Ok(end)
     }
 
@@ -198,9 +224,9 @@ impl Run {
         }
         Ok(match () {
             () if fault.is_some() => fault.map(End::Stopped),
-            () if met || last && self.ends_at_target() => Some(End::TargetMet),
-            () if at_rest => Some(End::AtRest),
-            () if last => Some(End::Reached),
+            () if met || last && self.ends_at_target() => Some(End::Reached(Goal::TargetMet)),
+            () if at_rest => Some(End::Reached(Goal::AtRest)),
+            () if last => Some(End::Reached(Goal::LastStep)),
             () if interrupted() => Some(End::Interrupted),
             () => None,
         })
@@ -228,9 +254,10 @@ impl Run {
 
     /// Write one. What is due at this step has been done.
     pub fn checkpoint(&mut self) -> packstone::Result<()> {
-        let Run { simulation, results, schedule, deepest, inherited, .. } = self;
+        let Run { simulation, results, schedule, inherited, reached, .. } = self;
         let wall_seconds = self.earlier + self.start.elapsed().as_secs_f64();
-        let so_far = SoFar { schedule: *schedule, wall_seconds, deepest: deepest.clone(), inherited: *inherited };
+        let deepest = self.deepest.clone();
+        let so_far = SoFar { schedule: *schedule, wall_seconds, deepest, inherited: *inherited, reached: *reached };
         results.checkpoint(|path| simulation.save(path, &so_far))?;
         (self.checkpointed, self.saved) = (Instant::now(), Some(simulation.step()));
         Ok(())
@@ -330,9 +357,7 @@ impl Run {
     }
 
     fn has_met_target(&self, sample: &Sample) -> bool {
-        let met = |cell: CellSample| {
-            self.simulation.assembly().has_target_of_servo(cell.strain(), cell.solid_fraction)
-        };
+        let met = |cell: CellSample| self.simulation.assembly().has_target_of_servo(cell.strain(), cell.solid_fraction);
         sample.cell.is_some_and(met)
     }
 
@@ -356,21 +381,23 @@ impl Run {
         let (step, time) = (self.simulation.step(), self.simulation.time());
         let of_now = self.row.1.filter(|sample| sample.step == step);
         let sample = of_now.map_or_else(|| self.sample(), Ok)?;
-        let mut row = match of_now {
-            Some(_) => None,
-            None => Some((self.rate(&sample), self.simulation.wall_loads()?)),
+        let mut row = match self.schedule.history.past().last() == Some(step) {
+            true => None,
+            false => Some((self.rate(&sample), self.simulation.wall_loads()?)),
         };
         let end = match end {
-            End::Reached | End::TargetMet | End::Interrupted => self.fault(&sample).map_or(end, End::Stopped),
+            End::Reached(Goal::LastStep | Goal::TargetMet) | End::Interrupted => {
+                self.fault(&sample).map_or(end, End::Stopped)
+            }
             end => end,
         };
         let (converged, stopped) = match &end {
-            End::Reached | End::TargetMet | End::AtRest => (self.is_at_rest(&sample), None),
+            End::Reached(_) => (self.is_at_rest(&sample), None),
             End::Interrupted => (false, Some(format!("interrupted at step {step}"))),
             End::Stopped(error) => (false, Some(error.to_string())),
         };
         let (grains, clumps) = (self.simulation.grains()?, self.simulation.clumps()?);
-        let target_met = matches!(end, End::TargetMet);
+        let target_met = matches!(end, End::Reached(Goal::TargetMet));
         let ended = stopped.clone().unwrap_or_else(|| end.label().to_owned());
         let deepest = self.deepest.take();
         let inherited = self.inherited;
@@ -392,7 +419,7 @@ impl Run {
             spoilt = spoilt.or(Some(error));
             results.elsewhere()?;
         }
-        let complete = spoilt.is_none() && matches!(end, End::Reached | End::TargetMet | End::AtRest);
+        let complete = spoilt.is_none() && matches!(end, End::Reached(_));
         let place = results.place().to_owned();
         let (place, unclosed) = match results.close(&ended, complete) {
             Ok(place) => (place, None),
