@@ -54,10 +54,16 @@ fn servo(@builtin(local_invocation_index) lane: u32) {
     let shear_rate = clamp(cell.steady_shear_rate + shear_step, -most_above, most_above);
     let controlled = params.controlled > Vec();
     let controlled_above = params.controlled_above > Spin();
-    // A rate at its limit says nothing of what the other components do to the stress.
+    // It begins where the stress has come close to its target: before, all that is missing would add up. And a rate at its
+    // limit says nothing of what the other components do to the stress.
     let recall = params.servo_recall;
-    cell.steady_rate += select(Vec(), recall * step, controlled & (abs(rate) < most));
-    cell.steady_shear_rate += select(Spin(), recall * shear_step, controlled_above & (abs(shear_rate) < most_above));
+    let close = abs(missing) < Vec(params.servo_band);
+    let close_above = abs(stress_above - params.stress_above) < Spin(params.servo_band);
+    let holds = close | (cell.steady_rate != Vec());
+    let holds_above = close_above | (cell.steady_shear_rate != Spin());
+    cell.steady_rate += select(Vec(), recall * step, controlled & holds & (abs(rate) < most));
+    cell.steady_shear_rate +=
+        select(Spin(), recall * shear_step, controlled_above & holds_above & (abs(shear_rate) < most_above));
     cell.rate = select(cell.rate, rate, controlled);
     cell.shear_rate = select(cell.shear_rate, shear_rate, controlled_above);
     cell.largest_rate = sqrt(dot(cell.rate, cell.rate) + spin_squared(cell.shear_rate));

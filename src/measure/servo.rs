@@ -26,15 +26,18 @@ pub fn servo(s: &mut State) {
     let step = -(DVec3::splat(mean / (count + 2.0)) + 0.5 * (missing - DVec3::splat(mean))) / rigidity;
     let shear_step = (stress_above - p.stress_above.0) / rigidity;
     let most = DVec3::splat(p.most_rate);
-    // A rate at its limit says nothing of what the other components do to the stress.
-    let set = |controlled: DVec3, now: &mut DVec3, steady: &mut DVec3, step: DVec3| {
+    // It begins where the stress has come close to its target: before, all that is missing would add up. And a rate at its
+    // limit says nothing of what the other components do to the stress.
+    let set = |controlled: DVec3, missing: DVec3, now: &mut DVec3, steady: &mut DVec3, step: DVec3| {
         let controlled = controlled.cmpgt(DVec3::ZERO);
         let rate = (*steady + step).clamp(-most, most);
-        *steady += DVec3::select(controlled & rate.abs().cmplt(most), p.servo_recall * step, DVec3::ZERO);
+        let holds = missing.abs().cmplt(DVec3::splat(p.servo_band)) | steady.cmpne(DVec3::ZERO);
+        *steady += DVec3::select(controlled & holds & rate.abs().cmplt(most), p.servo_recall * step, DVec3::ZERO);
         *now = DVec3::select(controlled, rate, *now);
     };
-    set(p.controlled, &mut cell.rate, &mut cell.steady_rate, step);
-    set(p.controlled_above.0, &mut cell.shear_rate.0, &mut cell.steady_shear_rate.0, shear_step);
+    let missing_above = stress_above - p.stress_above.0;
+    set(p.controlled, missing, &mut cell.rate, &mut cell.steady_rate, step);
+    set(p.controlled_above.0, missing_above, &mut cell.shear_rate.0, &mut cell.steady_shear_rate.0, shear_step);
     cell.largest_rate = (cell.rate.length_squared() + spin_squared(cell.shear_rate.0)).sqrt();
     (cell.stress, cell.stress_above) = (stress, Spin(stress_above));
 }

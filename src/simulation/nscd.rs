@@ -33,10 +33,12 @@ const FALLEN: f64 = 0.7;
 /// Passes without a fall after which there may be none any more.
 const PATIENCE: u32 = 16;
 
-/// In a step that takes long, it is asked about as often whether to give it up; a step is given up only after one that
-/// took half of [`SLOW`], or as the first.
+/// In a step that may take longer than [`SLOW`], it is asked about as often whether to give it up.
 const PAUSE: Duration = Duration::from_millis(250);
 const SLOW: Duration = Duration::from_millis(500);
+
+/// What can be given up has to be kept as it was before, which may take this part of a step.
+const CHEAP: f64 = 0.1;
 
 /// Most solutions of a step on the host, each with the pairs that the one before has brought together.
 const HOST_ROUNDS: u32 = 16;
@@ -97,14 +99,18 @@ pub struct Nscd {
     /// Of the last step; the last entry is what it ended with.
     pub residual_history: Vec<ResidualRecord>,
     pub interrupted: fn() -> bool,
-    /// Whether the next step may take long.
-    slow: bool,
+    /// Whether the next step is one that can be given up.
+    keeps_before: bool,
+    /// How long it took to keep what was there before a step.
+    kept_in: Duration,
 }
 
 impl Nscd {
     pub fn new(relaxation: Relaxation, interrupted: fn() -> bool) -> Nscd {
         let statistics = SolverStatistics::default();
-        Nscd { relaxation, statistics, residual_history: Vec::new(), interrupted, slow: true }
+        let residual_history = Vec::new();
+        // Of the first step nothing is known.
+        Nscd { relaxation, statistics, residual_history, interrupted, keeps_before: true, kept_in: Duration::ZERO }
     }
 
     /// One step: whether it is done. If not it was interrupted, and nothing has changed.
@@ -127,8 +133,15 @@ impl Nscd {
         self.statistics.add(passes, &end, solved);
         lists.serve_step();
         runner.step += 1;
-        self.slow = begin.elapsed() >= SLOW;
+        self.keeps_before = self.may_take_long(begin.elapsed(), passes);
         Ok(true)
+    }
+
+    /// Whether the step after one that took so long and so many passes is to be kept: an impact may make it as many passes
+    /// as it may have.
+    fn may_take_long(&self, took: Duration, passes: u32) -> bool {
+        let longest = took.as_secs_f64() * f64::from(self.relaxation.max_iterations) / f64::from(passes.max(1));
+        took >= SLOW || longest >= SLOW.as_secs_f64() && self.kept_in.as_secs_f64() <= CHEAP * took.as_secs_f64()
     }
 }
 
@@ -329,8 +342,10 @@ impl Step<'_> {
 
     /// Before the first pass, of which nothing has been submitted yet.
     fn keep(&mut self) -> Result<()> {
-        if self.nscd.slow {
+        if self.nscd.keeps_before {
+            let begin = Instant::now();
             self.before = Some(Before::of(self.runner)?);
+            self.nscd.kept_in = begin.elapsed();
         }
         Ok(())
     }

@@ -185,8 +185,12 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> (Params, Vec<Level>) {
 /// Steps from one look of the servo of the cell to the next: few beside the time in which grains answer.
 const SERVO_STEPS: u32 = 10;
 
+/// Where a steady rate begins to hold a stress: over the largest target.
+const CLOSE_STRESS: f64 = 0.05;
+
 /// Time in which the servo makes up for what other components do to a stress, over that in which it makes up for what is
-/// missing. The stress goes beyond its target by the inverse of it, of what is missing as the rate comes below its limit.
+/// missing, if the packing is as stiff as it is taken for. The stress goes beyond its target by [`CLOSE_STRESS`] over this
+/// number and over the stiffness that the packing has in truth, which is 1/20 near jamming.
 const INTEGRAL_TIME: f64 = 200.0;
 
 /// Rates over their limit that the servo still tells apart: there is hardly a contact then.
@@ -201,6 +205,7 @@ fn set_servo(p: &mut Params, assembly: &Assembly) {
     (p.controlled, p.controlled_above) = halves(controlled);
     p.servo_time = p.dt / assembly.cell.gain;
     p.servo_recall = f64::from(SERVO_STEPS) * assembly.cell.gain / INTEGRAL_TIME;
+    p.servo_band = CLOSE_STRESS * assembly.cell.largest_stress();
     p.most_rate = assembly.most_rate();
     p.least_rigidity = assembly.cell.largest_stress() / (STEEPEST_APPROACH * p.most_rate).max(f64::MIN_POSITIVE);
     p.servo_steps = SERVO_STEPS;

@@ -245,6 +245,7 @@ record!(
         controlled_above: Spin,
         servo_time: f64 [Time],
         servo_recall: f64,
+        servo_band: f64 [Stress],
         most_rate: f64 [Rate],
         least_rigidity: f64 [Viscosity],
         dt: f64 [Time],
