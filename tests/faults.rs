@@ -288,12 +288,13 @@ fn one_run_at_a_time_has_a_folder() {
     }
     fs::create_dir(place.path("cut/partial/.packstone")).unwrap();
     fs::write(place.path("cut/partial/.packstone/lock"), "").unwrap();
-    fs::write(place.path("cut/partial/notes.txt"), "mine").unwrap();
+    fs::create_dir(place.path("cut/partial/mine")).unwrap();
+    fs::write(place.path("cut/partial/mine/notes.txt"), "mine").unwrap();
     for name in ["final.csv", "final.bin", "summary.json", "packstone.pvd", "snapshot_000000.vtp"] {
         fs::remove_file(place.path("cut").join(name)).unwrap();
     }
     place.packstone(&["run", "--resume=cut", "--steps=60"], 0);
-    assert_eq!(place.text("cut/partial.1/notes.txt"), "mine");
+    assert_eq!(place.text("cut/partial.1/mine/notes.txt"), "mine");
     place.run(&["--out=cut"], 0);
     place.run(&[], 0);
 }

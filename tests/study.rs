@@ -75,7 +75,16 @@ fn a_fraction_is_prepared_and_loaded_under_a_servo() {
     assert!(before < 0.83 && (0.83..0.84).contains(&last), "{before} {last}");
     // A strain that the servo makes.
     assert_eq!(of("load")["ended"], "target met");
-    let names = ["strain_xx", "strain_yy", "volumetric_strain", "stress_xx", "stress_yy", "stress_xy", "pressure", "deviatoric_stress"];
+    let names = [
+        "strain_xx",
+        "strain_yy",
+        "volumetric_strain",
+        "stress_xx",
+        "stress_yy",
+        "stress_xy",
+        "pressure",
+        "deviatoric_stress",
+    ];
     let load = columns(&place, "o/stages/load/history.csv", names);
     let [xx, yy, volume, stress_xx, stress_yy, stress_xy, pressure, deviator] = load[load.len() - 1];
     assert!((0.01..0.02).contains(&xx) && yy < -0.005, "{xx} {yy}");
@@ -143,7 +152,11 @@ fn studies_are_means_of_runs_that_are_done_once() {
     let page = place.text("page.md");
     assert!(page.contains("|  | energy | steps | published | runs |"), "{page}");
     assert!(page.contains("| as it is |") && page.contains("| 20.0000 ± 0.0000 | 20 (nobody) | 2 of 2 |"), "{page}");
-    assert!(page.contains("| no rest |  |  |  | 0 of 2 |") && page.contains("Not counted: no rest, seed 1: stop.equilibrium"), "{page}");
+    assert!(
+        page.contains("| no rest |  |  |  | 0 of 2 |")
+            && page.contains("Not counted: no rest, seed 1: stop.equilibrium"),
+        "{page}"
+    );
     // Free fall: all have the same.
     let [row] = &columns(&place, "s/fall/as_it_is/seed_1/history.csv", ["step"])[..1] else { unreachable!() };
     assert_eq!(row, &[0.0]);

@@ -375,8 +375,12 @@ impl Run {
             if !matches!(error, Error::Io { .. }) {
                 return Err(error);
             }
-            spoilt = spoilt.or(Some(error));
-            self.results.elsewhere()?;
+            // That is the one to report.
+            let first = spoilt.unwrap_or(error);
+            if self.results.elsewhere().is_err() {
+                return Err(first);
+            }
+            spoilt = Some(first);
         }
         let (step, time) = (self.simulation.step(), self.simulation.time());
         let of_now = self.row.1.filter(|sample| sample.step == step);
@@ -416,8 +420,11 @@ impl Run {
                 row = None;
             }
             let Err(error) = written.and_then(|()| results.finish(&summary, &moment, &packing)) else { break };
-            spoilt = spoilt.or(Some(error));
-            results.elsewhere()?;
+            let first = spoilt.unwrap_or(error);
+            if results.elsewhere().is_err() {
+                return Err(first);
+            }
+            spoilt = Some(first);
         }
         let complete = spoilt.is_none() && matches!(end, End::Reached(_));
         let place = results.place().to_owned();
