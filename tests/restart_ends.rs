@@ -12,7 +12,7 @@ use packstone::{
     prelude::*,
     simulation::{Checkpoint, Options, Simulation},
 };
-use place::Place;
+use place::{Place, errors};
 use std::{fs, path::Path};
 
 const SETTLE: &str = r#"
@@ -209,6 +209,14 @@ fn the_state_before_a_lost_grain_is_whole() {
         let text = SETTLE.replace("name = \"bin\"", &format!("name = \"bin\"\n{motion}")).replace("1e5", "2e4");
         let text = text.replace("damping = 100", "").replace("[output]", "[output]\nworks = true") + bullet;
         is_whole(&Scene::parse(&text, "scene.toml", Path::new(""), &[]).unwrap().assemble().unwrap());
+        // What slid before is not known any more, and is no number.
+        let place = Place::new(&text);
+        let said = errors(&place.run(&["--out=out"], 1));
+        assert!(said.contains("grain 0 has left the domain"), "{said}");
+        let rows: Vec<Vec<String>> =
+            place.text("out/history.csv").lines().map(|row| row.split(',').map(str::to_owned).collect()).collect();
+        let unknown = rows.last().unwrap().iter().zip(&rows[0]).filter(|(number, _)| *number == "NaN");
+        assert_eq!(unknown.map(|(_, name)| name).collect::<Vec<_>>(), ["dissipation"]);
     }
 }
 
@@ -233,6 +241,21 @@ fn is_whole(assembly: &Assembly) {
         assert_same(&mut again, &mut whole, bench.name);
         assert_eq!(again.advance_chunk(1).unwrap_err().to_string(), reason.to_string());
         assert_same(&mut again, &mut whole, bench.name);
+        // Another run that begins with that state has the same springs.
+        let contacts = again.contact_history().unwrap();
+        let mut other = assembly.clone();
+        (other.grains, other.walls) = (again.grains().unwrap(), again.walls().unwrap());
+        other.walls.iter_mut().for_each(|wall| wall.motion = Default::default());
+        other.solver.allow_overlap = true;
+        let wanted = whole.sample().unwrap().elastic_energy;
+        let [with, without] = [again.remembers_now(), false].map(|of_now| {
+            let begun = Simulation::with_history(other.clone(), bench.options(), &contacts, of_now).unwrap();
+            let (mut begun, kept) = begun;
+            assert!(kept > 8, "{kept} contacts");
+            (begun.sample().unwrap().elastic_energy / wanted - 1.0).abs()
+        });
+        println!("{}: elastic energy is {with:e} off, and {without:e} if springs were stretched again", bench.name);
+        assert!(with < 2e-5 && 10.0 * with < without, "{}: {with:e}, {without:e}", bench.name);
     }
 }
 

@@ -384,7 +384,11 @@ impl Run {
         }
         let (step, time) = (self.simulation.step(), self.simulation.time());
         let of_now = self.row.1.filter(|sample| sample.step == step);
-        let sample = of_now.map_or_else(|| self.sample(), Ok)?;
+        let mut sample = of_now.map_or_else(|| self.sample(), Ok)?;
+        if self.simulation.remembers_now() {
+            // What has slid in the step before cannot be seen any more.
+            sample.dissipation = f64::NAN;
+        }
         let mut row = match self.schedule.history.past().last() == Some(step) {
             true => None,
             false => Some((self.rate(&sample), self.simulation.wall_loads()?)),
