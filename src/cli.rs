@@ -81,8 +81,21 @@ fn select(cli: &Cli) -> packstone::Result<()> {
     }
 }
 
+/// A file that has grown as long as the system lets it (`ulimit -f`) is an error in writing, not the end of the program
+/// without a word.
+#[cfg(unix)]
+fn outlive_limits() {
+    use signal_hook::{consts::SIGXFSZ, flag};
+    // A signal that somebody listens to ends nothing; where that cannot be had it is as it was.
+    let _ = flag::register(SIGXFSZ, std::sync::Arc::default());
+}
+
+#[cfg(not(unix))]
+fn outlive_limits() {}
+
 /// Run the command of the arguments.
 pub fn main() -> ExitCode {
+    outlive_limits();
     let cli = Cli::parse();
     if cli.quiet {
         be_quiet();

@@ -45,6 +45,7 @@ pub use record::{Kept, Machine, Record, Resumed, Written, cpu_name};
 pub use rows::read_rows;
 pub use stages::{Kept as KeptStages, Stages};
 use std::{
+    collections::BTreeSet,
     fs,
     io::{self, Write},
     path::{Path, PathBuf},
@@ -96,14 +97,14 @@ impl Results {
         Ok(Results::new(folder, assembly, record, history, Vec::new()))
     }
 
-    /// Go on with the result in `from`, one of [`folder::resumable`]: with so many rows of the history, and with these
-    /// snapshots (steps, and times in s). Later rows and snapshots are removed.
+    /// Go on with the result in `from`, one of [`folder::resumable`]: with the rows of the history of these steps, and with
+    /// these snapshots (steps, and times in s). Other rows and later snapshots are removed.
     pub fn resume(
         folder: &Path,
         from: &Path,
         assembly: &Assembly,
         resumed: Resumed,
-        rows: u64,
+        rows: BTreeSet<u64>,
         snapshots: Vec<(u64, f64)>,
     ) -> Result<Results> {
         let mut folder = Folder::open(folder)?;
@@ -113,11 +114,16 @@ impl Results {
             let from = Record::read(from).map(|record| (record, from)).ok_or_else(|| no_record(from))?;
             folder.begin(|_, new| {
                 copy(from, new)?;
-                csv::History::resume(&new.join(HISTORY), &assembly.walls, rows).map(drop)
+                csv::History::resume(&new.join(HISTORY), &assembly.walls, &rows).map(drop)
             })?;
         }
         let mut record = Record::read(&place).ok_or_else(|| no_record(&place))?;
-        let history = csv::History::resume(&place.join(HISTORY), &assembly.walls, rows)?;
+        let (history, missing) = csv::History::resume(&place.join(HISTORY), &assembly.walls, &rows)?;
+        if missing > 0 {
+            let (path, of) = (place.join(HISTORY), rows.len());
+            let path = path.display();
+            folder.notices.push(format!("{path}: {missing} of {of} rows are gone; it goes on without them"));
+        }
         for name in record::names(&place)? {
             let later = snapshot_number(&name).is_some_and(|number| number >= snapshots.len());
             if later || name == SERIES {

@@ -257,7 +257,7 @@ impl Simulation {
         // Lists without entries leave no history.
         let counted = present(&runner.state.model, &[&LIST_START, &ROTATION_ITERATIONS]);
         runner.execute(&counted.into_iter().map(Op::Clear).collect::<Vec<_>>(), 1)?;
-        (runner.step, runner.remembering) = (0, false);
+        (runner.step, runner.remembering, runner.springs_of_now) = (0, false, false);
         self.deep_overlap = None;
         if let Stepper::Nscd(nscd) = stepper {
             *nscd = Nscd::new(nscd.relaxation, nscd.interrupted);
@@ -299,9 +299,19 @@ impl Simulation {
         let Simulation { plans, runner, lists, works, .. } = self;
         let steps = works.as_ref().map_or(steps, |works| steps.min(works.steps_left(runner.step)));
         let done = match &mut self.stepper {
-            Stepper::Dem => dem::advance(plans, runner, lists, steps)?,
-            Stepper::Nscd(nscd) => nscd.advance(plans, runner, lists).map(u64::from)?,
+            Stepper::Dem => dem::advance(plans, runner, lists, steps),
+            Stepper::Nscd(nscd) => nscd.advance(plans, runner, lists).map(u64::from),
         };
+        let done = match done {
+            Err(error) if self.runner.springs_of_now && self.works.is_some() => {
+                // They have been added up for the step that was taken back, too.
+                let sample = self.sample()?;
+                self.works.iter_mut().for_each(|works| works.take_back(&self.runner, &sample));
+                return Err(error);
+            }
+            done => done?,
+        };
+        let Simulation { plans, runner, works, .. } = self;
         if let Some(works) = works {
             works.keep_up(runner, &plans.forget_works)?;
         }
@@ -415,6 +425,11 @@ impl Simulation {
     /// s
     pub fn time(&self) -> f64 {
         self.step() as f64 * self.dt()
+    }
+    /// Whether what contacts remember is of this step, and not of the one before: it is after a step of the discrete element
+    /// method was taken back, which has lost a grain.
+    pub fn remembers_now(&self) -> bool {
+        self.runner.springs_of_now
     }
     /// Chunks that were done again with longer lists, or ended early because a grain came to the end of the lists'
     /// reach.

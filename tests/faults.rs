@@ -272,8 +272,48 @@ fn one_run_at_a_time_has_a_folder() {
     let output = place.run(&[], 2);
     let wanted = format!("error: out/scene: process {} is writing its results there", running.0.id());
     assert!(errors(&output).starts_with(&wanted), "{output:?}");
+    // What it writes at present is a part of that, and so is what would be in it.
+    for within in [["--resume", "out/scene/partial"], ["--out", "out/scene/partial"], ["--out", "out/scene/stages/one"]]
+    {
+        let run: &[&str] = if within[0] == "--out" { &["run", "scene.toml", "--engine=cpu"] } else { &["run"] };
+        let said = place.errors(&[run, &within[..]].concat(), 2);
+        assert!(said.contains("/out/scene: process ") && said.contains("is writing its results there"), "{said}");
+    }
     running.kill();
+    // Whoever goes on with it there leaves nothing that is in the way.
+    place.run(&["--steps=50", "--set=output.checkpoint=1e-9", "--out=cut"], 0);
+    fs::create_dir(place.path("cut/partial")).unwrap();
+    for name in ["run.json", "scene.toml", "checkpoint.bin", "history.csv"] {
+        fs::rename(place.path("cut").join(name), place.path("cut/partial").join(name)).unwrap();
+    }
+    fs::create_dir(place.path("cut/partial/.packstone")).unwrap();
+    fs::write(place.path("cut/partial/.packstone/lock"), "").unwrap();
+    fs::create_dir(place.path("cut/partial/mine")).unwrap();
+    fs::write(place.path("cut/partial/mine/notes.txt"), "mine").unwrap();
+    for name in ["final.csv", "final.bin", "summary.json", "packstone.pvd", "snapshot_000000.vtp"] {
+        fs::remove_file(place.path("cut").join(name)).unwrap();
+    }
+    place.packstone(&["run", "--resume=cut", "--steps=60"], 0);
+    assert_eq!(place.text("cut/partial.1/mine/notes.txt"), "mine");
+    place.run(&["--out=cut"], 0);
     place.run(&[], 0);
+}
+
+/// Files may be no longer than that.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_limit_of_files_is_an_error() {
+    let place = Place::new(DISKS);
+    let line = format!(
+        "ulimit -f 40; exec {} run scene.toml --engine=cpu --steps=100000 --set=output.history=1e-9",
+        env!("CARGO_BIN_EXE_packstone")
+    );
+    let mut command = Command::new("sh");
+    let command = command.current_dir(place.folder()).env("TMPDIR", place.temporary()).args(["-c", &line]);
+    let output = command.output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    assert!(errors(&output).contains("File too large"), "{output:?}");
+    check_history(&place.text("out/scene/partial/history.csv"));
 }
 
 #[test]

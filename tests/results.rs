@@ -82,8 +82,9 @@ fn a_result_goes_on_where_it_was() {
         let mut simulation = Simulation::new(assembly.clone(), options).unwrap();
         simulation.advance(2).unwrap();
         let snapshots: Vec<_> = (0..=2).map(|step| (step, step as f64 * simulation.dt())).collect();
+        let rows = (0..=2).collect();
         let resumed = Resumed { start: "now".to_owned(), command: Vec::new(), step: 2 };
-        let mut results = Results::resume(&folder, &from[0], &assembly, resumed, 3, snapshots).unwrap();
+        let mut results = Results::resume(&folder, &from[0], &assembly, resumed, rows, snapshots).unwrap();
         assert_eq!(files(&folder), before, "what is in place stays until the new result is whole");
         assert_eq!(results.snapshots().len(), 3);
         simulation.advance(1).unwrap();

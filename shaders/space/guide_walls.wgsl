@@ -7,7 +7,8 @@ var<storage, read> halt: u32;
 @compute @workgroup_size(WG)
 fn guide_walls(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let w = linear(gid, groups);
-    if (w >= params.walls || halt >= HALTED) {
+    // A step that has lost a body will be taken back.
+    if (w >= params.walls || halt >= HALTED || atomicLoad(&counters.lost_body) > 0u) {
         return;
     }
     let now = wall[w];

@@ -21,6 +21,8 @@ pub struct From {
     pub assembly: Assembly,
     /// What contacts remember that there are in both.
     contacts: Vec<ContactHistory>,
+    /// Whether that is of this state, and not of a step before.
+    of_now: bool,
     /// How many there were in the run.
     of: usize,
     /// Whether the method is the same.
@@ -44,7 +46,7 @@ impl From {
         let shifts: Vec<Shift> =
             started.walls.iter().zip(&walls).map(|(before, now)| Shift::between(before, now)).collect();
         let contacts = simulation.contact_history()?;
-        let domain = simulation.domain()?;
+        let (domain, of_now) = (simulation.domain()?, simulation.remembers_now());
         // With the grains that there are now.
         let old = simulation.assembly().clone();
         drop(simulation);
@@ -97,12 +99,12 @@ impl From {
             Some(ContactHistory { grain: first as u32 + contact.grain, other, ..*contact })
         };
         let placed = contacts.iter().filter(|_| alike).filter_map(place).collect();
-        Ok(From { scene, assembly, contacts: placed, of: contacts.len(), alike, _temporary: temporary })
+        Ok(From { scene, assembly, contacts: placed, of_now, of: contacts.len(), alike, _temporary: temporary })
     }
 
     /// The simulation that goes on. How much of what contacts remember it could take is said.
     pub fn simulation(&self, options: Options) -> packstone::Result<Simulation> {
-        let (simulation, kept) = Simulation::with_history(self.assembly.clone(), options, &self.contacts)?;
+        let (simulation, kept) = Simulation::with_history(self.assembly.clone(), options, &self.contacts, self.of_now)?;
         let why = match () {
             () if !self.alike => ", as the method is another",
             () if kept == 0 => ", as the law of contact has none, or nothing touches any more",

@@ -35,13 +35,19 @@ pub fn last<T>(
     for from in folders {
         let checkpoints = names.iter().map(|name| from.join(name));
         let there: Vec<_> = checkpoints.filter(|path| path.exists()).collect();
-        if there.is_empty() {
-            warn(format!("{}: the run was killed before its first checkpoint", from.display()));
-            continue;
-        }
         let no_record = || Error::Folder(format!("{}: has no {}", from.display(), names::RUN));
         let Record { scene_as_run, scene_as_given: given, .. } = Record::read(from).ok_or_else(no_record)?;
         let scene = Scene::load(&from.join(scene_as_run.ok_or_else(no_record)?), set)?;
+        if there.is_empty() {
+            warn(match scene.has_checkpoints() {
+                true => format!("{}: the run was killed before its first checkpoint", from.display()),
+                false => format!(
+                    "{}: its scene has output.checkpoint = 0, so that the run has no checkpoint",
+                    from.display()
+                ),
+            });
+            continue;
+        }
         let assembly = scene.assemble()?;
         for (k, path) in there.iter().enumerate() {
             match Checkpoint::open(path).and_then(|checkpoint| make(path, checkpoint, &assembly)) {

@@ -8,7 +8,11 @@ mod staged;
 use super::common::{about, stem};
 use begin::{Begun, resume, start};
 use carry_out::carry_out;
-use packstone::{Error, io::Folder, scene::Scene};
+use packstone::{
+    Error,
+    io::{Folder, folder},
+    scene::Scene,
+};
 use staged::Staged;
 use std::{
     path::{Path, PathBuf},
@@ -27,6 +31,7 @@ enum Run {
 pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let named = args.scene.as_ref().or(args.resume.as_ref());
     let of_scene = |error| named.map_or_else(|| unreachable!("clap asks for one of them"), |name| about(name, error));
+    let _around = args.resume.as_ref().or(args.out.as_ref()).map(|folder| folder::lock_around(folder)).transpose()?;
     match begin(args).map_err(of_scene)? {
         Run::InOneGo(begun) => carry_out(*begun, args, None).map(|outcome| ExitCode::from(outcome.code)),
         Run::InStages(staged) => staged.run(args),
@@ -62,7 +67,8 @@ fn begin(args: &RunArgs) -> anyhow::Result<Run> {
         for stage in scene.stages() {
             set.extend(args.stop().iter().map(|stop| format!("stage.{}.{stop}", stage.name)));
         }
-        let scene = Scene::load(file, &set)?;
+        // What comes out of a pipe can be read once.
+        let scene = if args.stop().is_empty() { scene } else { Scene::load(file, &set)? };
         return Ok(Run::InStages(Box::new(Staged::new(args, file, &folder, scene, check)?)));
     }
     if let Some(stage) = args.only.as_ref().or(args.from_stage.as_ref()) {

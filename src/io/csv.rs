@@ -11,6 +11,7 @@ use crate::{
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::{
+    collections::BTreeSet,
     fs::{self, File, OpenOptions},
     io::{self, Read, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
@@ -38,25 +39,27 @@ impl History {
         Ok(History { path: path.to_owned(), file: create(path).map_err(at(path))?, walls, length: 0 })
     }
 
-    /// Go on after so many rows.
-    pub(super) fn resume(path: &Path, walls: &[Wall], rows: u64) -> Result<History> {
+    /// Go on after the rows of these steps, as many of them as are there; all others go. Returns how many are missing.
+    pub(super) fn resume(path: &Path, walls: &[Wall], steps: &BTreeSet<u64>) -> Result<(History, usize)> {
+        if !is_file(path).map_err(at(path))? {
+            return Ok((History::create(path, walls)?, steps.len()));
+        }
         let text = fs::read_to_string(path).map_err(at(path))?;
-        let lines: Vec<&str> = text.split_inclusive('\n').filter(|line| line.ends_with('\n')).collect();
-        // The first is that of the names.
-        let needed = if rows == 0 { 0 } else { rows as usize + 1 };
-        let Some(lines) = lines.get(..needed) else {
-            let message = format!("has {} of {rows} rows that were there", lines.len().saturating_sub(1));
-            return Err(at(path)(io::Error::other(message)));
+        let mut left = steps.clone();
+        let mut is_kept = |line: &&str| {
+            let step = line.split(',').next().unwrap_or_default();
+            let is_head = line.ends_with('\n') && !steps.is_empty() && line.starts_with("step,");
+            is_head || line.ends_with('\n') && step.parse().is_ok_and(|step| left.remove(&step))
         };
-        let length = lines.iter().map(|line| line.len() as u64).sum();
-        is_file(path)
-            .and_then(|_| OpenOptions::new().read(true).write(true).open(path))
-            .and_then(|file| file.set_len(length).map(|()| file))
-            .map(|file| {
-                let walls = walls.iter().map(|wall| wall.name.clone()).collect();
-                History { path: path.to_owned(), file, walls, length }
-            })
-            .map_err(at(path))
+        let kept: String = text.split_inclusive('\n').filter(|line| is_kept(line)).collect();
+        if !text.starts_with(&kept) {
+            write(path, |file| file.write_all(kept.as_bytes()))?;
+        }
+        let length = kept.len() as u64;
+        let file = OpenOptions::new().read(true).write(true).open(path);
+        let file = file.and_then(|file| file.set_len(length).map(|()| file)).map_err(at(path))?;
+        let walls = walls.iter().map(|wall| wall.name.clone()).collect();
+        Ok((History { path: path.to_owned(), file, walls, length }, left.len()))
     }
 
     pub(super) fn row(&mut self, sample: &Sample, rate: f64, loads: &[LoadOnWall], outflows: &[Outflow]) -> Result<()> {

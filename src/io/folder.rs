@@ -26,7 +26,7 @@ use std::{
     time::Duration,
 };
 
-const PARTIAL: &str = "partial";
+pub(super) const PARTIAL: &str = "partial";
 /// What is packstone's own while it writes.
 pub(super) const OWN: &str = ".packstone";
 const LOCK: &str = ".packstone/lock";
@@ -218,6 +218,22 @@ fn finish_exchange(path: &Path) -> Result<()> {
     Ok(())
 }
 
+/// If a folder is a part of another run's result, partial or of a stage: the lock of that one, to hold while this one is
+/// written to.
+///
+/// # Errors
+/// [`Error::Folder`] if that run lives; [`Error::Io`] if its lock cannot be opened.
+pub fn lock_around(path: &Path) -> Result<Vec<File>> {
+    // It may not be there yet.
+    let from_root = |there: &Path| Some(there.canonicalize().ok()?.join(path.strip_prefix(there).ok()?));
+    let Some(root) = path.ancestors().find_map(from_root) else { return Ok(Vec::new()) };
+    let around = |outer: &&Path| {
+        let inside = root.strip_prefix(outer).ok().and_then(|inside| inside.iter().next());
+        inside.is_some_and(|part| [PARTIAL, STAGES].iter().any(|name| part == *name)) && outer.join(LOCK).is_file()
+    };
+    root.ancestors().skip(1).filter(around).map(|outer| lock(outer, &mut Vec::new())).collect()
+}
+
 /// The folder that has the result of a run, given that of the run; with a notice if it is but a partial one.
 ///
 /// # Errors
@@ -347,7 +363,13 @@ fn exchange(path: &Path, go_on: &mut dyn FnMut() -> Result<()>) -> Result<()> {
         new.files_in(&partial).try_for_each(|name| shift(&partial, path, name, go_on))?;
         shift(&partial, path, RUN, go_on)?;
     }
+    // The lock of whoever has gone on with it there.
+    let _ = fs::remove_dir_all(partial.join(OWN));
     remove_empty(&partial);
+    if is_folder(&partial) {
+        // What is left is in nobody's list, and must not be taken for a result.
+        fs::rename(&partial, unused(path, PARTIAL)).map_err(at(&partial))?;
+    }
     if let Some(record) = Record::read(&older) {
         for name in record.files_in(&older) {
             go_on()?;

@@ -171,7 +171,10 @@ impl Stages {
         (record.end, record.ended, record.complete) = (Some(record::now()), Some(ended.to_owned()), complete);
         record.list(&place)?;
         record.write(&place)?;
-        if stays || !(complete || self.folder.older().is_none()) {
+        // A stage that did not come to its end goes on where it is.
+        let is_partial = |stage: &StageOf| is_folder(&self.of(&stage.name).join(folder::PARTIAL));
+        let unfinished = self.record.stages.iter().any(is_partial);
+        if stays || unfinished || !(complete || self.folder.older().is_none()) {
             return Ok(place);
         }
         self.folder.take_place()?;

@@ -389,10 +389,17 @@ fn doubts(s: &Simulation, sample: &Sample, off_target: &[String], ending: &Endin
             quantum / smallest
         )
     });
-    // What another run has left is told there.
-    let least = DEEP_OVERLAP.max(DEEPER * ending.inherited);
+    // Nobody looks for more, until an overlap is deeper than what another run has left.
+    let left = Some(ending.inherited).filter(|left| *left > DEEP_OVERLAP);
+    let least = left.map_or(DEEP_OVERLAP, |left| DEEPER * left);
     let deepest = ending.deepest.as_ref().filter(|deepest| deepest.over_radius >= least);
     let deep = deepest.map(Deepest::to_string);
+    let unseen = left.map(|left| {
+        format!(
+            "the state that it began with had an overlap {left:.2} radii deep; its own are judged only where they are deeper than \
+             {least:.2} radii"
+        )
+    });
     let unsolved = s.solver_statistics().filter(|solved| solved.unconverged > 0).map(|solved| {
         format!(
             "{} of {} steps were not solved within solver.max_iterations: a contact had a residual of up to {:.1e}",
@@ -402,7 +409,7 @@ fn doubts(s: &Simulation, sample: &Sample, off_target: &[String], ending: &Endin
     let missed = missed(assembly, sample, off_target, ending);
     let off_target = if missed.is_some() { &[] } else { off_target };
     let jamming = doubt_of_jamming(assembly, &ending.jamming);
-    let told = [deep, unsolved, missed, jamming, coarse];
+    let told = [unseen, deep, unsolved, missed, jamming, coarse];
     told.into_iter().flatten().chain(off_target.iter().cloned()).chain(s.held_up()).collect()
 }
 

@@ -10,7 +10,10 @@ pub fn measure_for_servo(s: &mut State) {
     }
 }
 
-/// Whether the servo looks before this step.
+/// Whether the servo looks before this step. It has done so if the step was taken back, after which springs are those of
+/// now.
 pub fn is_due(s: &State) -> bool {
-    s.halt[0] < HALTED && s.params.step.wrapping_add(s.halt[0]).is_multiple_of(s.params.servo_steps)
+    let step = s.params.step.wrapping_add(s.halt[0]);
+    let again = s.params.history_dt == 0.0 && step > 0;
+    s.halt[0] < HALTED && !again && step.is_multiple_of(s.params.servo_steps)
 }

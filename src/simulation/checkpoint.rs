@@ -61,6 +61,9 @@ pub struct About {
     longest_chunk: u32,
     /// Whether contacts remembered something at the start.
     remembering: bool,
+    /// Whether they remember this step already, see [`Runner`](super::Runner).
+    #[serde(default)]
+    springs_of_now: bool,
     /// Of contact dynamics by colours, as in [`Sizes`].
     contacts: usize,
     colors: usize,
@@ -268,6 +271,7 @@ impl Simulation {
         }
         let dims = self.model().dims();
         (self.runner.step, self.runner.remembering) = (about.step, about.remembering);
+        self.runner.springs_of_now = about.springs_of_now;
         self.runner.state.params = checkpoint.one(PARAMS, dims)?;
         let old = self.sizes();
         self.lists.state = checkpoint.one(LISTS, dims)?;
@@ -334,6 +338,7 @@ impl Simulation {
             lists_abreast: 1 << slice_shift,
             longest_chunk: self.lists.most_steps(),
             remembering: self.runner.remembering,
+            springs_of_now: self.runner.springs_of_now,
             contacts,
             colors,
             openings: self.openings.as_ref().map(|openings| openings.progress.clone()),

@@ -111,7 +111,8 @@ impl Simulation {
     }
 
     /// As [`Simulation::new`], with contacts that remember what they did elsewhere. Those that are not near each other
-    /// any more, and what the law has no use for, are forgotten. Also returns how many are not.
+    /// any more, and what the law has no use for, are forgotten. `of_now`: whether that is of the state that they are in, as
+    /// [`Simulation::remembers_now`] says, and not of a step before. Also returns how many are not forgotten.
     ///
     /// # Errors
     /// As [`Simulation::new`].
@@ -119,9 +120,11 @@ impl Simulation {
         assembly: Assembly,
         options: Options,
         contacts: &[ContactHistory],
+        of_now: bool,
     ) -> Result<(Simulation, usize)> {
         let mut simulation = Simulation::build(assembly, options)?;
         let given = simulation.remember(contacts)?;
+        simulation.runner.remembering &= !of_now;
         simulation.start()?;
         let forgotten = std::mem::take(&mut simulation.lists.state.lost_contacts);
         Ok((simulation, given - forgotten as usize))

@@ -61,7 +61,7 @@ record!(
         last_unsolved: bool,
         /// Largest friction beyond the Coulomb limit over the largest normal impulse, of the last step.
         last_excess: f64,
-        /// Solvers that solve contacts one by one: updates that found no solution, also those of steps done again.
+        /// Solvers that solve contacts one by one: updates that found no solution.
         local_failures: u64,
         /// Passes after which the residual of the last step fell no more.
         last_useful_iterations: u32,
@@ -128,6 +128,7 @@ impl Nscd {
         }
         walked?;
         let (passes, end, solved, best) = (step.passes, step.end, step.solved, step.best);
+        self.statistics.local_failures += step.local_failures;
         self.statistics.last_useful_iterations = best.1;
         self.statistics.add(passes, &end, solved);
         lists.serve_step();
@@ -194,6 +195,8 @@ struct Step<'a> {
     /// The least residual that a look has seen, after so many passes.
     best: (f64, u32),
     coloring: Coloring,
+    /// Updates of the host's solver that found no solution.
+    local_failures: u64,
     /// Why the step is taken back, if it lost a grain.
     lost: Option<Error>,
     /// To go back to, of a step that may take long.
@@ -212,6 +215,7 @@ impl<'a> Step<'a> {
             solved: false,
             best: (f64::INFINITY, 0),
             coloring: Coloring::default(),
+            local_failures: 0,
             lost: None,
             before: None,
             given_up: false,
@@ -224,6 +228,9 @@ impl<'a> Step<'a> {
     /// Begin, or begin anew.
     fn begin(&mut self) {
         self.nscd.residual_history.clear();
+        self.local_failures = 0;
+        // That of a step that was taken back.
+        self.runner.overlaps_deeply = false;
         self.began = Instant::now();
         self.passes = 0;
         // Most steps take about as many passes as the one before; to learn of fewer, begin with fewer.
@@ -246,7 +253,7 @@ impl Driver for Step<'_> {
         let left = Relaxation { max_iterations: self.nscd.relaxation.max_iterations - passes, ..self.nscd.relaxation };
         let interrupted = if self.before.is_some() { self.nscd.interrupted } else { || false };
         let solution = host_solver::solve_step(self.runner, &left, self.began, interrupted)?;
-        self.nscd.statistics.local_failures += solution.local_failures as u64;
+        self.local_failures += solution.local_failures as u64;
         self.nscd.residual_history.extend(solution.history.iter().map(|record| ResidualRecord {
             passes: passes + record.pass as u32,
             residual: record.residual,

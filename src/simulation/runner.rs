@@ -31,6 +31,9 @@ pub struct Runner {
     pub overlaps_deeply: bool,
     /// Whether contacts remember what was before step 0.
     pub remembering: bool,
+    /// Whether they remember this step already, as it was taken back: what they had before is not kept. The step is the
+    /// same when it is done again.
+    pub springs_of_now: bool,
     /// Operations of many steps are submitted together.
     queue: Vec<Op>,
     /// What messages say of the scene.
@@ -41,7 +44,9 @@ pub struct Runner {
 
 impl Runner {
     pub fn new(engine: Box<dyn Engine>, state: State, known: Known, guides: Option<Guides>) -> Runner {
-        Runner { engine, state, step: 0, overlaps_deeply: false, remembering: false, queue: Vec::new(), known, guides }
+        let (step, queue) = (0, Vec::new());
+        let (overlaps_deeply, remembering, springs_of_now) = (false, false, false);
+        Runner { engine, state, step, overlaps_deeply, remembering, springs_of_now, queue, known, guides }
     }
 
     /// Tell the engine where walls go in the next steps, if the host says so: how far they get from the origin, m.
@@ -55,7 +60,11 @@ impl Runner {
     /// The parameters of the next step.
     pub fn params(&self) -> Params {
         let params = params_of_step(&self.state.params, self.step);
-        if self.remembering { Params { history_dt: params.dt, ..params } } else { params }
+        match () {
+            () if self.springs_of_now => Params { history_dt: 0.0, ..params },
+            () if self.remembering => Params { history_dt: params.dt, ..params },
+            () => params,
+        }
     }
 
     /// To be done with the next submission.

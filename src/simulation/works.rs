@@ -77,6 +77,15 @@ impl Totals {
         self.sum.cell += half * (before.cell - after.cell);
     }
 
+    /// Take off what a step would add to which this sample belongs.
+    pub fn take_back(&mut self, runner: &Runner, sample: &Sample) {
+        let (of_step, dt) = (powers(sample), runner.state.params.dt);
+        self.sum.dissipated -= dt * of_step.dissipated;
+        self.sum.walls -= dt * of_step.walls;
+        self.sum.fixed -= dt * of_step.fixed;
+        self.sum.cell -= dt * of_step.cell;
+    }
+
     /// The sample with the works up to its step. A step's forces act from half a step before to half a step after its
     /// positions, so half of the first step was before time 0, and half of the next one is before this sample. What it
     /// finds to have slid since the step before is all before this sample.

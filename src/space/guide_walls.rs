@@ -7,7 +7,8 @@ use crate::{
 
 pub fn guide_walls(s: &mut State) {
     let step = s.halt[0];
-    if step >= HALTED {
+    // A step that has lost a body will be taken back.
+    if step >= HALTED || s.counters[0].lost_body > 0 {
         return;
     }
     let walls = s.sizes.walls;

@@ -6,7 +6,8 @@ use crate::{
 };
 
 pub fn move_walls(s: &mut State) {
-    if s.halt[0] >= HALTED {
+    // A step that has lost a body will be taken back.
+    if s.halt[0] >= HALTED || s.counters[0].lost_body > 0 {
         return;
     }
     for w in 0..s.sizes.walls {

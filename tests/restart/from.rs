@@ -22,7 +22,7 @@ fn contacts_remember_in_another_simulation() {
         let before = first.sample().unwrap();
         let mut after = scene.clone();
         after.grains = first.grains().unwrap();
-        let (mut with, kept) = Simulation::with_history(after.clone(), bench.options(), &contacts).unwrap();
+        let (mut with, kept) = Simulation::with_history(after.clone(), bench.options(), &contacts, false).unwrap();
         assert_eq!((kept, with.lost_contacts()), (contacts.len(), 0));
         // As many as there were, up to those that touch by rounding alone.
         let now = with.sample().unwrap();
@@ -157,7 +157,7 @@ fn impulses_follow_the_time_step() {
     let mut after = scene.clone();
     (after.grains, after.clumps) = (first.grains().unwrap(), first.clumps().unwrap());
     after.solver.dt = packstone::scene::TimeStep::Fixed(0.5e-4);
-    let (mut second, kept) = Simulation::with_history(after, CPU.options(), &contacts).unwrap();
+    let (mut second, kept) = Simulation::with_history(after, CPU.options(), &contacts, false).unwrap();
     let again = second.contact_history().unwrap();
     assert!(kept > 0 && again.len() == kept);
     for contact in &again {

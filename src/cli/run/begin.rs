@@ -5,7 +5,7 @@ use super::super::{
     from::From,
     last::{CHECKPOINTS, Last, last},
 };
-use super::drive::{Run, SoFar, interrupted, listen};
+use super::drive::{Goal, Run, SoFar, interrupted, listen};
 use packstone::{
     Error,
     io::{Record, Results, Resumed, folder, record, schedule::Schedule},
@@ -145,14 +145,20 @@ pub fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
     let go_on = |path: &Path, checkpoint, assembly: &Assembly| at_checkpoint(path, checkpoint, assembly, options);
     let Last { from, scene, assembly, state: (simulation, so_far), .. } =
         last(&folders, &CHECKPOINTS, &args.stop(), go_on)?;
-    let SoFar { mut schedule, wall_seconds, deepest, inherited, jamming } = so_far;
-    if args.steps.is_some() || args.time.is_some() {
-        schedule.end = Schedule::new(&assembly, simulation.dt()).end;
-    }
+    let SoFar { mut schedule, wall_seconds, deepest, inherited, jamming, mut reached } = so_far;
+    let moved = args.steps.is_some() || args.time.is_some();
     let (step, dt) = (simulation.step(), simulation.dt());
-    if schedule.end.is_some_and(|end| end <= step) {
+    if moved {
+        (schedule.end, reached) = (Schedule::new(&assembly, dt).end, None);
+    }
+    let is_over = match reached {
+        Some(_) => Record::read(&from).is_some_and(|record| record.complete),
+        None => schedule.end.is_some_and(|end| end <= step),
+    };
+    if is_over {
+        let rest = if reached == Some(Goal::AtRest) { ", at rest" } else { "" };
         return Err(Error::Folder(format!(
-            "{}: the run is at step {step} (t = {:e} s) already; let --time or --steps be beyond that",
+            "{}: the run is at step {step} (t = {:e} s) already{rest}; let --time or --steps be beyond that",
             folder.display(),
             simulation.time()
         ))
@@ -161,13 +167,16 @@ pub fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
     listen()?;
     let resumed = Resumed { start: record::now(), command: command(), step };
     let snapshots = schedule.snapshots.iter().flat_map(|clock| clock.past()).map(|step| (step, step as f64 * dt));
-    let (rows, snapshots) = (schedule.history.ticks, snapshots.collect());
+    let (rows, snapshots) = (schedule.history.past().collect(), snapshots.collect());
     let results = Results::resume(folder, &from, simulation.assembly(), resumed, rows, snapshots)?;
-    note(format!("goes on from step {step}"));
+    note(match reached {
+        Some(_) => format!("had come to its end at step {step}, and writes its results"),
+        None => format!("goes on from step {step}"),
+    });
     let mut run = Run::new(simulation, results, schedule);
-    (run.earlier, run.saved, run.deepest, run.inherited) = (wall_seconds, Some(step), deepest, inherited);
-    run.jamming = jamming;
-    if args.steps.is_some() || args.time.is_some() {
+    (run.earlier, run.saved, run.deepest) = (wall_seconds, Some(step), deepest);
+    (run.inherited, run.jamming, run.reached) = (inherited, jamming, reached);
+    if moved {
         // So that the new end holds from now on, whatever happens.
         run.checkpoint()?;
     }

@@ -73,7 +73,7 @@ pub fn carry_out(begun: Begun, args: &RunArgs, stage: Option<&str>) -> anyhow::R
     if let Some(error) = &spoilt {
         complain(format!("{error}; the last state is in {}", place.display()));
     }
-    let complete = spoilt.is_none() && end.is_complete();
+    let complete = spoilt.is_none() && matches!(end, End::Reached(_));
     let code = match end {
         End::Stopped(error) => {
             // If that was the error, it has been said.
@@ -83,9 +83,9 @@ pub fn carry_out(begun: Begun, args: &RunArgs, stage: Option<&str>) -> anyhow::R
             STOPPED
         }
         _ if spoilt.is_some() => STOPPED,
+        End::Reached(_) if args.strict && !summary.doubts.is_empty() => UNSURE,
+        End::Reached(_) => DONE,
         End::Interrupted => INTERRUPTED,
-        _ if args.strict && !summary.doubts.is_empty() => UNSURE,
-        _ => DONE,
     };
     Ok(Outcome { code, summary: Some(summary), place, complete })
 }

@@ -36,6 +36,9 @@ pub struct SoFar {
     pub inherited: f64,
     #[serde(default)]
     pub jamming: Jamming,
+    /// What it has come to, if nothing but its results is left to be written.
+    #[serde(default)]
+    pub reached: Option<Goal>,
 }
 
 /// More snapshots than that are announced, files and bytes.
@@ -82,10 +85,10 @@ pub fn flood(assembly: &Assembly, schedule: &Schedule) -> Option<String> {
     })
 }
 
-/// Why a run is over.
-pub enum End {
-    /// The last step.
-    Reached,
+/// What a run is to come to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Goal {
+    LastStep,
     /// A strain or a fraction of the cell.
     TargetMet,
     /// Equilibrium.
@@ -96,25 +99,33 @@ pub enum End {
     Jammed,
     /// No grain is left, and none will come.
     Empty,
+}
+
+/// Why a run is over.
+pub enum End {
+    Reached(Goal),
     Interrupted,
     /// By an error.
     Stopped(Error),
 }
 
-impl End {
-    /// Whether the run has come to where it was to end.
-    pub fn is_complete(&self) -> bool {
-        !matches!(self, End::Interrupted | End::Stopped(_))
-    }
-
-    pub fn label(&self) -> &'static str {
+impl Goal {
+    pub fn label(self) -> &'static str {
         match self {
-            End::Reached => "last step",
-            End::TargetMet => "target met",
-            End::AtRest => "at rest",
-            End::Unjammed => "at rest, unjammed",
-            End::Jammed => "jamming fraction found",
-            End::Empty => "no grain left",
+            Goal::LastStep => "last step",
+            Goal::TargetMet => "target met",
+            Goal::AtRest => "at rest",
+            Goal::Unjammed => "at rest, unjammed",
+            Goal::Jammed => "jamming fraction found",
+            Goal::Empty => "no grain left",
+        }
+    }
+}
+
+impl End {
+    fn label(&self) -> &'static str {
+        match self {
+            End::Reached(goal) => goal.label(),
             End::Interrupted => "interrupted",
             End::Stopped(_) => "error",
         }
@@ -149,6 +160,8 @@ pub struct Run {
     pub inherited: f64,
     /// What it knows of the jamming fraction, if it looks for it.
     pub jamming: Jamming,
+    /// What it has come to; None as long as it has steps to do.
+    pub reached: Option<Goal>,
     /// Steps of a chunk that take about as long as [`CHUNK`].
     most_steps: u64,
     /// When the last row was written, and what it says.
@@ -172,6 +185,7 @@ impl Run {
             deepest: None,
             inherited: 0.0,
             jamming: Jamming::default(),
+            reached: None,
             most_steps: 1,
             row: (start, None),
             stable_overlap: if assembly.solver.allow_unstable { f64::INFINITY } else { simulation.stable_overlap() },
@@ -180,6 +194,10 @@ impl Run {
     }
 
     pub fn drive(&mut self) -> packstone::Result<End> {
+        if let Some(goal) = self.reached {
+            // Its results were not all written.
+            return Ok(End::Reached(goal));
+        }
         let mut progress = Progress::start(&self.simulation, self.schedule.end);
         let end = loop {
             match self
@@ -196,6 +214,9 @@ impl Run {
             }
         };
         progress.finish(&self.simulation);
+        if let End::Reached(goal) = end {
+            self.reached = Some(goal);
+        }
         Ok(end)
     }
 
@@ -218,10 +239,12 @@ impl Run {
         }
         Ok(match () {
             () if fault.is_some() => fault.map(End::Stopped),
-            () if met || last && self.ends_at_target() => Some(End::TargetMet),
-            () if rest.is_some() => rest,
-            () if last => Some(End::Reached),
-            () if self.simulation.particles() == 0 && !self.simulation.expects_grains() => Some(End::Empty),
+            () if met || last && self.ends_at_target() => Some(End::Reached(Goal::TargetMet)),
+            () if rest.is_some() => rest.map(End::Reached),
+            () if last => Some(End::Reached(Goal::LastStep)),
+            () if self.simulation.particles() == 0 && !self.simulation.expects_grains() => {
+                Some(End::Reached(Goal::Empty))
+            }
             () if interrupted() => Some(End::Interrupted),
             () => None,
         })
@@ -249,15 +272,11 @@ impl Run {
 
     /// Write one. What is due at this step has been done.
     pub fn checkpoint(&mut self) -> packstone::Result<()> {
-        let Run { simulation, results, schedule, deepest, inherited, jamming, .. } = self;
+        let Run { simulation, results, schedule, inherited, jamming, reached, .. } = self;
         let wall_seconds = self.earlier + self.start.elapsed().as_secs_f64();
-        let so_far = SoFar {
-            schedule: *schedule,
-            wall_seconds,
-            deepest: deepest.clone(),
-            inherited: *inherited,
-            jamming: jamming.clone(),
-        };
+        let (deepest, jamming) = (self.deepest.clone(), jamming.clone());
+        let (inherited, reached) = (*inherited, *reached);
+        let so_far = SoFar { schedule: *schedule, wall_seconds, deepest, inherited, jamming, reached };
         results.checkpoint(|path| simulation.save(path, &so_far))?;
         (self.checkpointed, self.saved) = (Instant::now(), Some(simulation.step()));
         Ok(())
@@ -347,18 +366,18 @@ impl Run {
     }
 
     /// Whether what the scene waits for has come to its end.
-    fn rest(&mut self, sample: &Sample, loads: &[LoadOnWall]) -> packstone::Result<Option<End>> {
+    fn rest(&mut self, sample: &Sample, loads: &[LoadOnWall]) -> packstone::Result<Option<Goal>> {
         let stop = self.simulation.assembly().stop;
         if stop.jamming.is_some() {
             let look = self.jamming.look(&mut self.simulation, sample, self.schedule.history.next())?;
             if look != Look::Moving {
                 self.results.jamming(&self.jamming.states)?;
             }
-            return Ok((look == Look::Found).then_some(End::Jammed));
+            return Ok((look == Look::Found).then_some(Goal::Jammed));
         }
         Ok(match () {
-            () if self.is_at_rest(sample, loads)? => Some(End::AtRest),
-            () if stop.equilibrium.is_some() && self.simulation.is_unjammed(sample) => Some(End::Unjammed),
+            () if self.is_at_rest(sample, loads)? => Some(Goal::AtRest),
+            () if stop.equilibrium.is_some() && self.simulation.is_unjammed(sample) => Some(Goal::Unjammed),
             () => None,
         })
     }
@@ -402,26 +421,39 @@ impl Run {
             if !matches!(error, Error::Io { .. }) {
                 return Err(error);
             }
-            spoilt = spoilt.or(Some(error));
-            self.results.elsewhere()?;
+            // That is the one to report.
+            let first = spoilt.unwrap_or(error);
+            if self.results.elsewhere().is_err() {
+                return Err(first);
+            }
+            spoilt = Some(first);
         }
         let (step, time) = (self.simulation.step(), self.simulation.time());
         let of_now = self.row.1.filter(|sample| sample.step == step);
-        let sample = of_now.map_or_else(|| self.sample(), Ok)?;
+        let mut sample = of_now.map_or_else(|| self.sample(), Ok)?;
+        if self.simulation.remembers_now() {
+            // What has slid in the step before cannot be seen any more.
+            sample.dissipation = f64::NAN;
+        }
         let loads = self.simulation.wall_loads()?;
-        let mut row = of_now.is_none().then(|| (self.rate(&sample), self.simulation.outflows()));
+        let mut row = match self.schedule.history.past().last() == Some(step) {
+            true => None,
+            false => Some((self.rate(&sample), self.simulation.outflows())),
+        };
         let end = match end {
-            End::Reached | End::TargetMet | End::Interrupted => self.fault(&sample).map_or(end, End::Stopped),
+            End::Reached(Goal::LastStep | Goal::TargetMet) | End::Interrupted => {
+                self.fault(&sample).map_or(end, End::Stopped)
+            }
             end => end,
         };
         let (converged, stopped) = match &end {
-            End::Unjammed | End::Jammed => (true, None),
-            End::Reached | End::TargetMet | End::AtRest | End::Empty => (self.is_at_rest(&sample, &loads)?, None),
+            End::Reached(Goal::Unjammed | Goal::Jammed) => (true, None),
+            End::Reached(_) => (self.is_at_rest(&sample, &loads)?, None),
             End::Interrupted => (false, Some(format!("interrupted at step {step}"))),
             End::Stopped(error) => (false, Some(error.to_string())),
         };
         let (grains, clumps) = (self.simulation.grains()?, self.simulation.clumps()?);
-        let target_met = matches!(end, End::TargetMet);
+        let target_met = matches!(end, End::Reached(Goal::TargetMet));
         let ended = stopped.clone().unwrap_or_else(|| end.label().to_owned());
         let deepest = self.deepest.take();
         let inherited = self.inherited;
@@ -448,10 +480,13 @@ impl Run {
             }
             let written = written.and_then(|()| if states.is_empty() { Ok(()) } else { results.jamming(&states) });
             let Err(error) = written.and_then(|()| results.finish(&summary, &moment, packing.as_ref())) else { break };
-            spoilt = spoilt.or(Some(error));
-            results.elsewhere()?;
+            let first = spoilt.unwrap_or(error);
+            if results.elsewhere().is_err() {
+                return Err(first);
+            }
+            spoilt = Some(first);
         }
-        let complete = spoilt.is_none() && end.is_complete();
+        let complete = spoilt.is_none() && matches!(end, End::Reached(_));
         let place = results.place().to_owned();
         let (place, unclosed) = match results.close(&ended, complete) {
             Ok(place) => (place, None),

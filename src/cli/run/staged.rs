@@ -217,7 +217,7 @@ fn finish(
     } else {
         say(format!("results in {}", place.display()));
     }
-    if place != folder && !spoilt {
+    if place != folder && !spoilt && Record::read(folder).is_some() {
         note(format!("{} keeps the older result, as this run did not come to its end", folder.display()));
     }
     Ok(match ended {
