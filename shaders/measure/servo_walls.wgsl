@@ -34,7 +34,9 @@ var<workgroup> of_lane: array<Pressing, LANES>;
 
 @compute @workgroup_size(LANES)
 fn servo_walls(@builtin(local_invocation_index) lane: u32) {
-    let due = halt < HALTED && (params.step + halt) % params.servo_steps == 0u;
+    let step = params.step + halt;
+    let again = params.history_dt == 0 && step > 0u;
+    let due = halt < HALTED && !again && step % params.servo_steps == 0u;
     for (var w = 0u; w < params.walls; w++) {
         var sum = Pressing();
         for (var p = lane; p < params.partial_sums_len; p += LANES) {
