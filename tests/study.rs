@@ -100,9 +100,10 @@ fn targets_that_are_never_met_are_refused() {
     let place = Place::new(BIAXIAL);
     let refused = place.errors(&["run", "scene.toml", "--set", "stage.load.stop.strain.yy=0.1"], 2);
     assert!(refused.contains("stop.strain.yy") && refused.contains("never met"), "{refused}");
-    let fixed = ["run", "scene.toml", "--set", "stage.load.cell={}", "--set", "stage.load.stop.packing_fraction=0.9"];
-    let refused = place.errors(&fixed, 2);
+    let fixed = ["--set", "stage.compress.cell={}", "--set", "stage.compress.stop.packing_fraction=0.9"];
+    let refused = place.errors(&[&["run", "scene.toml"][..], &fixed].concat(), 2);
     assert!(refused.contains("never met"), "{refused}");
+    assert!(!place.path("out").exists());
 }
 
 /// The mean of two seeds by two cases, one of which does not come to rest.

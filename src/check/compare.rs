@@ -74,6 +74,8 @@ fn is_masked(s: &State, stage: &Stage, array: &Array, undecided: &[bool], row: u
     let of_clumps = stage.check.undecided == Undecided::ContactsOfClumps;
     let is_undecided = |row: usize| undecided.get(row).is_some_and(|u| *u);
     match array.length {
+        // What is behind the contacts that there are is of nobody: an alias may have left numbers there that are none.
+        Length::History => s.history_start.last().is_none_or(|end| row >= *end as usize),
         _ if undecided.is_empty() => false,
         Length::Bodies if of_clumps => is_undecided(s.clump_of_id[s.id[row] as usize] as usize),
         Length::Bodies | Length::BodiesPlusOne | Length::Clumps | Length::OnDemand => is_undecided(row),

@@ -4,7 +4,7 @@ use super::{
     common::{INTERRUPTED, STOPPED, note, say, tell, warn},
     run::{interrupted, listen},
 };
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use packstone::{io, scene::Scene};
 use serde::Deserialize;
 use std::{
@@ -182,7 +182,7 @@ fn read(name: &str) -> anyhow::Result<Study> {
             format!("{name}: is no file, and none of the studies {known}")
         })?,
     };
-    let study: Study = toml::from_str(&text).with_context(|| name.to_owned())?;
+    let study: Study = toml::from_str(&text).map_err(|error| anyhow!("{name}: {error}"))?;
     for case in &study.cases {
         if let Some(title) =
             case.published.keys().find(|title| study.columns.iter().all(|column| column.title != **title))
@@ -198,7 +198,7 @@ fn read(name: &str) -> anyhow::Result<Study> {
     // All scenes are checked before the first one is run.
     for case in &study.cases {
         let scene = Scene::parse(&study.scene_text()?, name, Path::new("."), &case.overrides(1));
-        scene.and_then(|scene| scene.assemble()).with_context(|| format!("case {:?}", case.name))?;
+        scene.and_then(|scene| scene.assemble()).map_err(|error| anyhow!("{error} (case {:?})", case.name))?;
     }
     Ok(study)
 }

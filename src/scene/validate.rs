@@ -54,6 +54,11 @@ pub fn outline(file: &File, origin: &Origin, like: &Assembly) -> Result<Assembly
     let of_grains = assembly.grains.iter_mut().map(|grain| &mut grain.material);
     let of_clumps = assembly.clumps.iter_mut().map(|clump| &mut clump.material);
     of_grains.chain(of_clumps).try_for_each(|of| material(*of).map(|found| *of = found))?;
+    // What the cell will begin with is not known yet.
+    let fraction = assembly.stop.packing_fraction.take();
+    check_cell(&assembly, check)?;
+    check_adaptive_damping(&assembly, check)?;
+    assembly.stop.packing_fraction = fraction;
     Ok(assembly)
 }
 
