@@ -504,6 +504,7 @@ fn a_servo_holds_a_stress_beside_a_load() {
     scene.solver.damping = 0.02 / contact(2);
     scene.cell.stress = [Some(target), Some(target), None, None, None, None];
     scene.cell.inertial_number = 1e-2;
+    scene.stop.equilibrium = Some(1e-2);
     let mut simulation = CPU.start(&scene);
     simulation.advance(60_000).unwrap();
     assert!(scene.missed_stresses(Some(simulation.sample().unwrap().cell.unwrap().stress())).is_empty());
@@ -546,6 +547,7 @@ fn a_servo_comes_to_its_target() {
         let normal = |axis: usize| (axis < dimension).then_some(target);
         scene.cell.stress = [normal(0), normal(1), normal(2), None, None, None];
         scene.cell.inertial_number = 1e-2;
+        scene.stop.equilibrium = Some(1e-2);
         let mut simulation = CPU.start(&scene);
         let (mut most, mut at) = (0.0_f64, None);
         for k in 0..300 {
