@@ -52,13 +52,13 @@ impl Assembly {
     }
 
     /// How far from its target what a servo is asked for may be, over the target.
-    pub(super) fn within(&self) -> f64 {
+    pub(super) fn tolerance(&self) -> f64 {
         if self.stop.equilibrium.is_some() { CLOSE } else { CLOSE_IN_FLOW }
     }
 
     /// Which components of a stress are not what the servo of the cell is asked for, in words.
     pub fn missed_stresses(&self, stress: Option<[Option<f64>; 6]>) -> Vec<String> {
-        let most = self.within() * self.cell.largest_stress();
+        let most = self.tolerance() * self.cell.largest_stress();
         let missed = |k: usize| {
             let (target, found) = (self.cell.stress[k]?, stress?[k]?);
             ((found - target).abs() > most)

@@ -125,7 +125,7 @@ impl Assembly {
             let wall = &self.walls[number];
             let target = self.target_force(number, walls)?;
             let words = match wall.servo?.target {
-                _ if (found - target).abs() <= self.within() * target => return None,
+                _ if (found - target).abs() <= self.tolerance() * target => return None,
                 Target::Force(force) => format!("target_force = {force:e} N was not reached: it is {found:.4e} N"),
                 Target::Pressure(asked) => {
                     let pressure = asked * found / target;
