@@ -50,7 +50,9 @@ pub struct StudyArgs {
 }
 
 /// What packstone comes with.
-const SHIPPED: [(&str, &str); 3] = [
+const SHIPPED: [(&str, &str); 5] = [
+    ("jamming_2d", include_str!("../../examples/studies/jamming_2d.toml")),
+    ("jamming_3d", include_str!("../../examples/studies/jamming_3d.toml")),
     ("friction", include_str!("../../examples/studies/friction.toml")),
     ("triaxial", include_str!("../../examples/studies/triaxial.toml")),
     ("shear", include_str!("../../examples/studies/shear.toml")),
@@ -264,7 +266,11 @@ fn run_all(args: &StudyArgs, study: &Study, folder: &Path) -> anyhow::Result<usi
 /// Title, text and table.
 fn section(args: &StudyArgs, study: &Study, folder: &Path) -> anyhow::Result<String> {
     let Study { title, text, columns, .. } = study;
-    let mut out = format!("## {title}\n\n{}\n\n|  |", text.trim());
+    let mut out = format!("## {title}\n\n{}\n\n", text.trim());
+    if !args.set.is_empty() {
+        write!(out, "With other values than that: `{}`.\n\n", args.set.join("`, `"))?;
+    }
+    out.push_str("|  |");
     let is_published = |column: &Column| study.cases.iter().any(|case| case.published.contains_key(&column.title));
     let titles =
         columns.iter().flat_map(|column| [Some(&column.title[..]), is_published(column).then_some("published")]);
