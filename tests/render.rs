@@ -254,7 +254,7 @@ fn grains_are_drawn_in_the_tilted_cell() {
         };
         let at = |x: DVec3| {
             let grains = [(DVec3::new(3.5, 3.0, 0.0), 0.3, BLUE), (x, 0.5, RED)];
-            pixels(&device, &Picture { domain: domain.clone(), ..picture(dimension, &grains) })
+            pixels(&device, &Picture { domain, ..picture(dimension, &grains) })
         };
         let inside = DVec3::new(5.2, 5.0, 0.0);
         let seen = at(inside);
