@@ -74,7 +74,7 @@ impl Simulation {
     /// up, in its precision.
     ///
     /// # Errors
-    /// [`Error::Device`](crate::Error::Device) if the device is lost.
+    /// [`Error::Device`] if the device is lost.
     pub fn wall_loads(&mut self) -> Result<Vec<LoadOnWall>> {
         let walls = self.walls()?;
         if walls.is_empty() {
@@ -101,7 +101,7 @@ impl Simulation {
     /// The deepest overlap now. None where nothing touches.
     ///
     /// # Errors
-    /// [`Error::Device`](crate::Error::Device) if the device is lost.
+    /// [`Error::Device`] if the device is lost.
     pub fn deepest_overlap(&mut self) -> Result<Option<DeepOverlap>> {
         self.deepest_of(&[0.0])
     }
@@ -281,7 +281,7 @@ impl Simulation {
     /// The domain now: its cell may have deformed.
     ///
     /// # Errors
-    /// [`Error::Device`](crate::Error::Device) if the device is lost.
+    /// [`Error::Device`] if the device is lost.
     pub fn domain(&mut self) -> Result<Domain> {
         let mut domain = self.assembly.domain;
         if let Some(cell) = self.cell()? {
@@ -299,7 +299,7 @@ impl Simulation {
     /// cell that does not deform.
     ///
     /// # Errors
-    /// [`Error::Device`](crate::Error::Device) if the device is lost.
+    /// [`Error::Device`] if the device is lost.
     pub fn strain(&mut self) -> Result<Option<[f64; 6]>> {
         let Some(cell) = self.cell()? else { return Ok(None) };
         let start = self.assembly.domain;
@@ -338,7 +338,7 @@ impl Simulation {
     /// From now on the cell deforms at these rates, 1/s, as [`Cell::strain_rate`](crate::scene::Cell::strain_rate).
     ///
     /// # Errors
-    /// [`Error::Scene`](crate::Error::Scene) of a cell that keeps its form, [`Error::Device`](crate::Error::Device) if the
+    /// [`Error::Scene`](crate::Error::Scene) of a cell that keeps its form, [`Error::Device`] if the
     /// device is lost.
     pub fn deform(&mut self, strain_rate: [f64; 6]) -> Result<()> {
         let (rate, shear_rate) = scene::Cell { strain_rate, ..self.assembly.cell }.gradient(self.dt());

@@ -33,7 +33,7 @@ pub struct Setup {
 
 impl Setup {
     /// Arrays, parameters and plans of a scene: those of all grains that will ever come in, of which [`Setup::fill`] and
-    /// [`counted`] have those that are there.
+    /// `counted` have those that are there.
     ///
     /// # Errors
     /// [`Error::Scene`](crate::Error::Scene) if the time step is above its bound or too long for a wall, [`Error::Device`](crate::Error::Device) if the host's memory cannot hold it.
