@@ -338,7 +338,7 @@ impl Simulation {
     /// From now on the cell deforms at these rates, 1/s, as [`Cell::strain_rate`](crate::scene::Cell::strain_rate).
     ///
     /// # Errors
-    /// [`Error::Scene`](crate::Error::Scene) of a cell that keeps its form, [`Error::Device`] if the
+    /// [`Error::Scene`] of a cell that keeps its form, [`Error::Device`] if the
     /// device is lost.
     pub fn deform(&mut self, strain_rate: [f64; 6]) -> Result<()> {
         let (rate, shear_rate) = scene::Cell { strain_rate, ..self.assembly.cell }.gradient(self.dt());
