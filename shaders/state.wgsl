@@ -144,6 +144,14 @@ var<storage, read_write> neighbour: array<u32>;  // entries
 /// `halt` counts the steps done in this chunk; from here on it says that no more are to be done.
 const HALTED = 0x80000000u;
 
+/// Whether servos look before the step that is so many steps into the chunk. They have done so if it was taken back, after
+/// which springs are those of now.
+fn is_servo_due(halt: u32) -> bool {
+    let step = params.step + halt;
+    let again = params.history_dt == 0 && step > 0u;
+    return halt < HALTED && !again && step % params.servo_steps == 0u;
+}
+
 /// Fills entries that were reserved and not needed.
 const NONE = 0xffffffffu;
 const INDEX = 0x7fffffffu;

@@ -18,8 +18,10 @@ var<workgroup> of_lane: array<Virial, LANES>;
 
 @compute @workgroup_size(LANES)
 fn servo(@builtin(local_invocation_index) lane: u32) {
+    let due = is_servo_due(halt);
+    let rows = select(0u, params.partial_sums_len, due);
     var sum = Virial();
-    for (var p = lane; p < params.partial_sums_len; p += LANES) {
+    for (var p = lane; p < rows; p += LANES) {
         let row = partial_sums[p];
         sum.diagonal += row.virial;
         sum.above += row.virial_above;
@@ -27,9 +29,7 @@ fn servo(@builtin(local_invocation_index) lane: u32) {
     }
     of_lane[lane] = sum;
     workgroupBarrier();
-    let now = params.step + halt;
-    let again = params.history_dt == 0 && now > 0u;
-    if (lane != 0u || halt >= HALTED || again || now % params.servo_steps != 0u) {
+    if (lane != 0u || !due) {
         return;
     }
     for (var l = 1u; l < LANES; l++) {

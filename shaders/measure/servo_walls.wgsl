@@ -34,19 +34,19 @@ var<workgroup> of_lane: array<Pressing, LANES>;
 
 @compute @workgroup_size(LANES)
 fn servo_walls(@builtin(local_invocation_index) lane: u32) {
-    let step = params.step + halt;
-    let again = params.history_dt == 0 && step > 0u;
-    let due = halt < HALTED && !again && step % params.servo_steps == 0u;
+    let due = is_servo_due(halt);
     for (var w = 0u; w < params.walls; w++) {
+        let looks = due && wall[w].driven != 0u;
+        let rows = select(0u, params.partial_sums_len, looks);
         var sum = Pressing();
-        for (var p = lane; p < params.partial_sums_len; p += LANES) {
+        for (var p = lane; p < rows; p += LANES) {
             let row = wall_load_sums[p * params.walls + w];
             sum.force += row.normal_force;
             sum.stiffness += row.stiffness;
         }
         of_lane[lane] = sum;
         workgroupBarrier();
-        if (lane == 0u && due && wall[w].driven != 0u) {
+        if (lane == 0u && looks) {
             for (var l = 1u; l < LANES; l++) {
                 sum.force += of_lane[l].force;
                 sum.stiffness += of_lane[l].stiffness;

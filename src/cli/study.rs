@@ -283,7 +283,11 @@ fn section(args: &StudyArgs, study: &Study, folder: &Path) -> anyhow::Result<Str
         for seed in 1..=seeds {
             match outcome(&case.folder(folder, seed), columns)? {
                 Outcome::Values(values) => rows.push(values),
-                Outcome::Missed(why) => missed.push(format!("{}, seed {seed}: {why}", case.name)),
+                Outcome::Missed(why) => {
+                    // The first reason of several.
+                    let why = why.split("; ").next().unwrap_or_default();
+                    missed.push(format!("{}, seed {seed}: {why}", case.name));
+                }
                 Outcome::Absent => {}
             }
         }
