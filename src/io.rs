@@ -370,16 +370,6 @@ impl Results {
     }
 }
 
-/// Write grains, and clumps where there are any, to a binary file.
-///
-/// # Errors
-/// [`Error::Io`]
-pub fn write_state(path: &Path, assembly: &Assembly, moment: &Moment) -> Result<()> {
-    let Assembly { dimension, materials, shapes, .. } = assembly;
-    let names = Names { dimension: *dimension, materials, shapes };
-    write(path, |file| grain_file::write(file, moment, &names))
-}
-
 /// The scene as it was run, and as it was given.
 fn scene_texts(folder: &Path, record: &Record) -> Vec<(String, String)> {
     let names = record.scene_as_run.iter().chain(&record.scene_as_given);

@@ -8,10 +8,10 @@ pub use crate::{
         Assembly, Face, Format, Grain, Placement, Scene, SceneBuilder, Twist,
         builder::{
             GrainBuilder, InsertionBuilder, MaterialBuilder, Orientation, OutletBuilder, PairBuilder,
-            PopulationBuilder, Radii, ShapeBuilder, Side, SolverBuilder, WallBuilder,
+            PopulationBuilder, Radii, ShapeBuilder, Side, SolverBuilder, StageBuilder, WallBuilder,
         },
     },
-    simulation::{Columns, EngineChoice, Options, Simulation},
+    simulation::{Columns, EngineChoice, Options, Simulation, StageRun},
     solve::{Order, Solver},
 };
 pub use glam::{DQuat, DVec2, DVec3};

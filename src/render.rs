@@ -3,6 +3,7 @@
 //! The picture is rendered with twice the samples in each direction and averaged, in tiles where it is larger than a
 //! texture may be. Nothing in it is random: the same [`Picture`] on the same device gives the same bytes.
 
+use glam::DVec3;
 use std::path::Path;
 
 use crate::{Error, Result};
@@ -24,6 +25,11 @@ pub fn draw(device: &wgpu::Device, queue: &wgpu::Queue, picture: &Picture) -> Re
     picture.check()?;
     let stage = stage::Stage::new(picture);
     passes::draw(device, queue, &stage, picture.width, picture.height)
+}
+
+/// Two corners of the box that the grains of a picture, and the walls near them, take up, m. None without grains.
+pub fn extent(picture: &Picture) -> Option<[DVec3; 2]> {
+    stage::Stage::new(&Picture { extent: None, ..picture.clone() }).extent()
 }
 
 /// Writes pixels as [`draw`] returns them to a PNG file.

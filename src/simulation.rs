@@ -20,6 +20,7 @@ mod samples;
 mod setup;
 mod start;
 mod stops;
+mod successor;
 mod turnover;
 mod works;
 
@@ -33,6 +34,7 @@ pub use options::{EngineChoice, Options};
 pub use overlaps::{DEEP_OVERLAP, DEEPER, DeepOverlap};
 pub use runner::params_of_step;
 pub use setup::Setup;
+pub use successor::{StageRun, Successor};
 
 use crate::{
     engine::{Cpu, Engine, Gpu, programs},

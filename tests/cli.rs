@@ -568,6 +568,59 @@ fn pictures_are_drawn_from_folders_and_tables() {
     }
 }
 
+/// Frames are there from the beginning to the end, in colours and view of all; a run that goes on counts on, and the next
+/// run takes away what was its own.
+#[test]
+fn frames_are_drawn_while_a_run_goes() {
+    let place = Place::new(HUNDRED_DISKS);
+    let said = place.errors(&["run", "scene.toml", "--color", "speed"], 2);
+    assert!(said.contains("--frames"), "{said}");
+    if !gpu() {
+        return;
+    }
+    let look = ["--color", "speed", "--width", "64", "--height", "48"];
+    let shown = |folder: &str| {
+        let record = place.json(&format!("{folder}/frames.json"));
+        let steps: Vec<u64> =
+            record["shown"].as_array().unwrap().iter().map(|shown| shown["step"].as_u64().unwrap()).collect();
+        let alike = record["shown"].as_array().unwrap().iter().all(|shown| shown["scales"] == record["scales"]);
+        assert!(alike, "{record:#}");
+        let names = (1..=steps.len()).map(|k| format!("frame_{k:04}.png")).chain(["frames.json".to_owned()]);
+        let names: std::collections::BTreeSet<String> = names.collect();
+        let found =
+            fs::read_dir(place.path(folder)).unwrap().map(|file| file.unwrap().file_name().into_string().unwrap());
+        assert_eq!(found.filter(|name| name != "film.mp4").collect::<std::collections::BTreeSet<_>>(), names);
+        for name in names.iter().filter(|name| name.ends_with("png")) {
+            assert!(fs::read(place.path(&format!("{folder}/{name}"))).unwrap().starts_with(b"\x89PNG"));
+        }
+        steps
+    };
+    place.run(&[&["--steps", "20", "--frames", "3"], &look[..]].concat(), 0);
+    assert_eq!(shown("out/scene/frames"), [0, 10, 20]);
+    assert!(place.json("out/scene/run.json")["files"]["frames/frame_0003.png"]["bytes"].as_u64().unwrap() > 0);
+    place.packstone(&["run", "--resume", "out/scene", "--steps", "45"], 0);
+    assert_eq!(shown("out/scene/frames"), [0, 10, 20, 30, 40, 45]);
+    place.write("out/scene/frames/film.mp4", "mine");
+    // Contacts as rods, in stages, each with an end that nobody knows before: there are from N to 2N.
+    let rest = ["--set=stop.time=0.05", "--set=stop.equilibrium=1e-2", "--set=output.history=1e-3"];
+    let stages = "stage = [{ name = \"a\", stop = { steps = 7 } }, { name = \"b\" }]\n";
+    place.write("scene.toml", &(stages.to_owned() + HUNDRED_DISKS));
+    place.run(
+        &[&["--steps", "7", "--frames", "1", "--chains", "--color", "force", "--out", "staged"], &look[2..], &rest]
+            .concat(),
+        0,
+    );
+    assert_eq!((shown("staged/stages/a/frames"), shown("staged/stages/b/frames")), (vec![7], vec![7]));
+    place.write("scene.toml", HUNDRED_DISKS);
+    place.run(&["--steps", "5"], 0);
+    let left: Vec<_> =
+        fs::read_dir(place.path("out/scene/frames")).unwrap().map(|file| file.unwrap().file_name()).collect();
+    assert_eq!(left, ["film.mp4"]);
+    place.write("out/scene/frames/frame_0001.png", "mine");
+    let said = place.errors(&["run", "scene.toml", "--steps", "5", "--engine", "cpu"], 2);
+    assert!(said.contains("frame_0001.png: was not written by packstone"), "{said}");
+}
+
 /// An adapter for an engine that has none is no choice that anybody has meant.
 #[test]
 fn adapters_are_for_gpus() {

@@ -1,7 +1,12 @@
 //! Grains from files: tables with whatever separates their values, data and dump files of LAMMPS, XYZ.
 
 use glam::DVec3;
-use packstone::scene::{Assembly, Scene};
+use packstone::{
+    io::Export,
+    measure::Packing,
+    scene::{Assembly, Grain, Scene},
+    simulation::{EngineChoice, Options, Simulation},
+};
 use std::{fs, path::Path};
 
 const BASE: &str = r#"
@@ -183,7 +188,13 @@ fn lammps_data_that_makes_no_sense_is_refused() {
         ("4.5 3 1", "nan 3 1", &[":19: value 5 = \"nan\""]),
         ("2 2 0.5", "2 2 -1", &[":19: radius = -0.5: must be a positive number"]),
         ("2 2 0.5", "2.5 2 0.5", &[":19: \"2.5\": must be a whole number"]),
-        ("Masses", "0.1 0 0 xy xz yz\n\nMasses", &[":10: the box is tilted"]),
+        (
+            "Masses",
+            "0.1 0 0 xy xz yz\n\nMasses",
+            &[": its box, from [0, 0, -1]", "xy = 0.1 m, is not the cell of the scene"],
+        ),
+        ("Masses", "0.1 0 xy xz yz\n\nMasses", &[":10: must have three numbers"]),
+        ("Masses", "4 0 0 avec\n\nMasses", &[":10: the box has edges of its own"]),
         ("Velocities", "Atoms", &[":21: a second section \"Atoms\""]),
         ("1 1 1.0 2500 1 1 1 0 0 1", "1 1 1.0 2500 1 1 1", &["7 values", "10 columns"]),
     ];
@@ -237,7 +248,7 @@ fn the_last_frame_of_a_lammps_dump_is_read() {
     let cases: &[(&str, &str, &[&str])] = &[
         ("ATOMS\n2", "ATOMS\n3", &[":15: the last frame, which begins here, has 3 atoms, and 2 follow"]),
         ("ATOMS\n2", "ATOMS\n-2", &[":18: \"-2\": must be a whole number"]),
-        ("pp ff\n0 2\n", "pp ff\n0 2 0.1\n", &[":20: the box is tilted"]),
+        ("pp ff\n0 2\n", "pp ff\n0 2 0.1\n", &[":20: must be the bounds of an axis"]),
         ("pp ff\n0 2\n", "pp ff\n0\n", &[":20: must be the bounds of an axis"]),
         ("diameter xs", "diameter q", &[":23: lacks the column \"x\""]),
         ("diameter xs", "mass xs", &[":23: lacks the column \"radius\""]),
@@ -277,7 +288,8 @@ fn xyz_is_read() {
     let cases: &[(&str, &str, &[&str])] = &[
         ("1\n", "2\n", &[":1: this frame announces 2 atoms, and 1 follow"]),
         ("1\n", "18446744073709551615\n", &[":1: this frame announces"]),
-        ("4 0 0 0", "4 1 0 0", &[":2: the box is tilted"]),
+        ("4 0 0 0", "4 1 0 0", &[":2: the box is turned"]),
+        ("4 0 0 0", "4 0 0 1", &[": its box, from [0, 0, -1]", "xy = 1 m, is not the cell of the scene"]),
         ("4 0 0 0", "4 0 0", &[":2: Lattice must have nine numbers"]),
         ("pos:R:3", "pos:R", &[":2: \"Radius\": must be a whole number"]),
         ("omega:R:3", "omega:R", &[":2: Properties must be names"]),
@@ -286,6 +298,54 @@ fn xyz_is_read() {
     ];
     for (from, to, parts) in cases {
         refuse("", last.replacen(from, to, 1), parts);
+    }
+}
+
+/// A cell that has been sheared, as packstone writes it for others, is the same again in the domain that it was in, and
+/// refused in any other.
+#[test]
+fn tilted_cells_are_read_as_they_were_written() {
+    let folder = tempfile::tempdir().unwrap();
+    for dimension in [2, 3] {
+        let (zeros, ones) = (["0"; 3][..dimension].join(", "), ["0.02"; 3][..dimension].join(", "));
+        let materials = BASE.replace("dimension = 3", &format!("dimension = {dimension}"));
+        let materials = materials.replace("gravity = [0, 0, 0]", &format!("gravity = [{zeros}]"));
+        let scene = |upper: &str, tilt: &str, rest: &str| {
+            let domain = format!("lower = [{zeros}]\nupper = [{upper}]\nboundary = \"periodic\"\ntilt = {tilt}");
+            let text = format!("{materials}[domain]\n{domain}\n{rest}");
+            Scene::parse(&text, "cell.toml", folder.path(), &[])
+        };
+        let rates = if dimension == 2 { "xy = 40" } else { "xy = 40, yz = -30, xz = 20, zz = -5" };
+        let grains = "[[population]]\nmaterial = \"steel\"\ncount = 30\nradius = { uniform = [8e-4, 1e-3] }\nvelocity_spread = 0.1\n";
+        let sheared = scene(&ones, "{}", &format!("[cell]\nstrain_rate = {{ {rates} }}\n{grains}"));
+        let assembly = sheared.unwrap().assemble().unwrap();
+        let options = Options { engine: EngineChoice::Cpu, ..Options::default() };
+        let mut simulation = Simulation::new(assembly, options).unwrap();
+        simulation.advance((0.01 / simulation.dt()) as u64).unwrap();
+        let (grains, walls, domain) =
+            (simulation.grains().unwrap(), simulation.walls().unwrap(), simulation.domain().unwrap());
+        assert!(domain.tilt.z.abs() > 1e-3, "{domain:?}");
+        let assembly = simulation.assembly_in(domain);
+        let packing = Packing::new(&assembly, &grains, &[], &walls, &[]);
+        let upper =
+            domain.upper.to_array()[..dimension].iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ");
+        let DVec3 { x: yz, y: xz, z: xy } = domain.tilt;
+        for name in ["bed.xyz", "bed.dump"] {
+            let export = Export::of(&folder.path().join(name)).unwrap();
+            export.write(&packing, simulation.step(), simulation.time()).unwrap();
+            let types = if name == "bed.dump" { "material = { 2 = \"steel\" }" } else { "" };
+            let population = format!("[[population]]\nfile = \"{name}\"\n{types}\n");
+            let again = |tilt: &str| scene(&upper, tilt, &population).unwrap().assemble();
+            let read = again(&format!("{{ yz = {yz:?}, xz = {xz:?}, xy = {xy:?} }}")).unwrap();
+            assert!(read.notices.is_empty(), "{:?}", read.notices);
+            let bits = |grains: &[Grain]| grains.iter().map(|g| (g.position, g.velocity, g.radius)).collect::<Vec<_>>();
+            assert_eq!(bits(&read.grains), bits(&grains), "{name}");
+            assert_eq!((read.domain.upper, read.domain.tilt), (domain.upper, domain.tilt));
+            for other in ["{}", "{ xy = -1e-3 }"] {
+                let refused = again(other).unwrap_err().to_string();
+                assert!(refused.contains(name) && refused.contains("is not the cell of the scene"), "{refused}");
+            }
+        }
     }
 }
 

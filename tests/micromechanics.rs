@@ -77,6 +77,13 @@ fn squeezed(dimension: usize, gravity: f64) -> Assembly {
     scene
 }
 
+/// Spheres on a floor between walls, without a lid.
+fn bed() -> Assembly {
+    let mut scene = squeezed(3, G);
+    scene.walls.retain(|wall| wall.name != "z+");
+    scene
+}
+
 /// The same of clumps of two.
 fn squeezed_clumps() -> Assembly {
     let mut scene = blank(3);
@@ -131,6 +138,7 @@ fn virial_is_what_walls_do_at_rest() {
         ("disks", squeezed(2, 0.0), 40_000),
         ("spheres", squeezed(3, 0.0), 40_000),
         ("disks with weight", squeezed(2, G), 40_000),
+        ("a bed", bed(), 40_000),
         ("clumps", squeezed_clumps(), 40_000),
     ] {
         let state = at_rest(&scene, steps);
@@ -280,6 +288,72 @@ fn stress_of_strained_lattices_is_that_of_their_springs() {
         assert_eq!((found.contacts, found.rattlers), (n * z / 2, 0));
         assert_eq!(found.coordination_without_rattlers, Some(z as f64));
         assert_eq!(found.isostatic_excess, (n * z / 2) as i64 - (dimension * n - dimension) as i64);
+    }
+}
+
+/// A lattice that has been sheared has the same stress everywhere: in a box of any place that is as large as the cell, in
+/// the mean over slabs of any width, and in every slab that repeats with it.
+#[test]
+fn boxes_and_slabs_of_a_tilted_cell_have_all_of_it() {
+    for (dimension, tilt) in [(2, DVec3::new(0.0, 0.0, 0.7)), (3, DVec3::new(0.6, -1.1, 0.7))] {
+        let n = 4;
+        let edge = 1.97 * R;
+        let mut scene =
+            lattice(dimension, DVec3::new(edge, edge, if dimension == 2 { 0.0 } else { edge }), n, &[DVec3::ZERO]);
+        let length = n as f64 * edge;
+        scene.domain.tilt = tilt * R;
+        let slopes = scene.domain.tilt / length;
+        for g in &mut scene.grains {
+            let DVec3 { x, y, z } = g.position;
+            g.position = DVec3::new(x + slopes.z * y + slopes.y * z, y + slopes.x * z, z);
+            scene.domain.fold(&mut g.position);
+            g.velocity = 0.01 * DVec3::X;
+        }
+        let state = State::of(&mut CPU.start(&scene));
+        let packing = state.packing();
+        let steps = [DVec3::X, DVec3::new(slopes.z, 1.0, 0.0), DVec3::new(slopes.y, slopes.x, 1.0)];
+        let volume = edge.powi(dimension as i32);
+        let all = (-1..=1).flat_map(|i| (-1..=1).flat_map(move |j| (-1..=1).map(move |k| [i, j, k].map(f64::from))));
+        let branches = all.map(|k| (0..dimension).map(|axis| k[axis] * edge * steps[axis]).sum::<DVec3>());
+        let touching = branches.filter(|l| l.length() > 0.0 && l.length() < 2.0 * R);
+        let touching: Vec<DVec3> = if dimension == 2 { touching.step_by(3).collect() } else { touching.collect() };
+        let expected = touching.iter().fold(DMat3::ZERO, |sum, l| {
+            sum + outer(0.5 * KN * (2.0 * R - l.length()) * l.normalize(), *l) * (1.0 / volume)
+        });
+        let contact = |part: &profile::Part| DMat3::from_cols_array_2d(&part.stress.contact).transpose();
+        let cell = Cell::of(&packing).unwrap();
+        same("cell", DMat3::from_cols_array_2d(&stress(&packing, cell.volume()).contact).transpose(), expected, 1e-12);
+        let lower =
+            R * DVec3::new(-3.3, 1.7, 0.9) * if dimension == 2 { DVec3::new(1.0, 1.0, 0.0) } else { DVec3::ONE };
+        let whole = profile::of_box(&packing, lower, lower + length);
+        same("box", contact(&whole), expected, 1e-12);
+        let grains = scene.grains.len() as f64;
+        let mut solid = grains
+            * if dimension == 2 {
+                std::f64::consts::PI * R * R
+            } else {
+                4.0 / 0.75 * 0.25 * std::f64::consts::PI * R.powi(3)
+            };
+        solid /= cell.volume();
+        close("fraction", whole.solid_fraction, solid, 1.0, 0.02);
+        for axis in 0..dimension {
+            for width in [edge, 0.37 * edge] {
+                let parts = profile::profile(&packing, &cell, axis, width);
+                let of_all = |of: &dyn Fn(&profile::Part) -> f64| {
+                    parts.iter().map(|part| part.volume * of(part)).sum::<f64>() / cell.volume()
+                };
+                close("slabs", of_all(&|part| part.solid_fraction), whole.solid_fraction, 1.0, 1e-12);
+                let mean =
+                    parts.iter().fold(DMat3::ZERO, |sum, part| sum + contact(part) * (part.volume / cell.volume()));
+                same("slabs", mean, expected, 1e-12);
+                if width == edge && axis + 1 == dimension {
+                    for part in &parts {
+                        same("slab", contact(part), expected, 1e-12);
+                        close("slab", part.velocity.unwrap().x, 0.01, 0.01, 1e-12);
+                    }
+                }
+            }
+        }
     }
 }
 

@@ -43,6 +43,7 @@ fn picture(dimension: usize, grains: &[(DVec3, f64, [f32; 3])]) -> Picture {
         up: DVec3::AXES[dimension - 1],
         walls: Vec::new(),
         domain: Domain { lower: -DVec3::INFINITY, upper: DVec3::INFINITY, ..Domain::default() },
+        extent: None,
         width: 160,
         height: 120,
     }

@@ -3,7 +3,10 @@
 #[path = "common/place.rs"]
 mod place;
 
-use packstone::io::folder;
+use packstone::{
+    io::{folder, read_rows, schedule::Schedule},
+    prelude::*,
+};
 use place::{Place, engines};
 use serde_json::Value;
 use std::fs;
@@ -265,4 +268,56 @@ stop.strain.xy = 0.3
         let tilt = &place.json("out/summary.json")["domain"]["tilt"];
         assert!(tilt.to_string().len() > 4, "{tilt}");
     }
+}
+
+/// The same scene in code, run stage by stage, is what the program makes of the file, to the bit.
+#[test]
+fn stages_in_code_are_those_of_the_file() {
+    let glass = MaterialBuilder::new(2500.0).normal_stiffness(4e4).friction(0.5).restitution(0.3);
+    let bin = WallBuilder::box_between("glass", [0.0, 0.0], [0.02, 1.0]).name("bin");
+    let few = PopulationBuilder::new("glass", 3, Radii::uniform(0.5e-3, 0.5e-3)).region([0.0, 0.026], [0.02, 0.0295]);
+    let scene = Scene::builder(2)
+        .seed(3)
+        .material("glass", glass)
+        .wall(bin.faces([Side::XLower, Side::XUpper, Side::YLower]))
+        .wall(WallBuilder::plane("glass", [0.0, 0.03], [0.0, -1.0]).name("lid"))
+        .population(PopulationBuilder::new("glass", 60, Radii::uniform(0.8e-3, 1.2e-3)))
+        .solver(SolverBuilder::discrete_elements().damping(20.0))
+        .stop_time(0.03)
+        .stage(StageBuilder::new("fill"))
+        .stage(StageBuilder::new("slip").set("material.glass.friction", 0.1).set("stop.time", 0.01))
+        .stage(
+            StageBuilder::new("press").set("wall.lid.velocity", [0.0, -0.05]).set("stop.time", 0.01).population(few),
+        );
+    let scene = scene.build().unwrap();
+    assert_eq!(scene.stages().iter().map(|stage| &*stage.name).collect::<Vec<_>>(), ["fill", "slip", "press"]);
+    for engine in engines() {
+        let place = Place::new(&SCENE.replace("radius = 0.5e-3", "radius = { uniform = [0.5e-3, 0.5e-3] }"));
+        packstone(&place, &format!("run scene.toml --engine {engine} --out out"), 0);
+        let engine = if *engine == "gpu" { EngineChoice::Gpu } else { EngineChoice::Cpu };
+        let mut run = StageRun::new(&scene, Options { engine, ..Options::default() }).unwrap();
+        loop {
+            let end = Schedule::new(run.simulation.assembly(), run.simulation.dt()).end.unwrap();
+            run.simulation.advance(end).unwrap();
+            let rows = read_rows(&place.path(&format!("out/stages/{}/final.csv", run.name()))).unwrap();
+            let file: Vec<_> = rows.iter().map(|row| (row.position(), row.velocity())).collect();
+            let code: Vec<_> = run.simulation.grains().unwrap().iter().map(|g| (g.position, g.velocity)).collect();
+            assert!(file == code, "{} on {engine:?}", run.name());
+            if !run.go_on().unwrap() {
+                break;
+            }
+            assert!(run.notices.iter().any(|notice| notice.contains("contacts keep their history")));
+        }
+        assert_eq!((run.simulation.grains().unwrap().len(), run.name()), (63, "press"));
+    }
+    let wrong = |stage: StageBuilder| Scene::builder(2).stop_steps(1).stage(stage).build().unwrap_err().to_string();
+    assert_eq!(
+        wrong(StageBuilder::new("a").set("gravty", 1)).split(';').next(),
+        Some("scene: stage.a: unknown key `gravty`")
+    );
+    assert!(
+        wrong(StageBuilder::new("a").set("stop.time", 1.0).set("stop.time", 2.0))
+            .contains("stage.a: stop.time: has been given already")
+    );
+    assert!(wrong(StageBuilder::new("a/b")).contains("a name has"));
 }

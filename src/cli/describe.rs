@@ -51,7 +51,7 @@ fn show(args: &DescribeArgs) -> anyhow::Result<ExitCode> {
     let SceneArgs { scene: file, set, device } = &args.scene;
     let from = args.from.as_ref().map(|from| From::read(&Scene::load(file, set)?, from)).transpose()?;
     let (scene, assembly) = match &from {
-        Some(from) => (from.scene.clone(), from.assembly.clone()),
+        Some(from) => (from.scene().clone(), from.assembly().clone()),
         None => load(file, set)?,
     };
     let options = Options { engine: args.engine, ..device.options() };

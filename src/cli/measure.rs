@@ -10,7 +10,7 @@ use packstone::{
     Error,
     io::{Export, MeasureFiles, folder},
     measure::{Asked, Measures, Packing, micromechanics::equilibrium::Energies},
-    scene::Assembly,
+    scene::{Assembly, Domain},
     simulation::Simulation,
 };
 use std::{
@@ -67,13 +67,13 @@ const TOLERANCE: f64 = 1e-3;
 pub fn measure(args: &MeasureArgs) -> anyhow::Result<ExitCode> {
     let exports = args.export.iter().map(|path| Export::of(path)).collect::<packstone::Result<Vec<_>>>()?;
     let mut simulation = state(&args.state)?;
-    let asked = asked(args, &simulation)?;
+    let domain = simulation.domain()?;
+    let asked = asked(args, &simulation, &domain)?;
     let sample = simulation.sample()?;
     let energies =
         Energies { kinetic: sample.kinetic_energy, elastic: sample.elastic_energy, of_step: sample.step_energy };
     let (grains, clumps, walls) = (simulation.grains()?, simulation.clumps()?, simulation.walls()?);
     let contacts = simulation.contacts()?;
-    let domain = simulation.domain()?;
     let assembly = simulation.assembly_in(domain);
     let packing = Packing::new(&assembly, &grains, &clumps, &walls, &contacts);
     for export in &exports {
@@ -120,7 +120,7 @@ pub fn state(path: &Path) -> anyhow::Result<Simulation> {
 }
 
 /// What the arguments come down to in a scene.
-fn asked(args: &MeasureArgs, simulation: &Simulation) -> anyhow::Result<Asked> {
+fn asked(args: &MeasureArgs, simulation: &Simulation, domain: &Domain) -> anyhow::Result<Asked> {
     let assembly = simulation.assembly();
     let dims = assembly.dimension;
     let bounds = match args.bounds.as_deref() {
@@ -133,6 +133,12 @@ fn asked(args: &MeasureArgs, simulation: &Simulation) -> anyhow::Result<Asked> {
                     "--box: its upper corner must be above the lower one, but along {} it is not",
                     ["x", "y", "z"][axis]
                 );
+            }
+            let period = |axis: usize| domain.upper[axis] - domain.lower[axis];
+            let is_longer = |axis: usize| upper[axis] - lower[axis] > (1.0 + 1e-12) * period(axis);
+            if let Some(axis) = (0..dims).find(|axis| domain.periodic[*axis] && is_longer(*axis)) {
+                let (name, period) = (["x", "y", "z"][axis], period(axis));
+                bail!("--box: must be no longer than the period along {name}, which is {period:e} m");
             }
             Some([lower, upper])
         }

@@ -3,6 +3,8 @@
 mod begin;
 mod carry_out;
 mod drive;
+mod frames;
+mod interrupt;
 mod staged;
 
 use super::common::{about, stem};
@@ -20,7 +22,7 @@ use std::{
 };
 
 pub use begin::RunArgs;
-pub use drive::{interrupted, listen};
+pub use interrupt::{interrupted, listen};
 
 /// A run that is about to go on.
 enum Run {
@@ -41,6 +43,7 @@ pub fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
 /// # Errors
 /// For scenes, folders and checkpoints that cannot be run; nothing has changed on the disk then.
 fn begin(args: &RunArgs) -> anyhow::Result<Run> {
+    args.frames.check()?;
     let file = match (&args.resume, &args.scene) {
         (Some(folder), _) => {
             let staged = Staged::resume(args, folder)?;
@@ -75,5 +78,5 @@ fn begin(args: &RunArgs) -> anyhow::Result<Run> {
         return Err(Error::Scene(format!("{}: has no [[stage]], and so none called {stage}", file.display())).into());
     }
     let ready = start(args, scene, check)?;
-    Ok(Run::InOneGo(Box::new(Begun::new(&folder, Some(file), ready)?)))
+    Ok(Run::InOneGo(Box::new(Begun::new(&folder, Some(file), ready, &args.frames)?)))
 }

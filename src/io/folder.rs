@@ -13,7 +13,7 @@
 
 use super::{
     files::{at, is_file},
-    names::{RUN, STAGES, SUMMARY, is_reserved, snapshot_number, within_stage},
+    names::{FRAMES, RUN, STAGES, SUMMARY, is_of_frames, is_of_series, is_reserved},
     record::{Record, folders_of, is_folder, relative},
 };
 use crate::error::{Error, Result};
@@ -107,13 +107,9 @@ impl Folder {
     pub fn check_stages(&self, stages: &[String]) -> Result<()> {
         let ours: BTreeSet<&String> = self.older.iter().flat_map(|older| older.files_in(&self.path)).collect();
         for stage in stages {
-            let inside = self.path.join(STAGES).join(stage);
-            for entry in fs::read_dir(&inside).into_iter().flatten().flatten() {
-                let name = entry.file_name().to_string_lossy().into_owned();
-                if is_reserved(&name) && !ours.contains(&format!("{STAGES}/{stage}/{name}")) {
-                    return Err(foreign(&inside.join(name)));
-                }
-            }
+            let inside = format!("{STAGES}/{stage}/");
+            check_names(&self.path, &inside, is_reserved, &ours)?;
+            check_names(&self.path, &format!("{inside}{FRAMES}/"), is_of_frames, &ours)?;
         }
         Ok(())
     }
@@ -125,7 +121,7 @@ impl Folder {
 
     /// Where the new result is written.
     pub fn partial(&self) -> PathBuf {
-        self.path.join(PARTIAL)
+        partial(&self.path)
     }
 
     /// Begin a partial result with what `fill` writes to a folder. One that is there is kept under another name.
@@ -164,8 +160,8 @@ impl Folder {
             // That of version 0.1 had none.
             older.write(&self.path)?;
         }
-        // The older one goes when the new one would outlive a power cut. Of snapshots there may be too many.
-        let few = |name: &&String| snapshot_number(within_stage(name)).is_none();
+        // The older one goes when the new one would outlive a power cut. Of snapshots and frames there may be too many.
+        let few = |name: &&String| !is_of_series(name);
         for path in new.files.keys().filter(few).map(|name| partial.join(name)) {
             match File::open(&path).and_then(|file| file.sync_all()) {
                 // Some systems do so only for files that are open for writing.
@@ -201,6 +197,11 @@ pub fn last_stage(path: &Path) -> Option<PathBuf> {
     let Record { stages, .. } = Record::read(path)?;
     let folders = stages.iter().rev().map(|stage| path.join(STAGES).join(&stage.name));
     folders.into_iter().find(|folder| Record::read(folder).is_some())
+}
+
+/// Where a result is while it is written, given its folder.
+pub fn partial(path: &Path) -> PathBuf {
+    path.join(PARTIAL)
 }
 
 /// Whether a stage of the run in a folder has come to its end.
@@ -275,19 +276,29 @@ fn foreign(path: &Path) -> Error {
 fn survey(path: &Path) -> Result<Option<Record>> {
     let record = Record::read(path).or_else(|| of_version_0_1(path));
     let ours: BTreeSet<&String> = record.iter().flat_map(|record| record.files_in(path)).collect();
-    for entry in fs::read_dir(path).map_err(at(path))? {
-        let name = entry.map_err(at(path))?.file_name();
-        let Some(name) = name.to_str().filter(|name| is_reserved(name)) else { continue };
-        let is_ours = ours.contains(&name.to_owned()) || (name == RUN && record.is_some());
-        if !is_ours {
-            return Err(foreign(&path.join(name)));
-        }
-    }
+    check_names(path, "", |name| is_reserved(name) && !(name == RUN && record.is_some()), &ours)?;
+    check_names(path, &format!("{FRAMES}/"), is_of_frames, &ours)?;
     let partial = path.join(PARTIAL);
     if fs::symlink_metadata(&partial).is_ok() && !(is_folder(&partial) && Record::read(&partial).is_some()) {
         return Err(foreign(&partial));
     }
     Ok(record)
+}
+
+/// An error if a file in a part of a folder has a name that a run needs and is not one of ours.
+fn check_names(path: &Path, part: &str, needed: impl Fn(&str) -> bool, ours: &BTreeSet<&String>) -> Result<()> {
+    let inside = path.join(part);
+    if !inside.is_dir() {
+        return Ok(());
+    }
+    for entry in fs::read_dir(&inside).map_err(at(&inside))? {
+        let name = entry.map_err(at(&inside))?.file_name();
+        let Some(name) = name.to_str().filter(|name| needed(name)) else { continue };
+        if !ours.contains(&format!("{part}{name}")) {
+            return Err(foreign(&inside.join(name)));
+        }
+    }
+    Ok(())
 }
 
 /// Version 0.1 wrote no record; its summary is known by its keys.

@@ -52,6 +52,34 @@ pub fn contacts(extension: &str) -> String {
     format!("{}.{extension}", OF_CONTACTS.0)
 }
 
+/// The folder with pictures of a run in the course of time.
+pub const FRAMES: &str = "frames";
+/// What these have in common, in that folder.
+pub const FRAMES_RECORD: &str = "frames.json";
+
+/// A picture of them, counted from 1, or the state that it is of.
+pub fn frame(number: usize, extension: &str) -> String {
+    format!("frame_{number:04}.{extension}")
+}
+
+/// The number of a frame of this name.
+pub fn frame_number(name: &str) -> Option<usize> {
+    let (digits, ending) = name.strip_prefix("frame_")?.split_once('.')?;
+    let is_ours = ["png", "bin"].contains(&ending) && digits.bytes().all(|digit| digit.is_ascii_digit());
+    is_ours.then(|| digits.parse().ok())?
+}
+
+/// Whether a run may write a file of this name among its frames.
+pub fn is_of_frames(name: &str) -> bool {
+    name == FRAMES_RECORD || frame_number(name).is_some()
+}
+
+/// Whether this is one of many files: of a snapshot, or a frame.
+pub fn is_of_series(name: &str) -> bool {
+    let name = within_stage(name);
+    snapshot_number(name).is_some() || name.strip_prefix(FRAMES).is_some_and(|rest| rest.starts_with('/'))
+}
+
 /// The number of a snapshot of this name.
 pub fn snapshot_number(name: &str) -> Option<usize> {
     let (beginning, rest) = name.split_once('_')?;
@@ -101,6 +129,9 @@ mod tests {
             "summary.json.bak",
         ];
         assert!(!others.into_iter().any(is_reserved));
+        assert!(is_of_frames(&frame(12345, "png")) && is_of_frames(&frame(1, "bin")) && is_of_frames(FRAMES_RECORD));
+        assert!(["frame_a.png", "frame_0001.jpg", "film.mp4"].iter().all(|name| !is_of_frames(name)));
+        assert!(is_of_series("stages/a/frames/frame_0001.png") && !is_of_series("frames.json"));
         assert_eq!(snapshot_number(&snapshot(7, "vtp")), Some(7));
         let within = [("stages/a/final.csv", "final.csv"), ("stages/a", "stages/a"), ("inputs/a/b", "inputs/a/b")];
         assert!(within.iter().all(|(name, own)| within_stage(name) == *own));

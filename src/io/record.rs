@@ -2,7 +2,7 @@
 
 use super::{
     files::{at, crc32, is_file, write},
-    names::{CHECKPOINT, INPUTS, PREVIOUS, RUN, STAGES, is_reserved, snapshot_number, within_stage},
+    names::{CHECKPOINT, FRAMES, INPUTS, PREVIOUS, RUN, STAGES, is_of_frames, is_of_series, is_reserved, within_stage},
 };
 use crate::{container::is_container, engine::Gpu, error::Result, scene::Scene, simulation::Simulation};
 use serde::{Deserialize, Serialize};
@@ -99,7 +99,7 @@ pub struct Resumed {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Written {
     pub bytes: u64,
-    /// Of small files that are no snapshots.
+    /// Of small files that are neither snapshots nor frames.
     pub crc32: Option<String>,
 }
 
@@ -138,6 +138,7 @@ impl Record {
                 is_reserved(name)
                     || within_stage(name) != name
                     || name.starts_with("inputs/")
+                    || name.strip_prefix("frames/").is_some_and(is_of_frames)
                     || record.scene_as_run.as_ref() == Some(name)
                     || record.scene_as_given.as_ref() == Some(name)
             });
@@ -164,7 +165,7 @@ impl Record {
         self.files.clear();
         for name in names(folder)?.into_iter().filter(|name| name != RUN) {
             let path = folder.join(&name);
-            let check = snapshot_number(within_stage(&name)).is_none();
+            let check = !is_of_series(&name);
             let written = Written::of(&path, check).map_err(at(&path))?;
             self.files.insert(name, written);
         }
@@ -202,10 +203,11 @@ pub fn folders_of(relative: &Path) -> impl Iterator<Item = &Path> {
     relative.ancestors().skip(1).filter(|part| !part.as_os_str().is_empty())
 }
 
-/// The files of a result's folder, of its inputs and of its stages.
+/// The files of a result's folder, of its inputs, frames and stages.
 pub fn names(folder: &Path) -> Result<Vec<String>> {
     let mut names = Vec::new();
-    for (prefix, inside) in [("", folder.to_owned()), ("inputs/", folder.join(INPUTS))] {
+    let folders = [("", folder.to_owned()), ("inputs/", folder.join(INPUTS)), ("frames/", folder.join(FRAMES))];
+    for (prefix, inside) in folders {
         if !is_folder(&inside) {
             continue;
         }

@@ -74,7 +74,7 @@ pub struct Camera {
 impl Camera {
     /// Closest camera that has all of the stage in a picture of this many pixels.
     pub fn new(stage: &Stage, width: u32, height: u32) -> Self {
-        let points = points(stage);
+        let points: Vec<Vec4> = stage.shown().collect();
         let size = Vec2::new(width as f32, height as f32);
         match stage.dimension {
             2 => Self::flat(&points, size, stage.up),
@@ -187,7 +187,7 @@ pub fn add_light(view: &mut View, stage: &Stage, texels: u32) {
     let light = upright_to(upright, direction(LIGHT));
     let x = light.cross(upright).normalize();
     let y = x.cross(light);
-    let points = points(stage);
+    let points: Vec<Vec4> = stage.shown().collect();
     let row = |axis: Vec3| {
         let low = points.iter().map(|p| axis.dot(p.xyz()) - p.w).fold(f32::INFINITY, f32::min);
         let high = points.iter().map(|p| axis.dot(p.xyz()) + p.w).fold(f32::NEG_INFINITY, f32::max);
@@ -217,12 +217,6 @@ pub fn lit_disk(view: &View, ball: Vec4, cells: u32) -> Disk {
         touched: half * scale(0).max(scale(1)),
         near: place.z - scale(2),
     }
-}
-
-/// Grains, and corners of walls as grains of radius 0.
-fn points(stage: &Stage) -> Vec<Vec4> {
-    let corners = stage.outline.iter().map(|corner| corner.as_vec3().extend(0.0));
-    stage.balls.iter().copied().chain(corners).collect()
 }
 
 /// Unit vector at (azimuth, elevation) in degrees.

@@ -31,6 +31,9 @@ pub struct Picture {
     pub walls: Vec<Wall>,
     /// Walls and floor are drawn no farther than it reaches; periodic axes are framed by thin lines.
     pub domain: Domain,
+    /// Two corners of the box that is shown, m, which pictures of a series have in common. Without one it is what the
+    /// grains, and the walls near them, take up: [`extent`](super::extent).
+    pub extent: Option<[DVec3; 2]>,
     /// Pixels.
     pub width: u32,
     /// Pixels.

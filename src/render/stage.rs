@@ -55,6 +55,11 @@ pub struct Stage {
     pub lines: Vec<Line>,
     /// Everything that must be in the picture besides the grains.
     pub outline: Vec<DVec3>,
+    /// Corners of the box that is shown; none where it is what all of the above takes up.
+    pub corners: Vec<DVec3>,
+    /// The middle and half of the size of the scene, m: what its units are.
+    origin: DVec3,
+    size: f64,
 }
 
 impl Stage {
@@ -75,10 +80,12 @@ impl Stage {
         let rods: Vec<Rod> = rods.collect();
         let balls = drawn.iter().map(|&i| (place(picture.centers[i]), picture.radii[i]));
         let balls: Vec<(DVec3, f64)> = balls.collect();
-        let Some((low, high)) = bounds(&balls, &rods, picture.dimension) else { return stage };
+        let asked = picture.extent.map(|[low, high]| (low, high));
+        let Some((low, high)) = asked.or_else(|| bounds(&balls, &rods, picture.dimension)) else { return stage };
         let origin = 0.5 * (low + high);
         let size = (0.5 * (high - low)).max_element();
         let local = |x: DVec3| (x - origin) / size;
+        (stage.origin, stage.size) = (origin, size);
         stage.balls =
             balls.iter().map(|&(center, radius)| local(center).as_vec3().extend((radius / size) as f32)).collect();
         stage.colors = drawn.iter().map(|&i| packed(picture.colors[i])).collect();
@@ -89,9 +96,36 @@ impl Stage {
             stage.colors.resize(stage.colors.len() + stage.balls.len() - before, packed(rod.color) & !RIM);
         }
         let sides = sides(picture, origin, size);
-        let frame = frame(local(low), local(high), &sides, &picture.domain, picture.dimension, &local);
+        let (low, high) = (local(low), local(high));
+        let frame = match picture.extent {
+            Some(_) => {
+                let corner = |k: usize| DVec3::from_array([0, 1, 2].map(|axis| [low, high][k >> axis & 1][axis]));
+                stage.corners = (0..8).map(corner).collect();
+                thickened((low, high), picture.dimension)
+            }
+            None => frame(low, high, &sides, &picture.domain, picture.dimension, &local),
+        };
         stage.add_walls(&sides, frame);
         stage
+    }
+
+    /// What must be in the picture: balls, and points as balls of radius 0.
+    pub fn shown(&self) -> impl Iterator<Item = Vec4> {
+        let (balls, points) = match &self.corners[..] {
+            [] => (&self.balls[..], &self.outline),
+            _ => (&[][..], &self.corners),
+        };
+        balls.iter().copied().chain(points.iter().map(|point| point.as_vec3().extend(0.0)))
+    }
+
+    /// The box that holds that, m.
+    pub fn extent(&self) -> Option<[DVec3; 2]> {
+        let ends = self.shown().map(|ball| {
+            let (center, radius) = (ball.truncate().as_dvec3(), f64::from(ball.w));
+            [center - radius, center + radius]
+        });
+        let all = ends.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])?.map(|corner| self.origin + self.size * corner);
+        Some(if self.dimension == 2 { all.map(|corner| corner.with_z(0.0)) } else { all })
     }
 
     fn add_walls(&mut self, sides: &[Side], frame: (DVec3, DVec3)) {
@@ -218,11 +252,12 @@ fn frame(
             padding += 0.9 * (low[axis] - frame.0[axis] - padding).max(0.0);
         }
     }
-    if dimension == 2 {
-        frame.0.z = -1e-3;
-        frame.1.z = 1e-3;
-    }
-    frame
+    thickened(frame, dimension)
+}
+
+/// Of disks, with some thickness.
+fn thickened((low, high): (DVec3, DVec3), dimension: usize) -> (DVec3, DVec3) {
+    if dimension == 2 { (low.with_z(-1e-3), high.with_z(1e-3)) } else { (low, high) }
 }
 
 /// The part of a side that bounds the space inside all other sides and the frame; empty if there is none.

@@ -7,6 +7,7 @@ mod keys;
 mod openings;
 mod shapes;
 mod solver;
+mod stages;
 mod walls;
 
 use std::collections::BTreeMap;
@@ -27,6 +28,7 @@ pub use keys::PerAxis;
 pub use openings::{InsertionBuilder, OutletBuilder};
 pub use shapes::{Orientation, ShapeBuilder};
 pub use solver::SolverBuilder;
+pub use stages::StageBuilder;
 pub use walls::{Side, WallBuilder};
 
 impl Scene {
@@ -56,6 +58,8 @@ pub struct SceneBuilder {
     directory: PathBuf,
     /// A material that was given twice.
     twice: Option<String>,
+    /// What stages have that no file can hold.
+    fault: Option<String>,
 }
 
 impl SceneBuilder {
@@ -81,7 +85,7 @@ impl SceneBuilder {
             output: schema::Output::default(),
             stage: Vec::new(),
         };
-        SceneBuilder { file, directory: PathBuf::new(), twice: None }
+        SceneBuilder { file, directory: PathBuf::new(), twice: None, fault: None }
     }
 
     /// Name of the scene, with which messages begin. Default: `scene`.
@@ -181,6 +185,18 @@ impl SceneBuilder {
     #[must_use]
     pub fn outlet(mut self, outlet: OutletBuilder) -> Self {
         self.file.outlet.push(outlet.0);
+        self
+    }
+
+    /// A part of a run with values of its own, which begins where the one before it has ended: [`Scene::stages`], which
+    /// [`StageRun`](crate::simulation::StageRun) runs one after the other. Default: none, the scene runs in one go.
+    #[must_use]
+    pub fn stage(mut self, stage: StageBuilder) -> Self {
+        let StageBuilder { table, fault } = stage;
+        let name = table.get("name").and_then(toml::Value::as_str).unwrap_or_default();
+        let fault = fault.map(|fault| format!("stage.{name}: {fault}"));
+        self.fault = self.fault.or(fault);
+        self.file.stage.push(table);
         self
     }
 
@@ -284,7 +300,8 @@ impl SceneBuilder {
     /// The scene, as if it had been read from a file.
     ///
     /// # Errors
-    /// [`Error::Scene`] for what no scene file can hold: numbers that are not finite, two materials of one name.
+    /// [`Error::Scene`] for what no scene file can hold: numbers that are not finite, two materials of one name; and for
+    /// keys of stages that scenes do not have.
     pub fn build(self) -> Result<Scene> {
         let name = self.file.title.clone().unwrap_or_else(|| "scene".to_owned());
         let origin = Origin { name, directory: self.directory, set: Vec::new() };
@@ -295,9 +312,17 @@ impl SceneBuilder {
             let message = format!("a whole number is above {}, the largest that a scene can hold", i64::MAX);
             Error::Scene(format!("{}: {message}", origin.name))
         })?;
+        if let Some(fault) = self.fault {
+            return Err(Error::Scene(format!("{}: {fault}", origin.name)));
+        }
+        // Stages are the text of a scene with values written into it.
+        let has_stages = !self.file.stage.is_empty();
+        let text = has_stages.then(|| toml::to_string(&table).expect("it is a table"));
         overrides::refuse_infinite_in(table, &origin)?;
         let made = SystemTime::now();
-        Ok(Scene { file: self.file, origin, text: None, made, going_on: None, stages: Vec::new(), common: None })
+        let mut scene = Scene { file: self.file, origin, text, made, going_on: None, stages: Vec::new(), common: None };
+        scene.stages = scene.read_stages()?;
+        Ok(scene)
     }
 
     /// [`SceneBuilder::build`], then [`Scene::assemble`].

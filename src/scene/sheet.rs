@@ -32,15 +32,42 @@ pub struct Sheet<'a> {
     pub velocities: Option<Rows<'a>>,
     /// Whether a particle code wrote it. Its grains may stand out of their periods.
     pub foreign: bool,
-    /// Corners of its box, of which `xs`, `ys` and `zs` are parts.
-    pub corners: Option<[DVec3; 2]>,
+    /// Its box, of which `xs`, `ys` and `zs` are parts.
+    pub bounds: Option<Bounds>,
     pub notices: Vec<String>,
+}
+
+/// The box of a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Bounds {
+    /// Its corner.
+    pub lower: DVec3,
+    /// Lengths along the axes.
+    pub lengths: DVec3,
+    /// How far the third edge leads along y and along x, and the second along x.
+    pub tilt: DVec3,
+}
+
+impl Bounds {
+    /// From its edges, which must be one along x, one in the plane x-y, and one beyond.
+    pub fn of_edges(lower: DVec3, [a, b, c]: [DVec3; 3], line: usize) -> Found<Bounds> {
+        if [a.y, a.z, b.z] != [0.0; 3] {
+            let message = "the box is turned: its first edge must be along x, its second one in the plane x-y";
+            return Err((line, message.to_owned()));
+        }
+        Ok(Bounds { lower, lengths: DVec3::new(a.x, b.y, c.z), tilt: DVec3::new(c.y, c.x, b.x) })
+    }
+
+    pub fn edges(&self) -> [DVec3; 3] {
+        let Bounds { lengths, tilt, .. } = self;
+        [DVec3::X * lengths.x, DVec3::new(tilt.z, lengths.y, 0.0), DVec3::new(tilt.y, tilt.x, lengths.z)]
+    }
 }
 
 impl<'a> Sheet<'a> {
     /// One of a particle code.
     pub fn foreign(rows: Rows<'a>) -> Sheet<'a> {
-        Sheet { rows, velocities: None, foreign: true, corners: None, notices: Vec::new() }
+        Sheet { rows, velocities: None, foreign: true, bounds: None, notices: Vec::new() }
     }
 
     /// Where the rows have positions and radii.
@@ -48,10 +75,8 @@ impl<'a> Sheet<'a> {
         let rows = &self.rows;
         let find = |name: &str| rows.find(name);
         let scaled = ["xs", "ys", "zs"].map(find);
-        let (position, box_) = match self.corners {
-            Some([lower, upper]) if find("x").is_none() && scaled[0].is_some() => {
-                (scaled, Some([lower, upper - lower]))
-            }
+        let (position, box_) = match self.bounds {
+            Some(bounds) if find("x").is_none() && scaled[0].is_some() => (scaled, Some(bounds)),
             _ => (["x", "y", "z"].map(find), None),
         };
         if let Some(axis) = (0..dimension).find(|axis| position[*axis].is_none()) {
@@ -101,8 +126,8 @@ impl<'a> Rows<'a> {
 /// Where a row has its position and its radius.
 pub struct Geometry {
     position: [Option<usize>; 3],
-    /// Lower corner and lengths of the box that positions are parts of.
-    box_: Option<[DVec3; 2]>,
+    /// What positions are parts of.
+    box_: Option<Bounds>,
     /// The column, and what one there is of a radius. None: the file has no radii.
     pub radius: Option<(usize, f64)>,
 }
@@ -110,8 +135,9 @@ pub struct Geometry {
 impl Geometry {
     pub fn position(&self, row: &[&str], flat: bool) -> Parsed<DVec3> {
         let position = vector(row, self.position, [false, false, flat && self.box_.is_none()])?;
-        let Some([lower, lengths]) = self.box_ else { return Ok(position) };
-        let mut position = lower + position * lengths;
+        let Some(bounds) = self.box_ else { return Ok(position) };
+        let parts = bounds.edges().into_iter().zip(position.to_array());
+        let mut position = parts.fold(bounds.lower, |x, (edge, part)| x + part * edge);
         if flat {
             position.z = 0.0;
         }
@@ -166,5 +192,3 @@ pub fn units(units: Option<&str>) -> Option<String> {
 pub fn cut_off(line: usize, what: &str, found: usize, wanted: usize) -> Fault {
     (line, format!("{what} {wanted} atoms, and {found} follow: the file is cut off, or was edited"))
 }
-
-pub const TILTED: &str = "the box is tilted; packstone's domains are along the axes";

@@ -10,7 +10,7 @@ use super::formats;
 use super::origin::read_text;
 use super::rows::{Parsed, number, quoted, unit};
 use super::shape::Shapes;
-use super::sheet::{Fault, Geometry, Rows, Sheet, vector};
+use super::sheet::{Bounds, Fault, Geometry, Rows, Sheet, vector};
 use super::{Domain, Grain};
 use crate::{Error, Result};
 
@@ -52,7 +52,8 @@ pub fn read(
     let rows = &sheet.rows;
     let columns = Columns::find(&sheet, options, check).map_err(|message| fault((rows.header, message)))?;
     notices.extend(sheet.notices.iter().map(|notice| format!("{name}: {notice}")));
-    notices.extend(other_box(&sheet, options, check).map(|notice| format!("{name}: {notice}")));
+    let other = other_box(&sheet, options, check).map_err(file_error)?;
+    notices.extend(other.map(|notice| format!("{name}: {notice}")));
 
     let mut values = Vec::new();
     let (mut grains, mut poses) = (Vec::new(), Vec::new());
@@ -99,26 +100,48 @@ pub fn read(
 }
 
 /// What is said of a box that is not the domain.
-fn other_box(sheet: &Sheet, options: &Options, check: &Check) -> Option<String> {
+///
+/// # Errors
+/// If it is tilted as the domain is not: its grains would be other ones' neighbours.
+fn other_box(sheet: &Sheet, options: &Options, check: &Check) -> Parsed<Option<String>> {
     /// Digits that files may lack.
     const ROUNDING: f64 = 1e-6;
-    let [lower, upper] = sheet.corners?.map(|corner| options.scale * corner);
-    let domain = options.domain;
-    let lengths = upper - lower;
+    let Some(Bounds { lower, lengths, tilt }) = sheet.bounds else { return Ok(None) };
+    let (scale, domain) = (options.scale, options.domain);
+    let (lower, lengths, tilt) = (scale * lower, scale * lengths, scale * tilt);
+    let upper = lower + lengths;
     let alike = |axis: usize| {
         let near = |a: f64, b: f64| (a - b).abs() <= ROUNDING * lengths[axis].abs();
         near(lower[axis], domain.lower[axis]) && near(upper[axis], domain.upper[axis])
     };
+    let edges = Bounds { lower, lengths, tilt }.edges();
+    let is_straight = |axis: usize| edges[axis] == edges[axis] * DVec3::AXES[axis];
+    // Tilts by whole lengths are none.
+    let is_edge = |axis: usize| domain.nearest(edges[axis]).length() <= ROUNDING * lengths.max_element();
+    let fits = |axis: usize| match domain.periodic[axis] {
+        true => alike(axis) && is_edge(axis),
+        false => is_straight(axis),
+    };
+    let mut axes = 0..check.dimension;
+    if !(domain.tilt == DVec3::ZERO && axes.clone().all(is_straight) || axes.all(fits)) {
+        let [yz, xz, xy] = tilt.to_array().map(show);
+        return Err(format!(
+            "its box, from {} with the lengths {} and the tilts yz = {yz}, xz = {xz} and xy = {xy} m, is not the cell of the scene; \
+             let the domain have its bounds, its faces be periodic, and domain.tilt be the same",
+            show_vector(lower, check.dimension),
+            show_vector(lengths, check.dimension),
+        ));
+    }
     let other: Vec<_> = (0..check.dimension).filter(|axis| !alike(*axis)).map(|axis| AXES[axis].to_string()).collect();
     let show = |corner: DVec3| show_vector(corner, check.dimension);
-    (!other.is_empty()).then(|| {
+    Ok((!other.is_empty()).then(|| {
         format!(
             "its box, from {} to {} m, is not the domain of the scene along {}",
             show(lower),
             show(upper),
             other.join(", ")
         )
-    })
+    }))
 }
 
 /// Velocity and spin where they have rows of their own.

@@ -1,4 +1,4 @@
-//! The bar that tells what colours stand for.
+//! Bars that tell what colours and widths stand for.
 
 use packstone::render::ramp;
 use plotters::{
@@ -19,8 +19,16 @@ const EDGE: f64 = 0.03;
 /// Numbers beside the bar.
 const TICKS: u32 = 4;
 
-/// Into the lower left corner of a picture of 4 bytes a pixel; `title` says what is shown, and its unit.
-pub fn draw(pixels: &mut [u8], (width, height): (u32, u32), title: &str, [low, high]: [f64; 2]) -> anyhow::Result<()> {
+/// What is said of one of the things that a picture shows.
+pub enum Bar {
+    /// What the ends of the map of colours stand for; `title` says what is shown, and its unit.
+    Colors { title: &'static str, range: [f64; 2] },
+    /// What the thickest of the rods stands for, the others being as much thinner as they have less.
+    Rods { title: &'static str, most: f64 },
+}
+
+/// Into the lower left corner of a picture of 4 bytes a pixel, one above the other.
+pub fn draw(pixels: &mut [u8], (width, height): (u32, u32), bars: &[Bar]) -> anyhow::Result<()> {
     static FONTS: Once = Once::new();
     FONTS.call_once(|| {
         let known = register_font(FONT, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT);
@@ -30,25 +38,45 @@ pub fn draw(pixels: &mut [u8], (width, height): (u32, u32), title: &str, [low, h
     {
         let area = BitMapBackend::with_buffer(&mut opaque, (width, height)).into_drawing_area();
         let part = |part: f64| (part * f64::from(height)) as i32;
-        let (left, bottom) = (part(EDGE), height as i32 - part(EDGE));
-        let (right, top) = (left + part(WIDTH).max(3), bottom - part(LENGTH));
-        for y in top..bottom {
-            let t = f64::from(bottom - y) / f64::from(bottom - top);
-            let [r, g, b] = ramp(t as f32).map(|c| (c * 255.0).round() as u8);
-            // A rectangle without a height is not drawn.
-            area.draw(&Rectangle::new([(left, y), (right, y + 1)], RGBColor(r, g, b).filled()))?;
-        }
-        area.draw(&Rectangle::new([(left, top), (right, bottom)], BLACK.stroke_width(1)))?;
         let style = |h, v| (FONT, part(LETTERS).max(9)).into_font().color(&BLACK).pos(Pos::new(h, v));
-        for tick in 0..=TICKS {
-            let t = f64::from(tick) / f64::from(TICKS);
-            let y = bottom - (t * f64::from(bottom - top)) as i32;
-            area.draw(&Rectangle::new([(right, y), (right + part(EDGE) / 4, y + 1)], BLACK.filled()))?;
-            let at = (right + part(EDGE) / 3, y);
-            area.draw(&Text::new(number(low + t * (high - low)), at, style(HPos::Left, VPos::Center)))?;
+        let (left, mut bottom) = (part(EDGE), height as i32 - part(EDGE));
+        let right = left + part(WIDTH).max(3);
+        let beside = right + part(EDGE) / 3;
+        for bar in bars {
+            let (title, top) = match bar {
+                Bar::Colors { title, range: [low, high] } => {
+                    let top = bottom - part(LENGTH);
+                    for y in top..bottom {
+                        let t = f64::from(bottom - y) / f64::from(bottom - top);
+                        let [r, g, b] = ramp(t as f32).map(|c| (c * 255.0).round() as u8);
+                        // A rectangle without a height is not drawn.
+                        area.draw(&Rectangle::new([(left, y), (right, y + 1)], RGBColor(r, g, b).filled()))?;
+                    }
+                    area.draw(&Rectangle::new([(left, top), (right, bottom)], BLACK.stroke_width(1)))?;
+                    for tick in 0..=TICKS {
+                        let t = f64::from(tick) / f64::from(TICKS);
+                        let y = bottom - (t * f64::from(bottom - top)) as i32;
+                        area.draw(&Rectangle::new([(right, y), (right + part(EDGE) / 4, y + 1)], BLACK.filled()))?;
+                        let text = number(low + t * (high - low));
+                        area.draw(&Text::new(text, (beside, y), style(HPos::Left, VPos::Center)))?;
+                    }
+                    (title, top)
+                }
+                Bar::Rods { title, most } => {
+                    let top = bottom - part(LENGTH) / 3;
+                    let (middle, thin) = ((left + right) / 2, 1.max((right - left) / 12));
+                    let wedge = [(middle - thin, bottom), (left, top), (right, top), (middle + thin, bottom)];
+                    area.draw(&Polygon::new(wedge, BLACK.filled()))?;
+                    for (y, value) in [(bottom, 0.0), (top, *most)] {
+                        area.draw(&Text::new(number(value), (beside, y), style(HPos::Left, VPos::Center)))?;
+                    }
+                    (title, top)
+                }
+            };
+            let above = (left, top - part(LETTERS) / 2);
+            area.draw(&Text::new((*title).to_owned(), above, style(HPos::Left, VPos::Bottom)))?;
+            bottom = top - part(3.0 * LETTERS);
         }
-        let above = (left, top - part(LETTERS) / 2);
-        area.draw(&Text::new(title.to_owned(), above, style(HPos::Left, VPos::Bottom)))?;
         area.present()?;
     }
     for (pixel, new) in pixels.chunks_exact_mut(4).zip(opaque.chunks_exact(3)) {

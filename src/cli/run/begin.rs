@@ -5,7 +5,11 @@ use super::super::{
     from::From,
     last::{CHECKPOINTS, Last, last},
 };
-use super::drive::{Goal, Run, SoFar, interrupted, listen};
+use super::{
+    drive::{Goal, Run, SoFar},
+    frames::{FrameArgs, Frames},
+    interrupt::{interrupted, listen},
+};
 use packstone::{
     Error,
     io::{Record, Results, Resumed, folder, record, schedule::Schedule},
@@ -19,6 +23,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:\n  packstone run examples/scenes/heap_2d.toml\n  \
                         packstone run examples/scenes/heap_2d.toml --engine cpu --steps 1000 --out out/short\n  \
                         packstone run examples/scenes/heap_2d.toml --set solver.dt_fraction=0.1\n  \
+                        packstone run examples/scenes/heap_2d.toml --frames 100 --color speed\n  \
                         packstone run --resume out/heap_2d\n  \
                         packstone run sheared.toml --from out/heap_2d\n  \
                         packstone run triaxial.toml --from-stage load\n\n\
@@ -69,6 +74,8 @@ pub struct RunArgs {
     /// The same as --set stop.time=T, s, in every stage
     #[arg(long, value_name = "T")]
     time: Option<f64>,
+    #[command(flatten)]
+    pub frames: FrameArgs,
 }
 
 impl RunArgs {
@@ -93,13 +100,14 @@ pub struct Begun {
 
 impl Begun {
     /// At time 0. Only now anything changes on the disk, so that a scene that cannot run leaves no trace.
-    pub fn new(folder: &Path, file: Option<&Path>, ready: Ready) -> anyhow::Result<Begun> {
+    pub fn new(folder: &Path, file: Option<&Path>, ready: Ready, frames: &FrameArgs) -> anyhow::Result<Begun> {
         let Ready { scene, simulation, older } = ready;
         listen()?;
         let record = Record::new(&scene, &simulation, command());
         let results = Results::create(folder, file, &scene, simulation.assembly(), record)?;
         let schedule = Schedule::new(simulation.assembly(), simulation.dt());
-        let mut run = Run::new(simulation, results, schedule);
+        let frames = frames.begin(results.place(), &schedule)?;
+        let mut run = Run::new(simulation, results, schedule, frames);
         if older.is_some() {
             run.inherited = run.simulation.sample()?.max_overlap_over_radius;
         }
@@ -119,7 +127,7 @@ impl Ready {
     /// With the last state of another run.
     pub fn from(scene: &Scene, folder: &Path, options: Options) -> anyhow::Result<Ready> {
         let from = From::read(scene, folder)?;
-        Ok(Ready { scene: from.scene.clone(), simulation: from.simulation(options)?, older: Some(from) })
+        Ok(Ready { scene: from.scene().clone(), simulation: from.simulation(options)?, older: Some(from) })
     }
 }
 
@@ -173,7 +181,8 @@ pub fn resume(args: &RunArgs, folder: &Path) -> anyhow::Result<Begun> {
         Some(_) => format!("had come to its end at step {step}, and writes its results"),
         None => format!("goes on from step {step}"),
     });
-    let mut run = Run::new(simulation, results, schedule);
+    let frames = Frames::resume(results.place(), step)?;
+    let mut run = Run::new(simulation, results, schedule, frames);
     (run.earlier, run.saved, run.deepest) = (wall_seconds, Some(step), deepest);
     (run.inherited, run.jamming, run.reached) = (inherited, jamming, reached);
     if moved {

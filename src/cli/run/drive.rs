@@ -1,9 +1,10 @@
 //! A run from one step to the next: rows, snapshots, checkpoints, and how it ends.
 
 use super::super::{
-    common::{INTERRUPTED, size},
+    common::{size, warn},
     progress::Progress,
 };
+use super::{frames::Frames, interrupt::interrupted};
 use packstone::{
     Error,
     io::{
@@ -19,10 +20,6 @@ use packstone::{
 use serde::{Deserialize, Serialize};
 use std::{
     path::{Path, PathBuf},
-    sync::{
-        Once,
-        atomic::{AtomicBool, Ordering},
-    },
     time::{Duration, Instant},
 };
 
@@ -43,33 +40,6 @@ pub struct SoFar {
 
 /// More snapshots than that are announced, files and bytes.
 const MANY: Amount = Amount { files: 1000, bytes: 1_000_000_000 };
-
-static CTRL_C: AtomicBool = AtomicBool::new(false);
-static LISTENING: Once = Once::new();
-
-/// Signals that come sooner after the first are taken for the same: some programs send one to the process and one to its
-/// group.
-const SAME_SIGNAL: Duration = Duration::from_secs(1);
-
-/// Take note of Ctrl-C; a second one ends the program at once.
-pub fn listen() -> anyhow::Result<()> {
-    let mut first: Option<Instant> = None;
-    let mut listening = Ok(());
-    LISTENING.call_once(|| {
-        listening = ctrlc::set_handler(move || {
-            CTRL_C.store(true, Ordering::Relaxed);
-            if first.get_or_insert_with(Instant::now).elapsed() > SAME_SIGNAL {
-                std::process::exit(INTERRUPTED.into());
-            }
-        });
-    });
-    Ok(listening?)
-}
-
-/// Whether there was a Ctrl-C.
-pub fn interrupted() -> bool {
-    CTRL_C.load(Ordering::Relaxed)
-}
 
 /// A chunk of steps should take no longer, so that Ctrl-C is noticed and checkpoints come in time.
 const CHUNK: Duration = Duration::from_millis(250);
@@ -146,6 +116,8 @@ pub struct Run {
     pub simulation: Simulation,
     pub results: Results,
     pub schedule: Schedule,
+    /// Pictures in the course of time, if they are asked for.
+    frames: Option<Frames>,
     /// The step that it began with, and when.
     first: u64,
     start: Instant,
@@ -171,12 +143,13 @@ pub struct Run {
 }
 
 impl Run {
-    pub fn new(simulation: Simulation, results: Results, schedule: Schedule) -> Run {
+    pub fn new(simulation: Simulation, results: Results, schedule: Schedule, frames: Option<Frames>) -> Run {
         let assembly = simulation.assembly();
         let start = Instant::now();
         Run {
             results,
             schedule,
+            frames,
             first: simulation.step(),
             start,
             earlier: 0.0,
@@ -229,6 +202,9 @@ impl Run {
             self.snapshot()?;
             self.schedule.snapshots.as_mut().map(|clock| clock.strikes(step));
         }
+        if self.frames.as_ref().is_some_and(|frames| frames.next() <= step) {
+            self.frame(Frames::add)?;
+        }
         let (mut rest, mut met, mut fault) = (None, false, None);
         if self.schedule.history.next() <= step {
             let (sample, loads) = self.record()?;
@@ -252,7 +228,7 @@ impl Run {
 
     /// Up to the next step at which something is due, or until Ctrl-C.
     fn advance(&mut self, progress: &mut Progress) -> packstone::Result<()> {
-        let next = self.schedule.next();
+        let next = self.schedule.next().min(self.frames.as_ref().map_or(u64::MAX, Frames::next));
         while self.simulation.step() < next {
             let every = self.simulation.assembly().output.checkpoint;
             if every > 0.0 && self.checkpointed.elapsed().as_secs_f64() >= every {
@@ -365,6 +341,24 @@ impl Run {
         self.results.snapshot(&moment, Some(&packing))
     }
 
+    /// Let frames make something of the state. A run does not end because it cannot be drawn.
+    fn frame(
+        &mut self,
+        make: impl FnOnce(&mut Frames, &mut Simulation) -> anyhow::Result<()>,
+    ) -> packstone::Result<()> {
+        let Some(mut frames) = self.frames.take() else { return Ok(()) };
+        let Err(error) = make(&mut frames, &mut self.simulation) else {
+            self.frames = Some(frames);
+            return Ok(());
+        };
+        match error.downcast() {
+            Ok(error @ Error::Io { .. }) => return Err(error),
+            Ok(error) => warn(format!("{error}; there will be no more frames")),
+            Err(error) => warn(format!("{error}; there will be no more frames")),
+        }
+        Ok(())
+    }
+
     /// Whether what the scene waits for has come to its end.
     fn rest(&mut self, sample: &Sample, loads: &[LoadOnWall]) -> packstone::Result<Option<Goal>> {
         let stop = self.simulation.assembly().stop;
@@ -452,6 +446,11 @@ impl Run {
             End::Interrupted => (false, Some(format!("interrupted at step {step}"))),
             End::Stopped(error) => (false, Some(error.to_string())),
         };
+        let is_over = matches!(end, End::Reached(_));
+        if let Err(error) = self.frame(|frames, simulation| frames.finish(simulation, is_over)) {
+            // Whatever becomes of them, the results are written.
+            warn(format!("{error}; frames are missing"));
+        }
         let (grains, clumps) = (self.simulation.grains()?, self.simulation.clumps()?);
         let target_met = matches!(end, End::Reached(Goal::TargetMet));
         let ended = stopped.clone().unwrap_or_else(|| end.label().to_owned());

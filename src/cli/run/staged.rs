@@ -3,7 +3,7 @@
 use super::super::common::{INTERRUPTED, STOPPED, UNSURE, complain, note, say, tell, warn};
 use super::begin::{Begun, Ready, RunArgs, command, resume};
 use super::carry_out::{Outcome, carry_out};
-use super::drive::{flood, listen};
+use super::{drive::flood, frames::FrameArgs, interrupt::listen};
 use packstone::{
     Error,
     io::{KeptStages, Record, Resumed, Stages, folder, names, record, schedule::Schedule},
@@ -334,6 +334,11 @@ fn bring_about(
         }
         (None, _) => Ready::from(&stage.scene, &results.of(&stages[number - 1].name), options)?,
     };
+    // A run that goes on has pictures as it had before.
+    let before = number.checked_sub(1).map(|before| results.of(&stages[before].name));
+    let earlier: Vec<PathBuf> =
+        [Some(here.clone()), Some(folder::partial(&here)), before].into_iter().flatten().collect();
+    let as_before = args.resume.as_ref().map(|_| FrameArgs::as_in(&earlier));
     results.begin(&stage.name)?;
-    Begun::new(&here, None, ready)
+    Begun::new(&here, None, ready, as_before.as_ref().unwrap_or(&args.frames))
 }

@@ -80,26 +80,32 @@ impl Bounds {
     }
 }
 
-/// Shifts by whole periods that bring a box around something to where it meets `bounds`.
+/// Shifts by edges of the cell that bring a box around something to where it meets `bounds`. Along an axis without bounds
+/// one image is enough.
 fn images(domain: &Domain, dims: usize, low: DVec3, high: DVec3, bounds: &Bounds) -> Vec<DVec3> {
     let mut shifts = vec![DVec3::ZERO];
-    for axis in 0..dims {
-        // Of what has all of an axis, one image is enough.
-        let repeats = domain.periodic[axis] && bounds.lower[axis].is_finite();
-        let period = if repeats { domain.upper[axis] - domain.lower[axis] } else { 0.0 };
-        let steps: &[f64] = if repeats { &[-1.0, 0.0, 1.0] } else { &[0.0] };
-        let meets = |s: &DVec3| low[axis] + s[axis] <= bounds.upper[axis] && high[axis] + s[axis] >= bounds.lower[axis];
-        let shifted = |s: DVec3| steps.iter().map(move |step| s + step * period * DVec3::AXES[axis]);
-        shifts = shifts.into_iter().flat_map(shifted).filter(meets).collect();
+    // Edges along an axis lead along those before it, too.
+    for axis in (0..dims).rev() {
+        let ends = |s: DVec3| [bounds.lower[axis] - high[axis] - s[axis], bounds.upper[axis] - low[axis] - s[axis]];
+        if !(domain.periodic[axis] && bounds.lower[axis].is_finite()) {
+            shifts.retain(|s| ends(*s)[0] <= 0.0 && ends(*s)[1] >= 0.0);
+            continue;
+        }
+        let edge = domain.edge(axis);
+        let shifted = |s: DVec3| {
+            let [first, last] = ends(s).map(|end| end / edge[axis]);
+            (first.ceil() as i64..=last.floor() as i64).map(move |n| s + n as f64 * edge)
+        };
+        shifts = shifts.into_iter().flat_map(shifted).collect();
     }
     shifts
 }
 
-/// A box by its corners, m.
+/// A box by its corners, m. It is no longer than the period along periodic axes.
 pub fn of_box(packing: &Packing, lower: DVec3, upper: DVec3) -> Part {
     let bounds = Bounds { lower, upper };
     let volume = (0..packing.dims()).map(|axis| upper[axis] - lower[axis]).product();
-    let sums = sums(packing, &[bounds], |_, _| 0..1);
+    let sums = sums(packing, &bounds, &[bounds], |_, _| 0..1);
     part(packing, &bounds, volume, &sums[0])
 }
 
@@ -108,24 +114,28 @@ pub fn profile(packing: &Packing, cell: &Cell, axis: usize, width: f64) -> Vec<P
     let (low, high) = (cell.lower[axis], cell.upper[axis]);
     let count = ((high - low) / width).round().max(1.0) as usize;
     let edge = |k: usize| low + (high - low) * (k as f64 / count as f64);
-    let slab = |k: usize| Bounds {
-        lower: DVec3::NEG_INFINITY.with_axis(axis, edge(k)),
-        upper: DVec3::INFINITY.with_axis(axis, edge(k + 1)),
+    let slab = |of: &Bounds, k: usize| Bounds {
+        lower: of.lower.with_axis(axis, edge(k)),
+        upper: of.upper.with_axis(axis, edge(k + 1)),
     };
-    let slabs: Vec<Bounds> = (0..count).map(slab).collect();
-    let period = packing.assembly.domain.periodic[axis];
-    let find = |from: f64, to: f64| {
-        let place = |x: f64| (x - low) / (high - low) * count as f64;
-        let (first, last) = (place(from).floor() as i64 - 1, place(to).ceil() as i64 + 1);
-        // What reaches across a period is looked for everywhere.
-        if period && (first < 0 || last > count as i64) {
-            return 0..count;
-        }
-        first.clamp(0, count as i64) as usize..last.clamp(0, count as i64) as usize
+    let everything = Bounds { lower: DVec3::NEG_INFINITY, upper: DVec3::INFINITY };
+    // Where the cell is tilted, what is beyond a face is not beside what is there. A period is the box of its lengths, as
+    // good as the tilted one.
+    let domain = &packing.assembly.domain;
+    let mut period = everything;
+    for axis in (0..packing.dims()).filter(|axis| domain.periodic[*axis] && domain.tilt != DVec3::ZERO) {
+        (period.lower[axis], period.upper[axis]) = (cell.lower[axis], cell.upper[axis]);
+    }
+    let slabs: Vec<Bounds> = (0..count).map(|k| slab(&period, k)).collect();
+    let find = |from: DVec3, to: DVec3| {
+        let place = |x: f64| ((x - low) / (high - low) * count as f64).clamp(-2.0, count as f64 + 2.0) as i64;
+        let bound = |k: i64| k.clamp(0, count as i64) as usize;
+        bound(place(from[axis]) - 1)..bound(place(to[axis]) + 2)
     };
-    let sums = sums(packing, &slabs, |x, y| find(x[axis], y[axis]));
+    let all = Bounds { lower: period.lower.with_axis(axis, low), upper: period.upper.with_axis(axis, high) };
+    let sums = sums(packing, &all, &slabs, find);
     let volume = |k: usize| cell.slab(axis, edge(k), edge(k + 1));
-    (0..count).map(|k| part(packing, &slabs[k], volume(k), &sums[k])).collect()
+    (0..count).map(|k| part(packing, &slab(&everything, k), volume(k), &sums[k])).collect()
 }
 
 /// A vector with one component replaced.
@@ -140,15 +150,13 @@ impl WithAxis for DVec3 {
     }
 }
 
-/// Over boxes; `find` says which of them a box from one corner to another may meet.
-fn sums(packing: &Packing, boxes: &[Bounds], find: impl Fn(DVec3, DVec3) -> Range<usize>) -> Vec<Sums> {
+/// Over boxes, all within one; `find` says which of them a box from one corner to another may meet.
+fn sums(packing: &Packing, all: &Bounds, boxes: &[Bounds], find: impl Fn(DVec3, DVec3) -> Range<usize>) -> Vec<Sums> {
     let (dims, domain) = (packing.dims(), &packing.assembly.domain);
     let mut sums = vec![Sums::NONE; boxes.len()];
     let mut visit = |low: DVec3, high: DVec3, add: &mut dyn FnMut(&Bounds, DVec3, &mut Sums)| {
-        for k in find(low, high) {
-            for shift in images(domain, dims, low, high, &boxes[k]) {
-                add(&boxes[k], shift, &mut sums[k]);
-            }
+        for shift in images(domain, dims, low, high, all) {
+            find(low + shift, high + shift).for_each(|k| add(&boxes[k], shift, &mut sums[k]));
         }
     };
     let mean = mean_velocity(packing);

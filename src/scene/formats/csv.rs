@@ -27,5 +27,5 @@ pub fn parse(text: &str) -> Found<Sheet<'_>> {
         return Err((line, "has columns for both radius and diameter; leave one out".to_owned()));
     }
     let rows = Rows { columns, separator, header: line, lines: lines.collect() };
-    Ok(Sheet { rows, velocities: None, foreign: false, corners: None, notices: Vec::new() })
+    Ok(Sheet { rows, velocities: None, foreign: false, bounds: None, notices: Vec::new() })
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::scene::rows::{Separator, quoted};
-use crate::scene::sheet::{Found, Rows, Sheet, TILTED, cut_off, numbers, units, whole};
+use crate::scene::sheet::{Bounds, Found, Rows, Sheet, cut_off, numbers, units, whole};
 
 /// What a line of the section `Atoms` has in each style, image flags aside. Of columns without a name nothing is read:
 /// molecules, charges, and densities, which materials have here.
@@ -34,7 +34,7 @@ pub fn parse(text: &str) -> Found<Sheet<'_>> {
     let title = text.lines().next().unwrap_or_default();
     let mut notices: Vec<String> =
         units(title.split_once("units = ").map(|(_, units)| units.trim())).into_iter().collect();
-    let (mut count, mut corners) = (0, None);
+    let (mut count, mut bounds) = (0, None);
     // The heading of the section at hand, and what each of the two that are read has.
     let mut section = "";
     let (mut atoms, mut velocities) = (None, None);
@@ -59,7 +59,7 @@ pub fn parse(text: &str) -> Found<Sheet<'_>> {
             continue;
         }
         match (section, &mut atoms, &mut velocities) {
-            ("", ..) => header(line, at, &mut count, &mut corners)?,
+            ("", ..) => header(line, at, &mut count, &mut bounds)?,
             ("Atoms", Some((_, _, lines)), _) | ("Velocities", _, Some((_, _, lines))) => lines.push((line, at)),
             _ => {}
         }
@@ -84,25 +84,31 @@ pub fn parse(text: &str) -> Found<Sheet<'_>> {
             Some(rows)
         }
     };
-    Ok(Sheet { velocities, corners, notices, ..Sheet::foreign(rows) })
+    Ok(Sheet { velocities, bounds, notices, ..Sheet::foreign(rows) })
 }
 
 /// A line before the first section.
-fn header(line: &str, at: usize, count: &mut usize, corners: &mut Option<[DVec3; 2]>) -> Found<()> {
+fn header(line: &str, at: usize, count: &mut usize, bounds: &mut Option<Bounds>) -> Found<()> {
     let words: Vec<&str> = line.split_whitespace().collect();
     if let [number, "atoms"] = words[..] {
         *count = whole(number, at)?;
     }
     if let [.., "xy", "xz", "yz"] = words[..] {
-        let tilts = numbers(&words[..words.len() - 3].join(" "), at)?;
-        return if tilts.iter().all(|tilt| *tilt == 0.0) { Ok(()) } else { Err((at, TILTED.to_owned())) };
+        let &[xy, xz, yz] = &numbers(&words[..words.len() - 3].join(" "), at)?[..] else {
+            return Err((at, "must have three numbers before xy xz yz".to_owned()));
+        };
+        bounds.get_or_insert_default().tilt = DVec3::new(yz, xz, xy);
+        return Ok(());
+    }
+    if let [.., "avec" | "bvec" | "cvec"] | [.., "abc", "origin"] = words[..] {
+        return Err((at, "the box has edges of its own (avec); only such with lengths and tilts are read".to_owned()));
     }
     if let [lower, upper, low, _] = words[..]
         && let Some(axis) = ["xlo", "ylo", "zlo"].iter().position(|name| *name == low)
     {
-        let bounds = numbers(&[lower, upper].join(" "), at)?;
-        let corners = corners.get_or_insert([DVec3::ZERO; 2]);
-        (corners[0][axis], corners[1][axis]) = (bounds[0], bounds[1]);
+        let ends = numbers(&[lower, upper].join(" "), at)?;
+        let bounds = bounds.get_or_insert_default();
+        (bounds.lower[axis], bounds.lengths[axis]) = (ends[0], ends[1] - ends[0]);
     }
     Ok(())
 }

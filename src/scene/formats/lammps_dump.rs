@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::scene::rows::{Separator, quoted};
-use crate::scene::sheet::{Fault, Found, Rows, Sheet, TILTED, cut_off, numbers, whole};
+use crate::scene::sheet::{Bounds, Found, Rows, Sheet, cut_off, numbers, whole};
 
 /// Columns, and what they are here. Others say nothing of the grains.
 const COLUMNS: [(&str, &str); 22] = [
@@ -43,7 +43,7 @@ pub fn parse(text: &str) -> Found<Sheet<'_>> {
     let first = text[..start].matches('\n').count() + 1;
     let mut lines = text[start..].lines().zip(first..);
     let early = || (first, "the last frame, which begins here, is cut off; remove it".to_owned());
-    let (mut count, mut corners) = (None, None);
+    let (mut count, mut bounds) = (None, None);
     while let Some((line, at)) = lines.next() {
         let item = line.trim().strip_prefix("ITEM:").map(str::trim);
         let item = item.ok_or_else(|| (at, "must be a line with ITEM:".to_owned()))?;
@@ -59,10 +59,10 @@ pub fn parse(text: &str) -> Found<Sheet<'_>> {
             }
             let mut rows = Rows { columns, separator: Separator::Blanks, header: at, lines: rows };
             rows.sort()?;
-            return Ok(Sheet { corners, notices: notices(text), ..Sheet::foreign(rows) });
+            return Ok(Sheet { bounds, notices: notices(text), ..Sheet::foreign(rows) });
         }
-        if let Some(bounds) = item.strip_prefix("BOX BOUNDS") {
-            corners = Some(box_of(bounds, &mut lines).ok_or_else(early)??);
+        if let Some(kind) = item.strip_prefix("BOX BOUNDS") {
+            bounds = Some(box_of(kind, &mut lines).ok_or_else(early)??);
             continue;
         }
         let (value, at) = match item {
@@ -76,24 +76,37 @@ pub fn parse(text: &str) -> Found<Sheet<'_>> {
     Err(early())
 }
 
-/// The corners of the box in the next three lines, if they are there.
-fn box_of<'a>(bounds: &str, lines: &mut impl Iterator<Item = (&'a str, usize)>) -> Option<Found<[DVec3; 2]>> {
-    let [mut low, mut high] = [DVec3::ZERO; 2];
-    for axis in 0..3 {
-        let (line, at) = lines.next()?;
-        match numbers(line, at).as_deref() {
-            Ok([lower, upper]) => (low[axis], high[axis]) = (*lower, *upper),
-            // The bounds of a box that could be tilted.
-            Ok([lower, upper, tilt]) if *tilt == 0.0 => (low[axis], high[axis]) = (*lower, *upper),
-            Ok([_, _, _] | [_, _, _, _]) => return Some(Err((at, TILTED.to_owned()))),
-            Ok(_) => {
-                let message = format!("must be the bounds of an axis (BOX BOUNDS{}), two numbers", quoted(bounds));
-                return Some(Err((at, message)));
-            }
-            Err((at, message)) => return Some(Err((*at, message.clone()) as Fault)),
+/// The box in the next three lines, if they are there: two ends each, of a tilted box those of the box around it and a tilt
+/// (xy, xz and yz), of a general one an edge and a component of its corner.
+fn box_of<'a>(kind: &str, lines: &mut impl Iterator<Item = (&'a str, usize)>) -> Option<Found<Bounds>> {
+    let rows = [lines.next()?, lines.next()?, lines.next()?];
+    let line = rows[0].1;
+    let wanted = match kind.split_whitespace().next() {
+        Some("xy") => 3,
+        Some("abc") => 4,
+        _ => 2,
+    };
+    let read = |(text, at): (&str, usize)| match numbers(text, at)? {
+        // Of a box that could be tilted.
+        found if found.len() == wanted || wanted == 2 && matches!(found[..], [_, _, 0.0]) => Ok(found),
+        _ => Err((at, format!("must be the bounds of an axis (BOX BOUNDS{}), {wanted} numbers", quoted(kind)))),
+    };
+    let found = rows.map(read).into_iter().collect::<Found<Vec<Vec<f64>>>>();
+    Some(found.and_then(|rows| {
+        let column = |k: usize| DVec3::new(rows[0][k], rows[1][k], rows[2][k]);
+        if wanted == 4 {
+            return Bounds::of_edges(column(3), [0, 1, 2].map(|k| DVec3::from_slice(&rows[k])), line);
         }
-    }
-    Some(Ok([low, high]))
+        let (low, high) = (column(0), column(1));
+        let tilts = if wanted == 3 { column(2) } else { DVec3::ZERO };
+        let DVec3 { x: xy, y: xz, z: yz } = tilts;
+        let (along_x, along_y) = ([0.0, xy, xz, xy + xz], [0.0, yz]);
+        let least = |shifts: &[f64]| shifts.iter().copied().fold(0.0, f64::min);
+        let most = |shifts: &[f64]| shifts.iter().copied().fold(0.0, f64::max);
+        let lower = low - DVec3::new(least(&along_x), least(&along_y), 0.0);
+        let upper = high - DVec3::new(most(&along_x), most(&along_y), 0.0);
+        Ok(Bounds { lower, lengths: upper - lower, tilt: DVec3::new(yz, xz, xy) })
+    }))
 }
 
 /// LAMMPS may calculate in other units than SI.

@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use crate::scene::rows::{Separator, quoted};
-use crate::scene::sheet::{Found, Rows, Sheet, TILTED, cut_off, numbers, whole};
+use crate::scene::sheet::{Bounds, Found, Rows, Sheet, cut_off, numbers, whole};
 
 /// Properties, in lower case, and what they are here. Others say nothing of the grains.
 const PROPERTIES: [(&str, &[&str]); 13] = [
@@ -59,7 +59,7 @@ pub fn parse(text: &str) -> Found<Sheet<'_>> {
     }
     let mut rows = Rows { columns, separator: Separator::Blanks, header: number, lines };
     rows.sort()?;
-    Ok(Sheet { corners: corners(comment, number)?, ..Sheet::foreign(rows) })
+    Ok(Sheet { bounds: bounds(comment, number)?, ..Sheet::foreign(rows) })
 }
 
 /// The value of `key=value` or `key="value"` in a line.
@@ -94,18 +94,17 @@ fn columns(properties: &str, line: usize) -> Found<Vec<&'static str>> {
 }
 
 /// The box, from `Lattice="ax ay az bx by bz cx cy cz"` and `Origin="x y z"`.
-fn corners(comment: &str, line: usize) -> Found<Option<[DVec3; 2]>> {
+fn bounds(comment: &str, line: usize) -> Found<Option<Bounds>> {
     let Some(lattice) = value(comment, "Lattice") else { return Ok(None) };
-    let &[x, a, b, c, y, d, e, f, z] = &numbers(lattice, line)?[..] else {
+    let numbers_of_edges = numbers(lattice, line)?;
+    if numbers_of_edges.len() != 9 {
         return Err((line, "Lattice must have nine numbers".to_owned()));
-    };
-    if [a, b, c, d, e, f].iter().any(|off| *off != 0.0) {
-        return Err((line, TILTED.to_owned()));
     }
+    let edges = [0, 3, 6].map(|k| DVec3::from_slice(&numbers_of_edges[k..]));
     let origin = match value(comment, "Origin").map(|origin| numbers(origin, line)).transpose()?.as_deref() {
         None => DVec3::ZERO,
         Some(&[x, y, z]) => DVec3::new(x, y, z),
         Some(_) => return Err((line, "Origin must have three numbers".to_owned())),
     };
-    Ok(Some([origin, origin + DVec3::new(x, y, z)]))
+    Bounds::of_edges(origin, edges, line).map(Some)
 }

@@ -1,0 +1,113 @@
+//! A cell that Lees and Edwards shear, against a bulk between rough walls that slide past each other.
+
+use packstone::{
+    measure::{Packing, micromechanics::Cell, micromechanics::profile},
+    prelude::*,
+};
+
+/// N/m, 1/s, and the sides of the space at the start, m.
+const PRESSURE: f64 = 10.0;
+const RATE: f64 = 1.6;
+const LENGTH: f64 = 0.04;
+const HEIGHT: f64 = 0.047;
+/// How high they stand when dense, m.
+const DENSE: f64 = 0.025;
+
+/// Disks with friction, under the same pressure across the shear.
+fn scene(boundary: &str, stop: &str, rest: &str) -> Simulation {
+    let text = format!(
+        r#"
+dimension = 2
+seed = 2
+gravity = [0, 0]
+{stop}
+[domain]
+lower = [0, 0]
+upper = [{LENGTH}, {HEIGHT}]
+boundary = ["periodic", "{boundary}"]
+[material.beads]
+density = 2500
+normal_stiffness = 5e3
+friction = 0.4
+restitution = 0.5
+[material.wall]
+density = 2500
+normal_stiffness = 5e3
+friction = 0.4
+restitution = 0.5
+[[pair]]
+materials = ["wall", "beads"]
+friction = 2
+rolling_friction = 2
+[[population]]
+material = "beads"
+count = 250
+radius = {{ uniform = [0.8e-3, 1.2e-3] }}
+placement = "random"
+region = {{ lower = [0, 0], upper = [{LENGTH}, {HEIGHT}] }}
+{rest}"#
+    );
+    let assembly = Scene::parse(&text, "shear", ".".as_ref(), &[]).and_then(|scene| scene.assemble());
+    let options = Options { engine: EngineChoice::Cpu, ..Options::default() };
+    Simulation::new(assembly.unwrap_or_else(|error| panic!("{error}")), options).unwrap()
+}
+
+/// Over the strains from 2 to 8, of what is seen every 0.05.
+fn mean<const N: usize>(simulation: &mut Simulation, mut see: impl FnMut(&mut Simulation) -> [f64; N]) -> [f64; N] {
+    let steps = |strain: f64| (strain / RATE / simulation.dt()) as u64;
+    let (before, between) = (steps(2.0), steps(0.05));
+    simulation.advance(before).unwrap();
+    let mut sum = [0.0; N];
+    const SEEN: usize = 120;
+    for _ in 0..SEEN {
+        simulation.advance(between).unwrap();
+        sum.iter_mut().zip(see(simulation)).for_each(|(sum, x)| *sum += x / SEEN as f64);
+    }
+    sum
+}
+
+#[test]
+fn a_periodic_cell_has_the_friction_of_a_bulk_between_walls() {
+    let cell =
+        format!("[cell]\nstrain_rate.xy = {RATE}\nstress.yy = {PRESSURE}\ninertial_number = 0.05\ngain = 1e-2\n");
+    let mut periodic = scene("periodic", "stop.strain.xy = 100", &cell);
+    let [shear, pressure, fraction] = mean(&mut periodic, |simulation| {
+        let sample = simulation.sample().unwrap();
+        let cell = sample.cell.unwrap();
+        [-cell.stress_xy.unwrap(), cell.stress_yy.unwrap(), cell.solid_fraction.unwrap()]
+    });
+    let walls = [("bottom", 0.0, 1.0, -1.0), ("top", HEIGHT, -1.0, 1.0)].map(|(name, y, normal, sense)| {
+        let target = if sense > 0.0 { format!("target_pressure = {PRESSURE}\nmax_speed = 0.02") } else { String::new() };
+        let speed = sense * 0.5 * RATE * DENSE;
+        format!(
+            "[[wall]]\nkind = \"plane\"\nname = \"{name}\"\nmaterial = \"wall\"\npoint = [0, {y}]\nnormal = [0, {normal}]\nvelocity = [{speed}, 0]\n{target}\n"
+        )
+    });
+    let mut between = scene("open", "stop.time = 100", &walls.concat());
+    let [of_walls, sliding, compression, rate, bulk] = mean(&mut between, |simulation| {
+        let loads = simulation.wall_loads().unwrap();
+        let (grains, walls) = (simulation.grains().unwrap(), simulation.walls().unwrap());
+        let contacts = simulation.contacts().unwrap();
+        let packing = Packing::new(simulation.assembly(), &grains, &[], &walls, &contacts);
+        let cell = Cell::of(&packing).unwrap();
+        let slabs = profile::profile(&packing, &cell, 1, cell.upper.y / 8.0);
+        let sum = |of: &dyn Fn(&profile::Part) -> f64| slabs[2..6].iter().map(of).sum::<f64>() / 4.0;
+        let speed = |k: usize| slabs[k].velocity.unwrap().x;
+        let rate = (speed(5) + speed(4) - speed(3) - speed(2)) / (cell.upper.y / 2.0);
+        let slide = -loads[1].force.x / loads[1].normal_force;
+        [
+            slide,
+            -sum(&|part| part.stress.total[0][1]),
+            sum(&|part| part.stress.total[1][1]),
+            rate,
+            sum(&|part| part.solid_fraction),
+        ]
+    });
+    println!("cell: {} of {pressure}, fraction {fraction}", shear / pressure);
+    println!("walls: {of_walls}, bulk {} of {compression} at {rate}, fraction {bulk}", sliding / compression);
+    assert!((pressure / PRESSURE - 1.0).abs() < 0.05 && (compression / PRESSURE - 1.0).abs() < 0.05);
+    assert!((0.6..1.2).contains(&(rate / RATE)), "the bulk is sheared");
+    assert!((sliding / compression / of_walls - 1.0).abs() < 0.03, "the bulk carries what the walls do");
+    assert!((sliding / compression / (shear / pressure) - 1.0).abs() < 0.1);
+    assert!((bulk - fraction).abs() < 0.02);
+}
