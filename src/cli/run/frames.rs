@@ -161,8 +161,16 @@ impl Frames {
         self.series.clock.next()
     }
 
-    /// One of the state now.
+    /// One that is due, of the state now.
     pub fn add(&mut self, simulation: &mut Simulation) -> anyhow::Result<()> {
+        self.take(simulation)?;
+        if self.series.thinned && self.series.shown.len() as u64 >= 2 * self.series.frames {
+            self.thin()?;
+        }
+        Ok(self.record()?)
+    }
+
+    fn take(&mut self, simulation: &mut Simulation) -> anyhow::Result<()> {
         let (step, number) = (simulation.step(), self.series.shown.len());
         let series = &mut self.series;
         let view = View::of_state(simulation, &series.look)?;
@@ -174,16 +182,13 @@ impl Frames {
         series.look.draw(&self.device, &view, &scales, &self.folder.join(frame(number + 1, "png")))?;
         series.shown.push(Shown { tick: series.clock.ticks, step, time: simulation.time(), scales });
         series.clock.ticks += 1;
-        if series.thinned && series.shown.len() as u64 >= 2 * series.frames {
-            self.thin()?;
-        }
-        Ok(self.record()?)
+        Ok(())
     }
 
     /// The last state is one, and all of them get the view and the colours of all.
     pub fn finish(&mut self, simulation: &mut Simulation, is_over: bool) -> anyhow::Result<()> {
         if self.series.shown.last().is_none_or(|last| last.step < simulation.step()) {
-            self.add(simulation)?;
+            self.take(simulation)?;
         }
         let Series { look, scales, shown, .. } = &mut self.series;
         for (number, shown) in (1..).zip(shown).filter(|(_, shown)| shown.scales != *scales) {
