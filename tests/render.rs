@@ -266,3 +266,35 @@ fn grains_are_drawn_in_the_tilted_cell() {
         assert_ne!(seen, bare, "{dimension}D");
     }
 }
+
+/// In the box of all of them, what is alike in the pictures of a series is in the same place, walls included, wherever other
+/// grains go; and all of them are in it.
+#[test]
+fn pictures_of_a_series_have_one_view() {
+    let device = device_or_return!();
+    for dimension in [2, 3] {
+        let up = DVec3::AXES[dimension - 1];
+        let at = |x: DVec3| {
+            let mut picture = picture(dimension, &[(1e-3 * up, 1e-3, BLUE), (1e-3 * x, 1e-3, RED)]);
+            picture.walls = vec![floor(up)];
+            picture
+        };
+        let all = [3.0 * DVec3::X + up, 2.0 * DVec3::X + 12.0 * up].map(at);
+        let extents = all.each_ref().map(|picture| render::extent(picture).unwrap());
+        let extent = Some([extents[0][0].min(extents[1][0]), extents[0][1].max(extents[1][1])]);
+        let seen = all.map(|picture| pixels(&device, &Picture { extent, ..picture }));
+        let places = |pixels: &[Pixel], of: fn(&Pixel) -> bool| {
+            let found = pixels.iter().enumerate().filter(|(_, pixel)| of(pixel)).map(|(k, _)| k);
+            found.collect::<Vec<_>>()
+        };
+        let is_blue = |pixel: &Pixel| pixel[2] > pixel[0].saturating_add(60);
+        let blue = seen.each_ref().map(|pixels| places(pixels, is_blue));
+        let same = blue[0].iter().filter(|place| blue[1].contains(place)).count();
+        println!("{dimension}D: {} and {} pixels, {same} in common", blue[0].len(), blue[1].len());
+        // Shadows of the other one aside.
+        assert!(same > 50 && same * 10 > 9 * blue[0].len().max(blue[1].len()), "{dimension}D");
+        assert!(seen.iter().all(|pixels| pixels.iter().filter(|pixel| is_red(pixel)).count() > 50), "{dimension}D");
+        let corner = seen.each_ref().map(|pixels| pixels[160 * 119]);
+        assert_eq!(corner[0], corner[1]);
+    }
+}

@@ -118,13 +118,15 @@ impl Stage {
         balls.iter().copied().chain(points.iter().map(|point| point.as_vec3().extend(0.0)))
     }
 
-    /// The box that holds that, m.
+    /// The box that holds balls and outline, m.
     pub fn extent(&self) -> Option<[DVec3; 2]> {
-        let ends = self.shown().map(|ball| {
+        let of_balls = self.balls.iter().map(|ball| {
             let (center, radius) = (ball.truncate().as_dvec3(), f64::from(ball.w));
             [center - radius, center + radius]
         });
-        let all = ends.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])?.map(|corner| self.origin + self.size * corner);
+        // With all their digits, or a box would end before the walls that it ends with.
+        let all = of_balls.chain(self.outline.iter().map(|point| [*point; 2]));
+        let all = all.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])?.map(|corner| self.origin + self.size * corner);
         Some(if self.dimension == 2 { all.map(|corner| corner.with_z(0.0)) } else { all })
     }
 

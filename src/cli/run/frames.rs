@@ -231,7 +231,8 @@ impl Frames {
         });
         *clock = Clock { interval: 2.0 * clock.interval, ticks: clock.ticks.div_ceil(2) };
         for (from, to) in moved {
-            for ending in ["png", "bin"] {
+            // Of a run that had come to an end before there are pictures alone.
+            for ending in ["png", "bin"].iter().take(if self.series.complete { 1 } else { 2 }) {
                 let [from, to] = [from, to].map(|number| self.folder.join(frame(number + 1, ending)));
                 fs::rename(&from, &to).map_err(|source| Error::Io { path: to, source })?;
             }
