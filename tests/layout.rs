@@ -345,7 +345,8 @@ fn every_dependency_has_its_reason() {
     }
     found.sort();
     assert_eq!(found, expected, "docs/dependencies.md and Cargo.toml");
-    for name in cargo["dev-dependencies"].as_table().unwrap().keys() {
+    let of_tests = cargo.get("dev-dependencies").and_then(toml::Value::as_table);
+    for name in of_tests.into_iter().flat_map(toml::Table::keys) {
         assert!(found.iter().any(|(known, _)| known == name), "{name} has no row");
     }
 }

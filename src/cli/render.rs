@@ -1,6 +1,7 @@
 //! `packstone render`
 
 mod bar;
+mod color;
 mod look;
 mod view;
 
@@ -51,7 +52,7 @@ pub fn render(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let RenderArgs { state: path, look, output } = args;
     look.check()?;
     let view = if look.has_contacts() {
-        View::of_state(&mut state(path)?, look)?
+        View::of_state(&mut state(path)?, look.color(), look.chains)?
     } else {
         let (grains, surroundings) = read(path)?;
         View::of_rows(&grains, surroundings, look.color())

@@ -27,12 +27,12 @@ upper = [{LENGTH}, {HEIGHT}]
 boundary = ["periodic", "{boundary}"]
 [material.beads]
 density = 2500
-normal_stiffness = 5e3
+normal_stiffness = 2e3
 friction = 0.4
 restitution = 0.5
 [material.wall]
 density = 2500
-normal_stiffness = 5e3
+normal_stiffness = 2e3
 friction = 0.4
 restitution = 0.5
 [[pair]]
@@ -52,13 +52,13 @@ region = {{ lower = [0, 0], upper = [{LENGTH}, {HEIGHT}] }}
     Simulation::new(assembly.unwrap_or_else(|error| panic!("{error}")), options).unwrap()
 }
 
-/// Over the strains from 2 to 8, of what is seen every 0.05.
+/// Over the strains from 3 to 7, of what is seen every 0.05.
 fn mean<const N: usize>(simulation: &mut Simulation, mut see: impl FnMut(&mut Simulation) -> [f64; N]) -> [f64; N] {
     let steps = |strain: f64| (strain / RATE / simulation.dt()) as u64;
-    let (before, between) = (steps(2.0), steps(0.05));
+    let (before, between) = (steps(3.0), steps(0.05));
     simulation.advance(before).unwrap();
     let mut sum = [0.0; N];
-    const SEEN: usize = 120;
+    const SEEN: usize = 80;
     for _ in 0..SEEN {
         simulation.advance(between).unwrap();
         sum.iter_mut().zip(see(simulation)).for_each(|(sum, x)| *sum += x / SEEN as f64);
@@ -84,7 +84,7 @@ fn a_periodic_cell_has_the_friction_of_a_bulk_between_walls() {
         )
     });
     let mut between = scene("open", "stop.time = 100", &walls.concat());
-    let [of_walls, sliding, compression, rate, bulk] = mean(&mut between, |simulation| {
+    let [slide, load, sliding, compression, rate, bulk] = mean(&mut between, |simulation| {
         let loads = simulation.wall_loads().unwrap();
         let (grains, walls) = (simulation.grains().unwrap(), simulation.walls().unwrap());
         let contacts = simulation.contacts().unwrap();
@@ -94,20 +94,21 @@ fn a_periodic_cell_has_the_friction_of_a_bulk_between_walls() {
         let sum = |of: &dyn Fn(&profile::Part) -> f64| slabs[2..6].iter().map(of).sum::<f64>() / 4.0;
         let speed = |k: usize| slabs[k].velocity.unwrap().x;
         let rate = (speed(5) + speed(4) - speed(3) - speed(2)) / (cell.upper.y / 2.0);
-        let slide = -loads[1].force.x / loads[1].normal_force;
-        [
-            slide,
+        let bulk = [
             -sum(&|part| part.stress.total[0][1]),
             sum(&|part| part.stress.total[1][1]),
             rate,
             sum(&|part| part.solid_fraction),
-        ]
+        ];
+        let on_top = [-loads[1].force.x, loads[1].normal_force].map(|force| force / LENGTH);
+        [on_top[0], on_top[1], bulk[0], bulk[1], bulk[2], bulk[3]]
     });
-    println!("cell: {} of {pressure}, fraction {fraction}", shear / pressure);
-    println!("walls: {of_walls}, bulk {} of {compression} at {rate}, fraction {bulk}", sliding / compression);
-    assert!((pressure / PRESSURE - 1.0).abs() < 0.05 && (compression / PRESSURE - 1.0).abs() < 0.05);
-    assert!((0.6..1.2).contains(&(rate / RATE)), "the bulk is sheared");
-    assert!((sliding / compression / of_walls - 1.0).abs() < 0.03, "the bulk carries what the walls do");
-    assert!((sliding / compression / (shear / pressure) - 1.0).abs() < 0.1);
+    let (friction, of_walls, of_bulk) = (shear / pressure, slide / load, sliding / compression);
+    println!("cell: {friction} of {pressure}, fraction {fraction}");
+    println!("walls: {of_walls} of {load}, bulk {of_bulk} of {compression} at {rate}, fraction {bulk}");
+    assert!((0.7..1.2).contains(&(rate / RATE)), "the bulk is sheared");
+    let near = |found: f64, expected: f64, part: f64| (found / expected - 1.0).abs() < part;
+    assert!(near(sliding, slide, 0.05) && near(compression, load, 0.05), "the bulk carries what the walls do");
+    assert!(near(pressure, PRESSURE, 0.05) && near(of_bulk, friction, 0.1));
     assert!((bulk - fraction).abs() < 0.02);
 }

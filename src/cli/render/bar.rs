@@ -43,8 +43,17 @@ pub fn draw(pixels: &mut [u8], (width, height): (u32, u32), bars: &[Bar]) -> any
         let right = left + part(WIDTH).max(3);
         let beside = right + part(EDGE) / 3;
         for bar in bars {
-            let (title, top) = match bar {
-                Bar::Colors { title, range: [low, high] } => {
+            let (title, length) = match bar {
+                Bar::Colors { title, .. } => (title, LENGTH),
+                Bar::Rods { title, .. } => (title, LENGTH / 3.0),
+            };
+            // Over grains letters would not be seen.
+            let (wide, high) = (part(0.55 * LETTERS * title.len().max(11) as f64), part(length + 2.0 * LETTERS));
+            let margin = part(EDGE) / 3;
+            let panel = [(left - margin, bottom - high), (left + wide + margin, bottom + margin)];
+            area.draw(&Rectangle::new(panel, WHITE.mix(0.75).filled()))?;
+            let top = match bar {
+                Bar::Colors { range: [low, high], .. } => {
                     let top = bottom - part(LENGTH);
                     for y in top..bottom {
                         let t = f64::from(bottom - y) / f64::from(bottom - top);
@@ -60,9 +69,9 @@ pub fn draw(pixels: &mut [u8], (width, height): (u32, u32), bars: &[Bar]) -> any
                         let text = number(low + t * (high - low));
                         area.draw(&Text::new(text, (beside, y), style(HPos::Left, VPos::Center)))?;
                     }
-                    (title, top)
+                    top
                 }
-                Bar::Rods { title, most } => {
+                Bar::Rods { most, .. } => {
                     let top = bottom - part(LENGTH) / 3;
                     let (middle, thin) = ((left + right) / 2, 1.max((right - left) / 12));
                     let wedge = [(middle - thin, bottom), (left, top), (right, top), (middle + thin, bottom)];
@@ -70,7 +79,7 @@ pub fn draw(pixels: &mut [u8], (width, height): (u32, u32), bars: &[Bar]) -> any
                     for (y, value) in [(bottom, 0.0), (top, *most)] {
                         area.draw(&Text::new(number(value), (beside, y), style(HPos::Left, VPos::Center)))?;
                     }
-                    (title, top)
+                    top
                 }
             };
             let above = (left, top - part(LETTERS) / 2);

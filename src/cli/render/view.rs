@@ -1,6 +1,6 @@
 //! What there is to draw: grains and contacts of a state, or of a table.
 
-use super::look::{Color, Look};
+use super::color::Color;
 use glam::DVec3;
 use packstone::{
     container::{self, Column, Container},
@@ -51,22 +51,25 @@ impl View {
         }
     }
 
-    /// Of a state, with as much of contacts as the look takes.
+    /// Of a state, with the contacts that colours take, or that are drawn as rods.
     ///
     /// # Errors
     /// If the device that has it is lost.
-    pub fn of_state(simulation: &mut Simulation, look: &Look) -> packstone::Result<View> {
+    pub fn of_state(simulation: &mut Simulation, color: Color, chains: bool) -> packstone::Result<View> {
         let (grains, walls, domain) = (simulation.grains()?, simulation.walls()?, simulation.domain()?);
-        let contacts = if look.has_contacts() { simulation.contacts()? } else { Vec::new() };
-        let clumps = if look.has_contacts() { simulation.clumps()? } else { Vec::new() };
+        let (mut clumps, mut contacts) = (Vec::new(), Vec::new());
+        let has_contacts = chains || color.has_contacts();
+        if has_contacts {
+            (clumps, contacts) = (simulation.clumps()?, simulation.contacts()?);
+        }
         let assembly = simulation.assembly_in(domain);
         let each = || grains.iter().enumerate();
-        let packing = look.has_contacts().then(|| Packing::new(&assembly, &grains, &clumps, &walls, &contacts));
+        let packing = has_contacts.then(|| Packing::new(&assembly, &grains, &clumps, &walls, &contacts));
         let of_contacts = |packing: &Packing| {
-            let values = of_particles(packing, look.color());
+            let values = of_particles(packing, color);
             (0..grains.len()).map(|grain| values[packing.particle_of(grain as u32)]).collect()
         };
-        let values = match (look.color(), &packing) {
+        let values = match (color, &packing) {
             (Color::Force | Color::Stress | Color::Coordination, Some(packing)) => of_contacts(packing),
             (Color::Speed, _) => each().map(|(_, grain)| grain.velocity.length()).collect(),
             (Color::Id, _) => each().map(|(k, _)| f64::from(assembly.numbers.of_grain(k))).collect(),
@@ -79,7 +82,7 @@ impl View {
             centers: each().map(|(_, grain)| grain.position).collect(),
             radii: each().map(|(_, grain)| grain.radius).collect(),
             values,
-            rods: packing.as_ref().filter(|_| look.chains).map(rod).unwrap_or_default(),
+            rods: packing.as_ref().filter(|_| chains).map(rod).unwrap_or_default(),
         })
     }
 

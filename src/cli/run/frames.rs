@@ -173,7 +173,7 @@ impl Frames {
     fn take(&mut self, simulation: &mut Simulation) -> anyhow::Result<()> {
         let (step, number) = (simulation.step(), self.series.shown.len());
         let series = &mut self.series;
-        let view = View::of_state(simulation, &series.look)?;
+        let view = View::of_state(simulation, series.look.color(), series.look.chains)?;
         if !series.complete {
             series.scales = series.scales.with(series.look.scales(&view, true)?);
             view.write(&self.folder.join(frame(number + 1, "bin")), step)?;
