@@ -10,8 +10,8 @@ const PRESSURE: f64 = 10.0;
 const RATE: f64 = 1.6;
 const LENGTH: f64 = 0.04;
 const HEIGHT: f64 = 0.047;
-/// How high they stand when dense, m.
-const DENSE: f64 = 0.025;
+/// How high they stand when dense, m, without the layers that stick to walls.
+const DENSE: f64 = 0.021;
 
 /// Disks with friction, under the same pressure across the shear.
 fn scene(boundary: &str, stop: &str, rest: &str) -> Simulation {
