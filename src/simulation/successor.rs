@@ -140,7 +140,8 @@ impl Successor {
 /// loop {
 ///     let steps = run.simulation.assembly().stop.steps.unwrap_or_default();
 ///     run.simulation.advance(steps)?;
-///     println!("{}: {:?}", run.name(), run.simulation.grains()?[0].position);
+///     let place = run.simulation.grains()?[0].position;
+///     println!("{}: {place}", run.name());
 ///     if !run.go_on()? {
 ///         break;
 ///     }
