@@ -210,7 +210,7 @@ fn floors_of_wall_servo(s: &State) -> Vec<f64> {
     };
     let driven = (0..s.sizes.walls).filter(|w| s.wall[*w].driven != 0);
     let speed = driven.map(speed).fold(0.0, f64::max);
-    let floors = Wall { velocity: DVec3::splat(speed), growth: speed, ..Wall::default() };
+    let floors = Wall { velocity_next: DVec3::splat(speed), growth_next: speed, ..Wall::default() };
     floors.lanes(s.model.dims())
 }
 

@@ -30,7 +30,7 @@ fn still(dimension: usize) -> Assembly {
 }
 
 fn driven(wall: Wall, target: Target, max_speed: f64) -> Wall {
-    Wall { servo: Some(Servo { target, area: None, gain: 1e-2, max_speed }), ..wall }
+    Wall { servo: Some(Servo { target, area: None, gain: 1e-2, max_speed, inertial_number: None }), ..wall }
 }
 
 /// What presses on a wall, N, and where it is, m.
@@ -137,7 +137,8 @@ fn oedometer(dimension: usize) -> Assembly {
     let lid = scene.walls.pop().unwrap();
     // An inertial number of 1e-2 for the whole height.
     let most = 1e-2 * (pressure / RHO).sqrt() / (2.0 * R) * edge;
-    let servo = Servo { target: Target::Pressure(pressure), area: None, gain: 0.03, max_speed: most };
+    let servo =
+        Servo { target: Target::Pressure(pressure), area: None, gain: 0.03, max_speed: most, inertial_number: None };
     scene.walls.push(Wall { servo: Some(servo), ..lid });
     scene
 }
@@ -221,7 +222,7 @@ name = "load"
 wall.piston = { target_pressure = 250, max_speed = 0.1 }
 [[stage]]
 name = "more"
-wall.piston = { target_pressure = 1000, max_speed = 0.1 }
+wall.piston = { target_pressure = 1000, inertial_number = 0.02 }
 [[stage]]
 name = "less"
 wall.piston = { target_force = 0.0125, max_speed = 0.1 }
@@ -361,12 +362,43 @@ fn what_a_servo_cannot_do_is_told() {
     refused(&[force], &["wall.2", "missing key `max_speed`"]);
     refused(&[most], &["wall.2.max_speed", "goes with target_force or target_pressure"]);
     refused(&[force, pressure, most], &["wall.2.target_pressure", "target_force is given, too"]);
+    let inertial = "wall.piston.inertial_number=1e-3";
+    refused(&[inertial], &["wall.2.inertial_number", "goes with target_force or target_pressure"]);
+    refused(&[force, most, inertial], &["wall.2.inertial_number", "max_speed is given, too"]);
+    refused(&[force, "wall.piston.inertial_number=0"], &["wall.2.inertial_number = 0", "positive"]);
+    let tilted = "wall.piston.normal=[0,0.1,-1]";
+    refused(&[force, inertial, tilted], &["\"piston\" has an inertial_number", "give `area`"]);
     refused(&["wall.piston.target_force=-1", most], &["wall.2.target_force = -1", "positive"]);
     refused(&[force, most, "wall.piston.gain=2"], &["wall.2.gain = 2", "at most 1"]);
     refused(&[force, most, "wall.piston.area=1"], &["wall.2.area", "goes with target_pressure"]);
     refused(&[force, most, "solver.method=cd"], &["wall.2.target_force", "method = \"dem\""]);
     refused(&[force, most, "wall.piston.start=1"], &["wall.2.target_force", "not for a wall that a servo moves"]);
     refused(&[force, most, "wall.piston.velocity=[0,0,1]"], &["wall.2.velocity", "along the wall"]);
-    refused(&[pressure, most, "wall.piston.normal=[0,0.1,-1]"], &["\"piston\" has a target_pressure", "give `area`"]);
+    refused(&[pressure, most, tilted], &["\"piston\" has a target_pressure", "give `area`"]);
     refused(&["wall.tube.target_force=1", "wall.tube.max_speed=1"], &["wall.0.target_force", "is for planes"]);
+}
+
+/// The most of a speed follows from the inertial number, the target and the bed.
+#[test]
+fn an_inertial_number_limits_the_speed() {
+    let speed = |set: &[&str]| {
+        let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
+        let text = PRESS.split("[[stage]]").next().unwrap();
+        let scene = Scene::parse(text, "press.toml", Path::new("."), &set).unwrap().assemble().unwrap();
+        let mean = 2.0 * scene.grains.iter().map(|g| g.radius).sum::<f64>() / scene.grains.len() as f64;
+        let ends = |of: &dyn Fn(&Grain, f64) -> f64| {
+            scene.grains.iter().flat_map(|g| [-g.radius, g.radius].map(|r| of(g, r))).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let depth = ends(&|g, r| g.position.z + r) + ends(&|g, r| r - g.position.z);
+        let across = ends(&|g, r| g.position.truncate().length() + r);
+        let rate = 1e-2 * (1000.0_f64 / 2500.0).sqrt() / mean;
+        (scene.walls.iter().filter_map(|wall| wall.servo).next().unwrap().max_speed, rate * depth, rate * across)
+    };
+    let (found, expected, _) = speed(&["wall.piston.target_pressure=1000", "wall.piston.inertial_number=1e-2"]);
+    close("of a pressure", found, expected, expected, 1e-12);
+    let force = format!("wall.piston.target_force={}", 1000.0 * PI * 2.5e-5);
+    let (found, expected, _) = speed(&[&force, "wall.piston.inertial_number=1e-2"]);
+    close("of a force", found, expected, expected, 1e-12);
+    let (found, _, expected) = speed(&["wall.tube.target_pressure=1000", "wall.tube.inertial_number=1e-2"]);
+    close("of a tube", found, expected, expected, 1e-12);
 }

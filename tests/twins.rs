@@ -235,7 +235,7 @@ fn walls(model: &Model, edge: f64, materials: usize) -> Vec<Wall> {
 
 /// Of the first plane, and of the cylinder.
 fn servo(wall: usize) -> Option<Servo> {
-    let with = |target, area| Servo { target, area, gain: 0.01, max_speed: 0.05 };
+    let with = |target, area| Servo { target, area, gain: 0.01, max_speed: 0.05, inertial_number: None };
     match wall {
         0 => Some(with(Target::Force(30.0), None)),
         2 => Some(with(Target::Pressure(1e4), Some(1e-3))),

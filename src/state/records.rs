@@ -105,6 +105,8 @@ record!(
         radius: f64 [Length],
         radius_low: f64 [Length],
         growth: f64 [Velocity],
+        velocity_next: DVec3 [Velocity],
+        growth_next: f64 [Velocity],
         driven: u32,
         spin: Spin [Rate],
     }
