@@ -167,8 +167,8 @@ fn floors_of_servo(s: &State) -> Vec<f64> {
     let stress = virial / volume_of(s.model.dimension, cell.length);
     let splat = |x: f64| DVec3::splat(x);
     let floors = Cell {
-        rate: splat(p.most_rate),
-        shear_rate: Spin(splat(p.most_rate)),
+        rate_next: splat(p.most_rate),
+        shear_rate_next: Spin(splat(p.most_rate)),
         steady_rate: splat(p.most_rate),
         steady_shear_rate: Spin(splat(p.most_rate)),
         stress: splat(stress),

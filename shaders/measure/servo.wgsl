@@ -64,9 +64,9 @@ fn servo(@builtin(local_invocation_index) lane: u32) {
     cell.steady_rate += select(Vec(), recall * step, controlled & holds & (abs(rate) < most));
     cell.steady_shear_rate +=
         select(Spin(), recall * shear_step, controlled_above & holds_above & (abs(shear_rate) < most_above));
-    cell.rate = select(cell.rate, rate, controlled);
-    cell.shear_rate = select(cell.shear_rate, shear_rate, controlled_above);
-    cell.largest_rate = sqrt(dot(cell.rate, cell.rate) + spin_squared(cell.shear_rate));
+    cell.rate_next = select(cell.rate_next, rate, controlled);
+    cell.shear_rate_next = select(cell.shear_rate_next, shear_rate, controlled_above);
+    cell.largest_rate = sqrt(dot(cell.rate_next, cell.rate_next) + spin_squared(cell.shear_rate_next));
     cell.stress = stress;
     cell.stress_above = stress_above;
 }

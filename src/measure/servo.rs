@@ -36,8 +36,8 @@ pub fn servo(s: &mut State) {
         *now = DVec3::select(controlled, rate, *now);
     };
     let missing_above = stress_above - p.stress_above.0;
-    set(p.controlled, missing, &mut cell.rate, &mut cell.steady_rate, step);
-    set(p.controlled_above.0, missing_above, &mut cell.shear_rate.0, &mut cell.steady_shear_rate.0, shear_step);
-    cell.largest_rate = (cell.rate.length_squared() + spin_squared(cell.shear_rate.0)).sqrt();
+    set(p.controlled, missing, &mut cell.rate_next, &mut cell.steady_rate, step);
+    set(p.controlled_above.0, missing_above, &mut cell.shear_rate_next.0, &mut cell.steady_shear_rate.0, shear_step);
+    cell.largest_rate = (cell.rate_next.length_squared() + spin_squared(cell.shear_rate_next.0)).sqrt();
     (cell.stress, cell.stress_above) = (stress, Spin(stress_above));
 }

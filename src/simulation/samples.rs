@@ -349,7 +349,7 @@ impl Simulation {
         }
         let Runner { engine, state, .. } = &mut self.runner;
         let cell = &mut state.cell[0];
-        (cell.rate, cell.shear_rate) = (rate, Spin(shear_rate));
+        (cell.rate_next, cell.shear_rate_next) = (rate, Spin(shear_rate));
         cell.largest_rate = (rate.length_squared() + shear_rate.length_squared()).sqrt();
         engine.write(&[&CELL], 0, state)
     }

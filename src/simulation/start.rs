@@ -232,6 +232,8 @@ fn cell(state: &State, assembly: &Assembly) -> Cell {
         tilt_low: Spin(tilt - split(tilt)),
         rate,
         shear_rate: Spin(shear_rate),
+        rate_next: rate,
+        shear_rate_next: Spin(shear_rate),
         largest_rate: (rate.length_squared() + shear_rate.length_squared()).sqrt(),
         ..Cell::default()
     };

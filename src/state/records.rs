@@ -142,6 +142,8 @@ record!(
         stretch_tilt: Spin,
         rate: DVec3 [Rate],
         shear_rate: Spin [Rate],
+        rate_next: DVec3 [Rate],
+        shear_rate_next: Spin [Rate],
         steady_rate: DVec3 [Rate],
         steady_shear_rate: Spin [Rate],
         largest_rate: f64 [Rate],
