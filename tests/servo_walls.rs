@@ -5,6 +5,7 @@ mod common;
 use common::*;
 use glam::DVec3;
 use packstone::{
+    check::balance::balances,
     scene::{Assembly, Dashpot, Domain, Grain, Pair, Scene, Servo, Target, Wall},
     simulation::Simulation,
 };
@@ -74,31 +75,43 @@ fn a_lid_comes_to_where_springs_carry_it() {
     }
 }
 
-/// Three grains in a tube whose radius a pressure changes: forces and radius follow from their triangle.
+/// Three grains in a tube whose radius a pressure changes, which is at last about this; and the pressure.
+fn tube(dimension: usize) -> (Assembly, f64, f64) {
+    let mut scene = still(dimension);
+    scene.pairs[0].friction = 0.0;
+    let ring = 2.0 * R / 3.0_f64.sqrt();
+    let place = |k: usize| {
+        let angle = 2.0 * PI * k as f64 / 3.0;
+        1.001 * ring * DVec3::new(angle.cos(), angle.sin(), 0.0)
+    };
+    let middle = if dimension == 2 { DVec3::ZERO } else { 0.5 * HEIGHT * DVec3::Z };
+    scene.grains = (0..3).map(|k| Grain { position: place(k) + middle, ..grain(0.0, 0.0, 0.0) }).collect();
+    if dimension == 3 {
+        let mut upper = DVec3::INFINITY;
+        upper.z = HEIGHT;
+        let lower = DVec3::NEG_INFINITY.with_z(0.0);
+        scene.domain = Domain { lower, upper, periodic: [false, false, true], ..Domain::default() };
+    }
+    let outer = ring + R;
+    let pressure = 3.0 * 1e-3 * KN * R / area_of_tube(dimension, outer);
+    let wall = cylinder(1.01 * outer);
+    scene.walls = vec![driven(wall, Target::Pressure(pressure), 1e-3 * R / contact(dimension))];
+    (scene, outer, pressure)
+}
+
+/// m, of the tube, in space.
+const HEIGHT: f64 = 5.0 * R;
+
+fn area_of_tube(dimension: usize, radius: f64) -> f64 {
+    2.0 * PI * radius * if dimension == 2 { 1.0 } else { HEIGHT }
+}
+
+/// Forces and radius follow from the triangle of the grains.
 #[test]
 fn a_tube_closes_around_its_grains() {
     for dimension in [2, 3] {
-        let mut scene = still(dimension);
-        scene.pairs[0].friction = 0.0;
-        let ring = 2.0 * R / 3.0_f64.sqrt();
-        let place = |k: usize| {
-            let angle = 2.0 * PI * k as f64 / 3.0;
-            1.001 * ring * DVec3::new(angle.cos(), angle.sin(), 0.0)
-        };
-        let height = 5.0 * R;
-        let middle = if dimension == 2 { DVec3::ZERO } else { 0.5 * height * DVec3::Z };
-        scene.grains = (0..3).map(|k| Grain { position: place(k) + middle, ..grain(0.0, 0.0, 0.0) }).collect();
-        if dimension == 3 {
-            let mut upper = DVec3::INFINITY;
-            upper.z = height;
-            let lower = DVec3::NEG_INFINITY.with_z(0.0);
-            scene.domain = Domain { lower, upper, periodic: [false, false, true], ..Domain::default() };
-        }
-        let outer = ring + R;
-        let area = |radius: f64| 2.0 * PI * radius * if dimension == 2 { 1.0 } else { height };
-        let pressure = 3.0 * 1e-3 * KN * R / area(outer);
-        let tube = cylinder(1.01 * outer);
-        scene.walls = vec![driven(tube, Target::Pressure(pressure), 1e-3 * R / contact(dimension))];
+        let (scene, outer, pressure) = tube(dimension);
+        let area = |radius: f64| area_of_tube(dimension, radius);
         // By a fixed point: the force on the wall, and what the three press on each other with.
         let mut radius = outer;
         for _ in 0..50 {
@@ -120,6 +133,28 @@ fn a_tube_closes_around_its_grains() {
             assert!(highest < 1.01 && (pressing / (pressure * area(found)) - 1.0).abs() < 1e-3, "{highest}");
             assert!(off < 2e-3, "{dimension}D on {}: {found:e}, expected {radius:e}", bench.name);
             assert!(scene.missed_forces(&simulation.walls().unwrap(), [pressing]).is_empty());
+        }
+    }
+}
+
+/// Contacts see how a wall has come to where it is, and not where its servo will move it: no momentum is lost as it changes
+/// its speed.
+#[test]
+fn momentum_balances_at_driven_walls() {
+    for (scene, steps) in [(tube(2).0, 1200), (tube(3).0, 1200), (oedometer(2), 4000)] {
+        for bench in benches() {
+            let mut simulation = bench.start(&scene);
+            simulation.advance(steps).unwrap();
+            let speeds = |simulation: &mut Simulation| {
+                let lid = scene.walls.len() - 1;
+                [0, 50].map(|more| (simulation.advance(more).unwrap(), on_wall(simulation, lid)).1[0])
+            };
+            let [before, after] = speeds(&mut simulation);
+            assert!(before > 0.0 && before != after, "{}: nothing presses", bench.name);
+            for balance in balances(&mut simulation, 40).unwrap() {
+                println!("{}: {balance:?}", bench.name);
+                assert!(balance.holds() && balance.of != "energy", "{}: {balance:?}", bench.name);
+            }
         }
     }
 }

@@ -164,9 +164,9 @@ fn what_is_wrong_with_a_later_stage_is_said_first() {
             "scene.toml: stage.press: wall lid moves",
         ),
         // Of what is added, too, at once or over time.
-        ("--set solver.dt=2e-5 --set stage.press.population.1.radius=5e-5", "scene.toml: stage.press: "),
+        ("--set solver.dt=2e-5 --set stage.press.population.0.radius=5e-5", "scene.toml: stage.press: "),
         (
-            "--set solver.dt=2e-5 --set stage.press.population.1.radius=5e-5 --set stage.press.population.1.insertion={rate=1e3}",
+            "--set solver.dt=2e-5 --set stage.press.population.0.radius=5e-5 --set stage.press.population.0.insertion={rate=1e3}",
             "scene.toml: stage.press: ",
         ),
         ("--set stage.slip.population.0.count=61", "stage.slip: population.0: count is not as given"),
@@ -181,7 +181,7 @@ fn what_is_wrong_with_a_later_stage_is_said_first() {
     }
     // What a stage has added is there in those behind it.
     place.write("later.toml", &format!("{SCENE}[[stage]]\nname = \"later\"\n"));
-    let small = "--set solver.dt=2e-5 --set stage.press.population.1.radius=5e-5 --set stage.press.solver.dt=1e-6";
+    let small = "--set solver.dt=2e-5 --set stage.press.population.0.radius=5e-5 --set stage.press.solver.dt=1e-6";
     let said = packstone(&place, &format!("run later.toml --engine cpu --out out {small}"), 2);
     assert!(said.contains("later.toml: stage.later: ") && said.contains("bound"), "{said}");
     let said = packstone(&place, "describe scene.toml --set stage.press.stop.steps=7 --set solver.dt=2e-5", 0);

@@ -203,7 +203,7 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> (Params, Vec<Level>) {
 /// Steps from one look of the servo of the cell to the next: few beside the time in which grains answer.
 const SERVO_STEPS: u32 = 10;
 
-/// Where a steady rate begins to hold a stress: over the largest target.
+/// Where stresses begin to settle, and steady rates to hold them: over the largest target.
 const CLOSE_STRESS: f64 = 0.05;
 
 /// Time in which the servo makes up for what other components do to a stress, over that in which it makes up for what is

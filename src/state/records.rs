@@ -146,6 +146,7 @@ record!(
         shear_rate_next: Spin [Rate],
         steady_rate: DVec3 [Rate],
         steady_shear_rate: Spin [Rate],
+        settled: f64,
         largest_rate: f64 [Rate],
         stress: DVec3 [Stress],
         stress_above: Spin [Stress],

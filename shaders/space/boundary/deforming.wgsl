@@ -19,6 +19,7 @@ struct Cell {
     shear_rate_next: Spin,
     steady_rate: Vec,      // 1/s: what the servo has come to in the long run
     steady_shear_rate: Spin,
+    settled: Real,         // from 0, as the servo sees it for the first time, to 1: how long stresses have been close to targets
     largest_rate: Real,    // 1/s, no distance shrinks faster in the next step, over its length
     stress: Vec,           // Pa (N/m), of contacts, when a servo last looked: xx, yy, zz; compression is positive
     stress_above: Spin,    // Pa (N/m): yz, xz, xy
