@@ -141,16 +141,14 @@ fn a_tube_closes_around_its_grains() {
 /// its speed.
 #[test]
 fn momentum_balances_at_driven_walls() {
-    for (scene, steps) in [(tube(2).0, 1200), (tube(3).0, 1200), (oedometer(2), 4000)] {
+    for scene in [tube(2).0, tube(3).0, oedometer(2)] {
         for bench in benches() {
-            let mut simulation = bench.start(&scene);
-            simulation.advance(steps).unwrap();
-            let speeds = |simulation: &mut Simulation| {
-                let lid = scene.walls.len() - 1;
-                [0, 50].map(|more| (simulation.advance(more).unwrap(), on_wall(simulation, lid)).1[0])
+            let (mut simulation, lid) = (bench.start(&scene), scene.walls.len() - 1);
+            let presses = |_: &i32| {
+                simulation.advance(200).unwrap();
+                on_wall(&mut simulation, lid)[0] > 0.0
             };
-            let [before, after] = speeds(&mut simulation);
-            assert!(before > 0.0 && before != after, "{}: nothing presses", bench.name);
+            assert!((0..100).find(presses).is_some(), "{}: nothing presses", bench.name);
             for balance in balances(&mut simulation, 40).unwrap() {
                 println!("{}: {balance:?}", bench.name);
                 assert!(balance.holds() && balance.of != "energy", "{}: {balance:?}", bench.name);
