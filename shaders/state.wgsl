@@ -71,7 +71,7 @@ struct Params {
     controlled_above: Spin,
     servo_time: Real,              // s
     servo_recall: Real,            // part of what it takes away that it makes steady, from look to look
-    servo_band: Real,              // Pa (N/m): stresses that miss no more than that are held by a steady rate, too
+    servo_band: Real,              // Pa (N/m): stresses that miss no more than that settle
     most_rate: Real,               // 1/s, that the servo sets
     least_rigidity: Real,          // Pa s (N s/m), that it takes a modulus times its time for
     dt: Real,                      // s

@@ -16,14 +16,16 @@ use crate::{
     model::{Method, Precision},
     nscd::coloring::Coloring,
     plan::{Driver, Loop, Op},
-    scene::Assembly,
+    scene::{Assembly, Grain},
     simulation::{EngineChoice, Options, Setup, Simulation, params_of_step},
     stage::{Stage, Tolerance},
     state::{ARRAYS, Array, HALTED, Length, State, array::*, present},
 };
 use balance::balances;
 use compare::{compare, undecided};
+use glam::DVec3;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// The outcome of a check.
 #[derive(Clone, Debug, Serialize)]
@@ -98,7 +100,7 @@ pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64, bala
     }
 
     let Checker { mut rows, gpu, .. } = checker;
-    let trajectory = trajectory(&mut simulation, options, steps)?;
+    let trajectory = trajectory(&mut simulation, assembly, options, steps)?;
     if balance > 0 {
         rows.extend(balances(&mut simulation, balance)?.into_iter().map(|b| Row {
             stage: "balance",
@@ -115,16 +117,22 @@ pub fn check(assembly: &Assembly, options: Options, after: u64, steps: u64, bala
     Ok(Report { adapter: gpu.adapter(), precision, steps, after, contacts, rows, trajectory, passed })
 }
 
-/// How far a simulation on the device is from one on the CPU, after so many more steps.
-fn trajectory(on_gpu: &mut Simulation, options: Options, steps: u64) -> Result<f64> {
+/// How far a simulation on the device is from one of the same scene on the CPU, after so many more steps: the grains that both
+/// have, of those that come and go.
+fn trajectory(on_gpu: &mut Simulation, assembly: &Assembly, options: Options, steps: u64) -> Result<f64> {
     on_gpu.advance(steps)?;
-    let mut on_cpu = Simulation::new(on_gpu.assembly().clone(), Options { engine: EngineChoice::Cpu, ..options })?;
+    let mut on_cpu = Simulation::new(assembly.clone(), Options { engine: EngineChoice::Cpu, ..options })?;
     on_cpu.advance(on_gpu.step())?;
-    let (gpu, cpu) = (on_gpu.grains()?, on_cpu.grains()?);
-    let domain = &on_gpu.assembly().domain;
-    let mean_radius = cpu.iter().map(|g| g.radius).sum::<f64>() / cpu.len() as f64;
-    let distance = gpu.iter().zip(&cpu).map(|(a, b)| domain.nearest(a.position - b.position).length());
-    Ok(distance.fold(0.0, f64::max) / mean_radius)
+    let [gpu, cpu] = [&mut *on_gpu, &mut on_cpu].map(|simulation| simulation.grains());
+    let named = |simulation: &Simulation, grains: &[Grain]| -> BTreeMap<u32, DVec3> {
+        let numbers = &simulation.assembly().numbers;
+        grains.iter().enumerate().map(|(k, grain)| (numbers.of_grain(k), grain.position)).collect()
+    };
+    let (gpu, cpu) = (named(on_gpu, &gpu?), named(&on_cpu, &cpu?));
+    let domain = on_gpu.domain()?;
+    let both = gpu.iter().filter_map(|(number, x)| Some(*x - *cpu.get(number)?));
+    let distance = both.map(|d| domain.nearest(d).length()).fold(0.0, f64::max);
+    Ok(distance / assembly.whole().mean_radius())
 }
 
 /// Walks a plan on both engines.

@@ -167,8 +167,8 @@ fn floors_of_servo(s: &State) -> Vec<f64> {
     let stress = virial / volume_of(s.model.dimension, cell.length);
     let splat = |x: f64| DVec3::splat(x);
     let floors = Cell {
-        rate: splat(p.most_rate),
-        shear_rate: Spin(splat(p.most_rate)),
+        rate_next: splat(p.most_rate),
+        shear_rate_next: Spin(splat(p.most_rate)),
         steady_rate: splat(p.most_rate),
         steady_shear_rate: Spin(splat(p.most_rate)),
         stress: splat(stress),
@@ -210,7 +210,7 @@ fn floors_of_wall_servo(s: &State) -> Vec<f64> {
     };
     let driven = (0..s.sizes.walls).filter(|w| s.wall[*w].driven != 0);
     let speed = driven.map(speed).fold(0.0, f64::max);
-    let floors = Wall { velocity: DVec3::splat(speed), growth: speed, ..Wall::default() };
+    let floors = Wall { velocity_next: DVec3::splat(speed), growth_next: speed, ..Wall::default() };
     floors.lanes(s.model.dims())
 }
 

@@ -5,6 +5,7 @@ mod common;
 use common::*;
 use glam::DVec3;
 use packstone::{
+    check::balance::balances,
     scene::{Assembly, Dashpot, Domain, Grain, Pair, Scene, Servo, Target, Wall},
     simulation::Simulation,
 };
@@ -30,7 +31,7 @@ fn still(dimension: usize) -> Assembly {
 }
 
 fn driven(wall: Wall, target: Target, max_speed: f64) -> Wall {
-    Wall { servo: Some(Servo { target, area: None, gain: 1e-2, max_speed }), ..wall }
+    Wall { servo: Some(Servo { target, area: None, gain: 1e-2, max_speed, inertial_number: None }), ..wall }
 }
 
 /// What presses on a wall, N, and where it is, m.
@@ -74,31 +75,43 @@ fn a_lid_comes_to_where_springs_carry_it() {
     }
 }
 
-/// Three grains in a tube whose radius a pressure changes: forces and radius follow from their triangle.
+/// Three grains in a tube whose radius a pressure changes, which is at last about this; and the pressure.
+fn tube(dimension: usize) -> (Assembly, f64, f64) {
+    let mut scene = still(dimension);
+    scene.pairs[0].friction = 0.0;
+    let ring = 2.0 * R / 3.0_f64.sqrt();
+    let place = |k: usize| {
+        let angle = 2.0 * PI * k as f64 / 3.0;
+        1.001 * ring * DVec3::new(angle.cos(), angle.sin(), 0.0)
+    };
+    let middle = if dimension == 2 { DVec3::ZERO } else { 0.5 * HEIGHT * DVec3::Z };
+    scene.grains = (0..3).map(|k| Grain { position: place(k) + middle, ..grain(0.0, 0.0, 0.0) }).collect();
+    if dimension == 3 {
+        let mut upper = DVec3::INFINITY;
+        upper.z = HEIGHT;
+        let lower = DVec3::NEG_INFINITY.with_z(0.0);
+        scene.domain = Domain { lower, upper, periodic: [false, false, true], ..Domain::default() };
+    }
+    let outer = ring + R;
+    let pressure = 3.0 * 1e-3 * KN * R / area_of_tube(dimension, outer);
+    let wall = cylinder(1.01 * outer);
+    scene.walls = vec![driven(wall, Target::Pressure(pressure), 1e-3 * R / contact(dimension))];
+    (scene, outer, pressure)
+}
+
+/// m, of the tube, in space.
+const HEIGHT: f64 = 5.0 * R;
+
+fn area_of_tube(dimension: usize, radius: f64) -> f64 {
+    2.0 * PI * radius * if dimension == 2 { 1.0 } else { HEIGHT }
+}
+
+/// Forces and radius follow from the triangle of the grains.
 #[test]
 fn a_tube_closes_around_its_grains() {
     for dimension in [2, 3] {
-        let mut scene = still(dimension);
-        scene.pairs[0].friction = 0.0;
-        let ring = 2.0 * R / 3.0_f64.sqrt();
-        let place = |k: usize| {
-            let angle = 2.0 * PI * k as f64 / 3.0;
-            1.001 * ring * DVec3::new(angle.cos(), angle.sin(), 0.0)
-        };
-        let height = 5.0 * R;
-        let middle = if dimension == 2 { DVec3::ZERO } else { 0.5 * height * DVec3::Z };
-        scene.grains = (0..3).map(|k| Grain { position: place(k) + middle, ..grain(0.0, 0.0, 0.0) }).collect();
-        if dimension == 3 {
-            let mut upper = DVec3::INFINITY;
-            upper.z = height;
-            let lower = DVec3::NEG_INFINITY.with_z(0.0);
-            scene.domain = Domain { lower, upper, periodic: [false, false, true], ..Domain::default() };
-        }
-        let outer = ring + R;
-        let area = |radius: f64| 2.0 * PI * radius * if dimension == 2 { 1.0 } else { height };
-        let pressure = 3.0 * 1e-3 * KN * R / area(outer);
-        let tube = cylinder(1.01 * outer);
-        scene.walls = vec![driven(tube, Target::Pressure(pressure), 1e-3 * R / contact(dimension))];
+        let (scene, outer, pressure) = tube(dimension);
+        let area = |radius: f64| area_of_tube(dimension, radius);
         // By a fixed point: the force on the wall, and what the three press on each other with.
         let mut radius = outer;
         for _ in 0..50 {
@@ -124,6 +137,26 @@ fn a_tube_closes_around_its_grains() {
     }
 }
 
+/// Contacts see how a wall has come to where it is, and not where its servo will move it: no momentum is lost as it changes
+/// its speed.
+#[test]
+fn momentum_balances_at_driven_walls() {
+    for scene in [tube(2).0, tube(3).0, oedometer(2)] {
+        for bench in benches() {
+            let (mut simulation, lid) = (bench.start(&scene), scene.walls.len() - 1);
+            let presses = |_: &i32| {
+                simulation.advance(200).unwrap();
+                on_wall(&mut simulation, lid)[0] > 0.0
+            };
+            assert!((0..100).find(presses).is_some(), "{}: nothing presses", bench.name);
+            for balance in balances(&mut simulation, 40).unwrap() {
+                println!("{}: {balance:?}", bench.name);
+                assert!(balance.holds() && balance.of != "energy", "{}: {balance:?}", bench.name);
+            }
+        }
+    }
+}
+
 /// A loose bed in a box whose lid has a pressure: an oedometer.
 fn oedometer(dimension: usize) -> Assembly {
     let side = if dimension == 2 { 8 } else { 4 };
@@ -137,7 +170,8 @@ fn oedometer(dimension: usize) -> Assembly {
     let lid = scene.walls.pop().unwrap();
     // An inertial number of 1e-2 for the whole height.
     let most = 1e-2 * (pressure / RHO).sqrt() / (2.0 * R) * edge;
-    let servo = Servo { target: Target::Pressure(pressure), area: None, gain: 0.03, max_speed: most };
+    let servo =
+        Servo { target: Target::Pressure(pressure), area: None, gain: 0.03, max_speed: most, inertial_number: None };
     scene.walls.push(Wall { servo: Some(servo), ..lid });
     scene
 }
@@ -221,7 +255,7 @@ name = "load"
 wall.piston = { target_pressure = 250, max_speed = 0.1 }
 [[stage]]
 name = "more"
-wall.piston = { target_pressure = 1000, max_speed = 0.1 }
+wall.piston = { target_pressure = 1000, inertial_number = 0.02 }
 [[stage]]
 name = "less"
 wall.piston = { target_force = 0.0125, max_speed = 0.1 }
@@ -361,12 +395,43 @@ fn what_a_servo_cannot_do_is_told() {
     refused(&[force], &["wall.2", "missing key `max_speed`"]);
     refused(&[most], &["wall.2.max_speed", "goes with target_force or target_pressure"]);
     refused(&[force, pressure, most], &["wall.2.target_pressure", "target_force is given, too"]);
+    let inertial = "wall.piston.inertial_number=1e-3";
+    refused(&[inertial], &["wall.2.inertial_number", "goes with target_force or target_pressure"]);
+    refused(&[force, most, inertial], &["wall.2.inertial_number", "max_speed is given, too"]);
+    refused(&[force, "wall.piston.inertial_number=0"], &["wall.2.inertial_number = 0", "positive"]);
+    let tilted = "wall.piston.normal=[0,0.1,-1]";
+    refused(&[force, inertial, tilted], &["\"piston\" has an inertial_number", "give `area`"]);
     refused(&["wall.piston.target_force=-1", most], &["wall.2.target_force = -1", "positive"]);
     refused(&[force, most, "wall.piston.gain=2"], &["wall.2.gain = 2", "at most 1"]);
     refused(&[force, most, "wall.piston.area=1"], &["wall.2.area", "goes with target_pressure"]);
     refused(&[force, most, "solver.method=cd"], &["wall.2.target_force", "method = \"dem\""]);
     refused(&[force, most, "wall.piston.start=1"], &["wall.2.target_force", "not for a wall that a servo moves"]);
     refused(&[force, most, "wall.piston.velocity=[0,0,1]"], &["wall.2.velocity", "along the wall"]);
-    refused(&[pressure, most, "wall.piston.normal=[0,0.1,-1]"], &["\"piston\" has a target_pressure", "give `area`"]);
+    refused(&[pressure, most, tilted], &["\"piston\" has a target_pressure", "give `area`"]);
     refused(&["wall.tube.target_force=1", "wall.tube.max_speed=1"], &["wall.0.target_force", "is for planes"]);
+}
+
+/// The most of a speed follows from the inertial number, the target and the bed.
+#[test]
+fn an_inertial_number_limits_the_speed() {
+    let speed = |set: &[&str]| {
+        let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
+        let text = PRESS.split("[[stage]]").next().unwrap();
+        let scene = Scene::parse(text, "press.toml", Path::new("."), &set).unwrap().assemble().unwrap();
+        let mean = 2.0 * scene.grains.iter().map(|g| g.radius).sum::<f64>() / scene.grains.len() as f64;
+        let ends = |of: &dyn Fn(&Grain, f64) -> f64| {
+            scene.grains.iter().flat_map(|g| [-g.radius, g.radius].map(|r| of(g, r))).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let depth = ends(&|g, r| g.position.z + r) + ends(&|g, r| r - g.position.z);
+        let across = ends(&|g, r| g.position.truncate().length() + r);
+        let rate = 1e-2 * (1000.0_f64 / 2500.0).sqrt() / mean;
+        (scene.walls.iter().filter_map(|wall| wall.servo).next().unwrap().max_speed, rate * depth, rate * across)
+    };
+    let (found, expected, _) = speed(&["wall.piston.target_pressure=1000", "wall.piston.inertial_number=1e-2"]);
+    close("of a pressure", found, expected, expected, 1e-12);
+    let force = format!("wall.piston.target_force={}", 1000.0 * PI * 2.5e-5);
+    let (found, expected, _) = speed(&[&force, "wall.piston.inertial_number=1e-2"]);
+    close("of a force", found, expected, expected, 1e-12);
+    let (found, _, expected) = speed(&["wall.tube.target_pressure=1000", "wall.tube.inertial_number=1e-2"]);
+    close("of a tube", found, expected, expected, 1e-12);
 }

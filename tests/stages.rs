@@ -166,6 +166,12 @@ fn what_is_wrong_with_a_later_stage_is_said_first() {
             "--set solver.dt=1e-6 --set stage.press.wall.lid.velocity=[0,-5000]",
             "scene.toml: stage.press: wall lid moves",
         ),
+        // Of what is added, too, at once or over time.
+        ("--set solver.dt=2e-5 --set stage.press.population.0.radius=5e-5", "scene.toml: stage.press: "),
+        (
+            "--set solver.dt=2e-5 --set stage.press.population.0.radius=5e-5 --set stage.press.population.0.insertion={rate=1e3}",
+            "scene.toml: stage.press: ",
+        ),
         ("--set stage.slip.population.0.count=61", "stage.slip: population.0: count is not as given"),
         ("--set stage.press.stop.time=0", "stage.press (--set stage.press.stop.time=0): stop.time = 0"),
         ("--set stage.fill.output.checkpoint=0", "stage.fill: output.checkpoint = 0: must be above 0, as stage slip"),
@@ -176,7 +182,12 @@ fn what_is_wrong_with_a_later_stage_is_said_first() {
         assert!(said.contains(words), "{arguments}: {said}");
         assert!(!place.path("out").exists(), "{arguments}");
     }
-    let said = packstone(&place, "describe scene.toml --set stage.press.stop.steps=7", 0);
+    // What a stage has added is there in those behind it.
+    place.write("later.toml", &format!("{SCENE}[[stage]]\nname = \"later\"\n"));
+    let small = "--set solver.dt=2e-5 --set stage.press.population.0.radius=5e-5 --set stage.press.solver.dt=1e-6";
+    let said = packstone(&place, &format!("run later.toml --engine cpu --out out {small}"), 2);
+    assert!(said.contains("later.toml: stage.later: ") && said.contains("bound"), "{said}");
+    let said = packstone(&place, "describe scene.toml --set stage.press.stop.steps=7 --set solver.dt=2e-5", 0);
     assert!(!said.contains("error"), "{said}");
     place.write("plain.toml", SCENE.split("[[stage]]").next().unwrap());
     let said = packstone(&place, "run plain.toml --only fill", 2);

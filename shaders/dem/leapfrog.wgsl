@@ -14,7 +14,7 @@ fn velocity_change(velocity: Velocity, force: Vec) -> Vec {
 /// A change of a velocity past the flow of the cell with what the way from faster to slower flow does to it: half of it at
 /// the velocity before, half after.
 fn with_flow(v: Vec, change: Vec) -> Vec {
-    return past_flow(change, params.dt * (v + 0.5 * change));
+    return past_next_flow(change, params.dt * (v + 0.5 * change));
 }
 
 /// From 0 to -1/2, m/s: without it the leapfrog loses an order of accuracy.

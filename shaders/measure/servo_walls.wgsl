@@ -64,11 +64,11 @@ fn drive(w: u32, now: Pressing) {
     let resistance = servo.time * max(now.stiffness, servo.least_stiffness);
     let speed = clamp(missing / resistance, -servo.most_speed, servo.most_speed);
     if (wall[w].radius == 0) {
-        wall[w].velocity = servo.along + speed * wall[w].normal;
+        wall[w].velocity_next = servo.along + speed * wall[w].normal;
         return;
     }
     let least = select(-servo.most_speed, Real(0), wall[w].radius <= servo.least_radius);
-    wall[w].growth = max(-speed, least);
+    wall[w].growth_next = max(-speed, least);
 }
 
 fn area_of(servo: WallServo) -> Real {

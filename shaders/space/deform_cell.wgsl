@@ -9,10 +9,12 @@ fn deform_cell() {
         return;
     }
     var next = cell;
+    next.rate = cell.rate_next;
+    next.shear_rate = cell.shear_rate_next;
     let length = requantised(cell.length, cell.length_low);
     let tilt = requantised(as_vector(cell.tilt), as_vector(cell.tilt_low));
-    let above = product_above(cell.rate, cell.shear_rate, cell.length, cell.tilt);
-    let grown = displaced(length.x, length.low, params.dt * cell.rate * cell.length);
+    let above = product_above(next.rate, next.shear_rate, cell.length, cell.tilt);
+    let grown = displaced(length.x, length.low, params.dt * next.rate * cell.length);
     let sheared = displaced(tilt.x, tilt.low, as_vector(params.dt * above));
     next.length = grown.x;
     next.length_low = grown.low;

@@ -13,18 +13,19 @@ use crate::{
     },
     error::Result,
     measure::Sample,
-    model::{Dimension, Grains, Method, Precision},
+    model::{Boundary, Dimension, Grains, Method, Precision},
     nscd::{
         contact::{damping_factor, free_spin_change},
         gyroscopic::free_spin_change_of_clump,
     },
-    scene::{self, Grain},
+    scene::{self, Assembly, Grain, Wall},
     simulation::Simulation,
     space::{
+        boundary::transformed,
         dimension::{conjugate, gyroscopic, quaternion_product, rotate, rotation_increment},
         precision::{low_of, position_low_of, spin_low_of},
     },
-    state::{ARRAYS, Array, State, array::*, present},
+    state::{ARRAYS, Array, Cell, State, array::*, present},
     units::Quantity,
 };
 use glam::{DVec3, DVec4, Vec4Swizzles};
@@ -104,28 +105,56 @@ impl Account {
     }
 }
 
-/// The balances of a simulation over its next steps. Energy is left out where walls or fixed grains move and do work, and
-/// angular momentum of rigid grains where walls move, which have gone on from where their impulses acted.
+/// The flow of the cell in a step: its gradient, and where it stands still; none but in a cell that deforms.
+#[derive(Clone, Copy, Debug, Default)]
+struct Flow {
+    rate: DVec3,
+    shear_rate: DVec3,
+    origin: DVec3,
+}
+
+impl Flow {
+    /// By how much it is faster further on by this.
+    fn over(&self, way: DVec3) -> DVec3 {
+        transformed(self.rate, self.shear_rate, way)
+    }
+}
+
+/// The balances of a simulation over its next steps, of those in which no grain comes or goes. Energy is left out where
+/// walls, fixed grains or the cell move and do work, or grains come and go, and angular momentum of rigid grains where walls
+/// move, which have gone on from where their impulses acted. Where damping adapts itself there is none: what it has taken of
+/// velocities nobody knows.
 ///
 /// # Errors
 /// As [`Simulation::advance`].
 pub fn balances(simulation: &mut Simulation, steps: u64) -> Result<Vec<Balance>> {
-    let mut before = moving(simulation)?;
+    let model = *simulation.model();
+    if model.adaptive_damping {
+        return Ok(Vec::new());
+    }
+    let (mut before, _) = moving(simulation)?;
     let start = simulation.sample()?;
     let (mut sample, mut dissipated) = (start, 0.0);
-    let model = *simulation.model();
     let rigid = model.method == Method::ContactDynamics;
-    let walls_move = simulation.assembly().walls.iter().any(|wall| wall.velocity != DVec3::ZERO || wall.is_guided());
+    let walls_move = simulation.assembly().walls.iter().any(Wall::moves);
     let mut accounts = vec![[Account::default(); 4]; before.len()];
+    let mut of_others = Vec::new();
     for _ in 0..steps {
         let loads = if rigid { Vec::new() } else { loads(simulation, &before)? };
+        let there = simulation.assembly().changes().then(|| numbers(simulation));
         simulation.advance(1)?;
+        if there.is_some_and(|there| there != numbers(simulation)) {
+            (before, _) = moving(simulation)?;
+            of_others.append(&mut accounts);
+            accounts.resize(before.len(), Default::default());
+            continue;
+        }
         let loads = if rigid { self::loads(simulation, &before)? } else { loads };
-        let after = moving(simulation)?;
-        let (p, nearest) = (*simulation.params(), simulation.assembly().domain);
+        let (after, flow) = moving(simulation)?;
+        let (p, nearest) = (*simulation.params(), simulation.domain()?);
         for (k, account) in accounts.iter_mut().enumerate() {
             let (a, b, load) = (&before[k], &after[k], &loads[k]);
-            let path = p.dt * b.v;
+            let path = p.dt * (b.v + flow.over(a.x - flow.origin + 0.5 * p.dt * b.v));
             // Steps below the last place of a position are not followed.
             let place = p.quantum * 2.0_f64.powi(-25) / TOLERANCE;
             account[0].add(path, path.length() + place, nearest.nearest(b.x - a.x));
@@ -138,9 +167,17 @@ pub fn balances(simulation: &mut Simulation, steps: u64) -> Result<Vec<Balance>>
             }
             // Global damping is implicit at the half step, in contact dynamics at the end of the step.
             let damped = |a: DVec3, b: DVec3| p.damping * if rigid { b } else { 0.5 * (a + b) };
-            let kick = p.dt * (a.inverse_mass * load.force + p.gravity - damped(a.v, b.v));
+            let acceleration = a.inverse_mass * load.force + p.gravity;
+            // The way to faster or slower flow changes velocities past it, too.
+            let (kick, passed) = if rigid {
+                (p.dt * (acceleration - damped(a.v, b.v)), p.dt * flow.over(a.v))
+            } else {
+                let half = 0.5 * p.dt * p.damping;
+                let kick = (p.dt * acceleration - 2.0 * half * a.v) / (1.0 + half);
+                (kick, p.dt * flow.over(a.v + 0.5 * kick))
+            };
             let came = a.inverse_mass * load.force.length() + p.gravity.length() + p.damping * a.v.length();
-            account[1].add(kick, p.dt * came, b.v - a.v);
+            account[1].add(kick - passed, p.dt * came + passed.length(), b.v - a.v);
             let products = if rigid { a.products } else { products(model.dimension, a, 0.5 * (a.spin + b.spin)) };
             let kick = p.dt * (a.accelerated(load.moment) + products - damped(a.spin, b.spin));
             // Products are rounded too, and what is left of them may be little.
@@ -161,7 +198,9 @@ pub fn balances(simulation: &mut Simulation, steps: u64) -> Result<Vec<Balance>>
         .enumerate()
         .filter(|(_, of)| *of != "attitude" || model.grains == Grains::Clumps)
         .filter(|(_, of)| *of != "angular momentum" || !(rigid && walls_move))
-        .map(|(row, of)| balance(of, tolerance(model.precision), accounts.iter().map(|all| &all[row])))
+        .map(|(row, of)| {
+            balance(of, tolerance(model.precision), accounts.iter().chain(&of_others).map(|all| &all[row]))
+        })
         .collect();
     if !works(simulation) && !rigid {
         let energy = |s: &Sample| s.kinetic_energy + s.potential_energy + s.elastic_energy;
@@ -199,11 +238,21 @@ fn largest_of(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, value| largest.max(value.abs()))
 }
 
-/// Whether walls or fixed grains do work on grains.
+/// What particles are called.
+fn numbers(simulation: &Simulation) -> Vec<u32> {
+    let Assembly { clumps, numbers, .. } = simulation.assembly();
+    let of = |k: usize| if clumps.is_empty() { numbers.of_grain(k) } else { numbers.of_clump(k) };
+    (0..simulation.particles()).map(of).collect()
+}
+
+/// Whether walls, fixed grains, the cell or those who come and go do work on grains.
 fn works(simulation: &Simulation) -> bool {
     let assembly = simulation.assembly();
-    let walls = assembly.walls.iter().any(|wall| wall.velocity != DVec3::ZERO || wall.spin != 0.0 || wall.is_guided());
-    walls || assembly.grains.iter().any(|g| g.fixed && (g.velocity != DVec3::ZERO || g.spin != DVec3::ZERO))
+    let walls = assembly.walls.iter().any(|wall| wall.moves() || wall.spin != 0.0);
+    walls
+        || assembly.deforms()
+        || assembly.changes()
+        || assembly.grains.iter().any(|g| g.fixed && (g.velocity != DVec3::ZERO || g.spin != DVec3::ZERO))
 }
 
 fn balance<'a>(of: &'static str, tolerance: f64, accounts: impl Iterator<Item = &'a Account>) -> Balance {
@@ -253,10 +302,10 @@ fn products(dimension: Dimension, here: &Moving, spin: DVec3) -> DVec3 {
     if here.in_scene { DVec3::ZERO } else { here.inverse_moments * gyroscopic(dimension, spin, here.inverse_moments) }
 }
 
-/// Grains as the engine has them, velocities at the half step, by number.
-fn moving(simulation: &mut Simulation) -> Result<Vec<Moving>> {
+/// Grains as the engine has them, velocities at the half step, by number, and the flow that they have come with.
+fn moving(simulation: &mut Simulation) -> Result<(Vec<Moving>, Flow)> {
     let wanted: &[&'static Array] = match simulation.model().grains {
-        Grains::Spheres => &[&ID, &POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &VELOCITY_LOW],
+        Grains::Spheres => &[&ID, &POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &VELOCITY_LOW, &CELL],
         Grains::Clumps => &[
             &CENTER,
             &CENTER_LOW,
@@ -267,16 +316,19 @@ fn moving(simulation: &mut Simulation) -> Result<Vec<Moving>> {
             &CLUMP_SPIN,
             &CLUMP_VELOCITY_LOW,
             &INVERSE_MOMENTS,
+            &CELL,
         ],
     };
     let arrays: Vec<_> = present(simulation.model(), ARRAYS).into_iter().filter(|a| wanted.contains(a)).collect();
     let s = simulation.read(&arrays)?;
+    let of_cell = |cell: &Cell| Flow { rate: cell.rate, shear_rate: cell.shear_rate.0, origin: s.params.cell_origin };
+    let flow = if s.model.boundary == Boundary::Deforming { of_cell(&s.cell[0]) } else { Flow::default() };
     if s.model.grains == Grains::Clumps {
-        return Ok((0..s.sizes.clumps).map(|c| moving_clump(s, c)).collect());
+        return Ok(((0..s.sizes.clumps).map(|c| moving_clump(s, c)).collect(), flow));
     }
     let mut moving: Vec<_> = (0..s.sizes.bodies).map(|i| (s.id[i], moving_sphere(s, i))).collect();
     moving.sort_by_key(|(id, _)| *id);
-    Ok(moving.into_iter().map(|(_, moving)| moving).collect())
+    Ok((moving.into_iter().map(|(_, moving)| moving).collect(), flow))
 }
 
 fn moving_sphere(s: &State, i: usize) -> Moving {

@@ -33,7 +33,7 @@ pub fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
 fn compare(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     let (_, assembly) = args.scene.load(&[])?;
     // Forces are read after every step.
-    let affordable = (2_000_000 / assembly.grains.len() as u64).clamp(50, 1000);
+    let affordable = (2_000_000 / assembly.whole().grains.len() as u64).clamp(50, 1000);
     let balance = args.balance.unwrap_or(affordable);
     let report = check::check(&assembly, args.scene.device.options(), args.after, args.steps, balance)?;
     if args.json {

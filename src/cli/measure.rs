@@ -227,13 +227,14 @@ fn words(measures: &Measures, simulation: &Simulation) -> String {
         line("sliding", format!("{:.4} of the contacts with friction", sliding));
     }
     let worst = equilibrium.residual_force_ratio.as_ref();
+    let particle = if simulation.assembly().clumps.is_empty() { "grain" } else { "clump" };
     line(
         "equilibrium",
         format!(
             "{}: residual force up to {} of the larger of weight and mean contact force{}, {} floppy grains, Coulomb margin {}",
             if equilibrium.certified { "yes" } else { "no" },
             worst.map_or("-".to_owned(), |worst| format!("{:.1e}", worst.worst)),
-            worst.map_or(String::new(), |worst| format!(" (grain {})", worst.particle)),
+            worst.map_or(String::new(), |worst| format!(" ({particle} {})", worst.particle)),
             equilibrium.floppy,
             equilibrium
                 .coulomb_margin

@@ -3,7 +3,7 @@
 
 use crate::{
     model::Boundary,
-    space::boundary::past_flow,
+    space::boundary::{past_flow, past_next_flow},
     state::{State, Velocity},
 };
 use glam::DVec3;
@@ -23,7 +23,7 @@ pub fn velocity_change(s: &State, boundary: Boundary, velocity: &Velocity, force
 /// the velocity before, half after.
 #[inline(always)]
 fn with_flow(s: &State, boundary: Boundary, v: DVec3, change: DVec3) -> DVec3 {
-    past_flow(s, boundary, change, s.params.dt * (v + 0.5 * change))
+    past_next_flow(s, boundary, change, s.params.dt * (v + 0.5 * change))
 }
 
 /// From 0 to -1/2, m/s: without it the leapfrog loses an order of accuracy.

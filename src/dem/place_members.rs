@@ -8,7 +8,7 @@ use crate::{
         rotation::surface_velocity,
     },
     space::{
-        boundary::{approach, past_flow, wrap},
+        boundary::{approach, past_next_flow, wrap},
         dimension::{arm_increment, rotation_increment, spin_squared},
         precision::{Point, arm_end},
     },
@@ -86,7 +86,7 @@ fn place_member(s: &State, i: usize) -> Placed {
             arm_end(s, center, s.orientation_next[c].0, rest, s.member_offset[member_id].0),
         ),
         velocity: Velocity {
-            v: past_flow(s, s.model.boundary, v + surface_velocity(spin, middle), middle),
+            v: past_next_flow(s, s.model.boundary, v + surface_velocity(spin, middle), middle),
             inverse_mass: before.velocity.inverse_mass,
         },
         spin: Spin(spin),

@@ -181,11 +181,11 @@ pub struct Relaxation {
     /// How far the forces on a free grain are from balance at most, over its weight or the mean contact force, and which
     /// grain that is.
     pub force_balance_max: Option<f64>,
-    pub force_balance_grain: Option<usize>,
+    pub force_balance_grain: Option<u32>,
 }
 
 impl Relaxation {
-    fn new(solved: &SolverStatistics, balance: Option<(f64, usize)>) -> Relaxation {
+    fn new(solved: &SolverStatistics, balance: Option<(f64, u32)>) -> Relaxation {
         let steps = solved.steps.max(1) as f64;
         Relaxation {
             unconverged_steps: solved.unconverged,
@@ -297,9 +297,6 @@ impl Summary {
     ) -> Result<Summary> {
         let rounds = simulation.rotation_rounds()?;
         let balance = if simulation.solver_statistics().is_some() { simulation.force_balance()? } else { None };
-        let numbers = &simulation.assembly().numbers;
-        let number = |k| if clumps.is_empty() { numbers.of_grain(k) } else { numbers.of_clump(k) };
-        let balance = balance.map(|(worst, k)| (worst, number(k) as usize));
         let (domain, strain) = (simulation.domain()?, simulation.strain()?);
         let s = &*simulation;
         let assembly = &s.assembly_in(domain);

@@ -22,11 +22,11 @@ fn drive(s: &mut State, w: usize) {
     let speed = (missing / resistance(s, w, &now)).clamp(-servo.most_speed, servo.most_speed);
     let wall = &mut s.wall[w];
     if wall.radius == 0.0 {
-        wall.velocity = servo.along + speed * wall.normal;
+        wall.velocity_next = servo.along + speed * wall.normal;
         return;
     }
     let least = if wall.radius <= servo.least_radius { 0.0 } else { -servo.most_speed };
-    wall.growth = (-speed).max(least);
+    wall.growth_next = (-speed).max(least);
 }
 
 /// What presses on a wall.

@@ -41,7 +41,8 @@ pub struct Assembly {
     pub insertions: Vec<Insertion>,
     /// Where grains leave.
     pub outlets: Vec<Outlet>,
-    /// Grains, or clumps with their members, that are not there yet: the last ones of [`Assembly::whole`].
+    /// Grains, members of clumps among them, that are not there yet, so that their places mean nothing: the last ones of
+    /// [`Assembly::whole`].
     pub waiting: usize,
     /// Numbers of grains and clumps where some have come in over time or left.
     pub numbers: Numbers,

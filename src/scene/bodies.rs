@@ -5,7 +5,7 @@ use glam::DQuat;
 use super::check::Check;
 use super::schema::{self, Orientation, Rotation};
 use super::shape::{Shape, Shapes};
-use super::{Clump, Domain, Grain, Numbers};
+use super::{Assembly, Clump, Domain, Grain, Numbers};
 use crate::Result;
 
 /// A shape, and how it is turned: from its own axes to those of the scene.
@@ -137,6 +137,29 @@ impl<'a> Bodies<'a> {
             at = first + members;
         }
         (self.shapes.all, self.grains, clumps)
+    }
+}
+
+/// All that others have comes behind what is there, at places that are not known yet.
+pub fn add_waiting(assembly: &mut Assembly, mut others: Assembly) {
+    if assembly.clumps.is_empty() != others.clumps.is_empty() {
+        make_clumps(assembly);
+        make_clumps(&mut others);
+    }
+    let (first, shape) = (assembly.grains.len() as u32, assembly.shapes.len() as u32);
+    let behind = |clump: Clump| Clump { first: clump.first + first, shape: clump.shape + shape, ..clump };
+    assembly.waiting += others.grains.len();
+    assembly.clumps.extend(others.clumps.into_iter().map(behind));
+    assembly.shapes.append(&mut others.shapes);
+    assembly.grains.append(&mut others.grains);
+}
+
+/// Among clumps, spheres are clumps of one member.
+fn make_clumps(assembly: &mut Assembly) {
+    if assembly.clumps.is_empty() {
+        let pose = Pose { shape: 0, orientation: DQuat::IDENTITY };
+        assembly.shapes = vec![Shape::sphere(assembly.dimension)];
+        assembly.clumps = assembly.grains.iter().enumerate().map(|(k, grain)| clump(grain, &pose, k)).collect();
     }
 }
 

@@ -257,6 +257,7 @@ fn place(wall: &schema::Wall) -> toml::Value {
         area: None,
         gain: None,
         max_speed: None,
+        inertial_number: None,
         ..wall.clone()
     })
 }

@@ -148,6 +148,7 @@ pub struct Wall {
     pub area: Option<f64>,
     pub gain: Option<f64>,
     pub max_speed: Option<f64>,
+    pub inertial_number: Option<f64>,
 }
 
 /// To and fro; one period in every `interval`, s, if that is given.

@@ -14,6 +14,8 @@ pub struct Servo {
     pub gain: f64,
     /// m/s, most of its speed.
     pub max_speed: f64,
+    /// Of the bed at that speed, from which a scene file has it: it follows when grains are known, until then it is 0.
+    pub inertial_number: Option<f64>,
 }
 
 /// What free grains are to do to the wall along its normal, dashpots and friction included.
@@ -36,7 +38,12 @@ pub fn servo(wall: &schema::Wall, key: &str, check: &Check) -> Result<Option<Ser
         (None, Some(pressure)) => Target::Pressure(pressure),
         (Some(_), Some(_)) => return wrong("target_pressure", "target_force is given, too; one of them has to go"),
         (None, None) => {
-            let own = [("area", wall.area), ("gain", wall.gain), ("max_speed", wall.max_speed)];
+            let own = [
+                ("area", wall.area),
+                ("gain", wall.gain),
+                ("max_speed", wall.max_speed),
+                ("inertial_number", wall.inertial_number),
+            ];
             return match own.iter().find(|(_, given)| given.is_some()) {
                 Some((field, _)) => wrong(field, "goes with target_force or target_pressure"),
                 None => Ok(None),
@@ -46,9 +53,20 @@ pub fn servo(wall: &schema::Wall, key: &str, check: &Check) -> Result<Option<Ser
     if wall.kind == WallKind::Box && wall.area.is_some() {
         return wrong("area", "is for planes and cylinders; give the faces of the box as planes");
     }
-    let Some(max_speed) = wall.max_speed else {
-        let message = "missing key `max_speed`: the most, in m/s, that the servo of target_force or target_pressure moves it with";
-        return Err(check.origin.wrong(key, message));
-    };
-    Ok(Some(Servo { target, area: wall.area, gain: wall.gain.unwrap_or(GAIN), max_speed }))
+    match (wall.max_speed, wall.inertial_number) {
+        (None, None) => {
+            let message = "missing key `max_speed` (m/s) or `inertial_number`: the most that the servo of target_force or target_pressure \
+                 makes of its speed";
+            return Err(check.origin.wrong(key, message));
+        }
+        (Some(_), Some(_)) => return wrong("inertial_number", "max_speed is given, too; one of them has to go"),
+        _ => {}
+    }
+    Ok(Some(Servo {
+        target,
+        area: wall.area,
+        gain: wall.gain.unwrap_or(GAIN),
+        max_speed: wall.max_speed.unwrap_or(0.0),
+        inertial_number: wall.inertial_number,
+    }))
 }

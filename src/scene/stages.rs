@@ -96,23 +96,23 @@ impl Scene {
         self.file.output.checkpoint != 0.0
     }
 
-    /// What stage `number` comes down to before anything has run, given what the first one does: every value is checked,
-    /// but not where grains are, as they will have moved.
+    /// What the stages come down to before anything has run, given what the first one does: every value is checked, but not
+    /// where grains are, as they will have moved. Each has the grains of the one before, and what it adds to them.
     ///
     /// # Errors
     /// As [`Scene::assemble`], and for grains that are not as they were given to the stage before.
-    pub fn outline_of(&self, number: usize, first: &Assembly) -> Result<Assembly> {
-        match number.checked_sub(1) {
-            None => Ok(first.clone()),
-            Some(before) => self.stages[number].scene.outline(&self.stages[before].scene, first),
-        }
+    pub fn outlines(&self, first: &Assembly) -> impl Iterator<Item = Result<Assembly>> {
+        let mut last = first.clone();
+        self.stages.iter().enumerate().map(move |(number, stage)| {
+            if let Some(before) = number.checked_sub(1) {
+                last = stage.scene.outline(&self.stages[before].scene, &last)?;
+            }
+            Ok(last.clone())
+        })
     }
 
     /// What it comes down to as a later stage, before anything has run: every value is checked, but not where grains
-    /// are, as they will have moved. They are those of `like`, of an earlier stage. `before`: the stage before it.
-    ///
-    /// # Errors
-    /// As [`Scene::assemble`], and for grains that are not as they were given to the stage before.
+    /// are, as they will have moved. They are those of `like`, which is that of the stage before it, and what it adds.
     fn outline(&self, before: &Scene, like: &Assembly) -> Result<Assembly> {
         let added = self.file_added(before)?;
         validate::outline(&added, &self.origin, like).map_err(|error| self.origin.about(error))
@@ -210,9 +210,9 @@ solver = { damping = 3 }
                 Err(error) => error.to_string(),
                 Ok(scene) => {
                     let like = scene.assemble();
-                    let check = |number| scene.outline_of(number, like.as_ref().unwrap()).err();
+                    let outline = |pair: &[Stage]| pair[1].scene.outline(&pair[0].scene, like.as_ref().unwrap()).err();
                     let found = like.as_ref().err().map(Error::to_string);
-                    found.or_else(|| (0..scene.stages().len()).rev().find_map(check).map(|e| e.to_string())).unwrap()
+                    found.or_else(|| scene.stages().windows(2).rev().find_map(outline).map(|e| e.to_string())).unwrap()
                 }
             };
             assert!(words.iter().all(|word| message.contains(word)), "{set:?}: {message}");

@@ -24,7 +24,7 @@ impl Assembly {
     /// Whether nothing but contacts can set grains in motion: no gravity, no wall or fixed grain that moves, and no flow of
     /// the cell.
     pub fn is_left_alone(&self) -> bool {
-        let still = |wall: &Wall| wall.velocity == DVec3::ZERO && wall.spin == 0.0 && !wall.is_guided();
+        let still = |wall: &Wall| !wall.moves() && wall.spin == 0.0;
         let fixed = |grain: &Grain| !grain.fixed || (grain.velocity == DVec3::ZERO && grain.spin == DVec3::ZERO);
         self.gravity == DVec3::ZERO
             && self.cell == Cell::default()
@@ -34,14 +34,18 @@ impl Assembly {
 
     /// The most that the servo of the cell makes of a rate, 1/s.
     pub fn most_rate(&self) -> f64 {
-        let grains = self.grains.len() as f64;
-        let diameter = 2.0 * self.mean_radius();
-        let density = |grain: &Grain| self.materials[grain.material as usize].density;
-        let density = self.grains.iter().map(density).sum::<f64>() / grains;
         match self.cell.is_controlled() {
-            true => self.cell.inertial_number * (self.cell.largest_stress() / density).sqrt() / diameter,
+            true => self.rate_of(self.cell.inertial_number, self.cell.largest_stress()),
             false => 0.0,
         }
+    }
+
+    /// The strain rate with this inertial number under a pressure, Pa (N/m), of the mean diameter and density, 1/s.
+    pub(super) fn rate_of(&self, inertial_number: f64, pressure: f64) -> f64 {
+        let grains = self.grains.len() as f64;
+        let density = |grain: &Grain| self.materials[grain.material as usize].density;
+        let density = self.grains.iter().map(density).sum::<f64>() / grains;
+        inertial_number * (pressure / density).sqrt() / (2.0 * self.mean_radius())
     }
 
     /// No distance in the cell shrinks faster, over its length, 1/s.

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
-use super::bodies::{Bodies, Placed, Pose, numbers, orientation};
+use super::bodies::{Bodies, Placed, Pose, add_waiting, numbers, orientation};
 use super::check::{self, AXES, Check, show, show_vector};
 use super::insertion::{Waiting, populate_over_time, split};
 use super::neighbours::Neighbours;
@@ -13,7 +13,7 @@ use super::populate::{Site, populate};
 use super::schema::{self, Boundary, Face, File, Format, Spin, Twist};
 use super::shape::{Shape, Shapes};
 use super::targets::check_cell;
-use super::wall_targets::check_areas;
+use super::wall_targets::{check_areas, limit_speeds};
 use super::walls::{check_apart, walls};
 use super::{
     Assembly, Cell, Clump, Domain, Grain, JammingProtocol, Material, Method, Numbers, Output, Relaxation, Solver, Stop,
@@ -31,22 +31,21 @@ pub fn assemble(file: &File, origin: &Origin) -> Result<Assembly> {
     let check = &check_of(file, origin);
     let mut assembly = without_grains(file, check)?;
     place(file, &mut assembly, check)?;
+    limit_speeds(&mut assembly, check)?;
     check_start(&assembly, check)?;
     Ok(assembly)
 }
 
-/// A scene that goes on with the grains of another one, from wherever they will be: those of `like` as they are there.
-/// What the file has of grains is added to them then, and is checked by itself.
+/// A scene that goes on with the grains of another one, from wherever they will be: those of `like` as they are there, and
+/// what the file has of grains, which is placed by itself.
 pub fn outline(file: &File, origin: &Origin, like: &Assembly) -> Result<Assembly> {
     let check = &check_of(file, origin);
     let mut assembly = without_grains(file, check)?;
+    let mut added = assembly.clone();
     if !(file.grain.is_empty() && file.population.is_empty()) {
-        place(file, &mut assembly.clone(), check)?;
+        place(file, &mut added, check)?;
     }
     let like = &*like.whole();
-    let smallest = like.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
-    check_apart(&assembly.walls, smallest, check)?;
-    check_areas(&assembly, check)?;
     (assembly.grains, assembly.clumps, assembly.shapes) =
         (like.grains.clone(), like.clumps.clone(), like.shapes.clone());
     assembly.waiting = like.waiting;
@@ -54,6 +53,12 @@ pub fn outline(file: &File, origin: &Origin, like: &Assembly) -> Result<Assembly
     let of_grains = assembly.grains.iter_mut().map(|grain| &mut grain.material);
     let of_clumps = assembly.clumps.iter_mut().map(|clump| &mut clump.material);
     of_grains.chain(of_clumps).try_for_each(|of| material(*of).map(|found| *of = found))?;
+    add_waiting(&mut assembly, added.whole().into_owned());
+    check_count(assembly.grains.len(), check)?;
+    let smallest = assembly.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
+    check_apart(&assembly.walls, smallest, check)?;
+    check_areas(&assembly, check)?;
+    limit_speeds(&mut assembly, check)?;
     // What the cell will begin with is not known yet.
     let fraction = assembly.stop.packing_fraction.take();
     check_cell(&assembly, check)?;
@@ -410,7 +415,7 @@ pub fn check_start(assembly: &Assembly, check: &Check) -> Result<()> {
     let smallest = assembly.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
     check_apart(&assembly.walls, smallest, check)?;
     check_areas(assembly, check)?;
-    check_clumps(&assembly.clumps, &assembly.shapes, &assembly.domain, check)?;
+    check_clumps(assembly, check)?;
     check_grains(assembly, check)
 }
 
@@ -427,8 +432,10 @@ fn check_adaptive_damping(assembly: &Assembly, check: &Check) -> Result<()> {
 }
 
 /// Clumps as wholes: in the domain, and too small to meet themselves around a period.
-fn check_clumps(clumps: &[Clump], shapes: &[Shape], domain: &Domain, check: &Check) -> Result<()> {
-    for (id, clump) in clumps.iter().enumerate() {
+fn check_clumps(assembly: &Assembly, check: &Check) -> Result<()> {
+    let Assembly { clumps, shapes, domain, numbers, .. } = assembly;
+    for (k, clump) in clumps.iter().enumerate() {
+        let id = numbers.of_clump(k);
         let shape = &shapes[clump.shape as usize];
         for axis in (0..check.dimension).filter(|axis| domain.periodic[*axis]) {
             let (low, high) = (domain.lower[axis], domain.upper[axis]);
@@ -451,20 +458,21 @@ fn check_clumps(clumps: &[Clump], shapes: &[Shape], domain: &Domain, check: &Che
 }
 
 fn check_grains(assembly: &Assembly, check: &Check) -> Result<()> {
-    let Assembly { domain, walls, grains, clumps, solver: Solver { allow_overlap, .. }, .. } = assembly;
+    let Assembly { domain, walls, grains, clumps, numbers, solver: Solver { allow_overlap, .. }, .. } = assembly;
     let waiting = assembly.insertions.iter().flat_map(|insertion| &insertion.grains);
     let largest = grains.iter().chain(waiting).map(|grain| grain.radius).fold(0.0, f64::max);
     check_periods(domain, largest, check)?;
     // Members may stand out of a period that the centre of their clump is in.
     let bounded = domain.periodic.map(|periodic| !periodic || clumps.is_empty());
-    let place = |(id, grain): (usize, &Grain)| {
+    let place = |(k, grain): (usize, &Grain)| {
+        let id = numbers.of_grain(k);
         check_in_domain("grain", id, grain.position, domain, bounded, check)?;
         walls.iter().try_for_each(|wall| check_at_wall(id, grain, wall, *allow_overlap, check))
     };
     first_error(grains.par_iter().enumerate().map(place))?;
     match allow_overlap {
         true => Ok(()),
-        false => check_overlaps(grains, clumps, domain, check),
+        false => check_overlaps(assembly, check),
     }
 }
 
@@ -509,7 +517,7 @@ fn check_periods(domain: &Domain, largest: f64, check: &Check) -> Result<()> {
 
 fn check_in_domain(
     what: &str,
-    id: usize,
+    id: u32,
     position: DVec3,
     domain: &Domain,
     bounded: [bool; 3],
@@ -530,7 +538,7 @@ fn check_in_domain(
     Ok(())
 }
 
-fn check_at_wall(id: usize, grain: &Grain, wall: &Wall, allow_overlap: bool, check: &Check) -> Result<()> {
+fn check_at_wall(id: u32, grain: &Grain, wall: &Wall, allow_overlap: bool, check: &Check) -> Result<()> {
     let distance = wall.surface.distance(grain.position);
     let place = || show_vector(grain.position, check.dimension);
     if distance < 0.0 {
@@ -575,7 +583,8 @@ impl Assembly {
     }
 }
 
-fn check_overlaps(grains: &[Grain], clumps: &[Clump], domain: &Domain, check: &Check) -> Result<()> {
+fn check_overlaps(assembly: &Assembly, check: &Check) -> Result<()> {
+    let Assembly { grains, clumps, domain, numbers, .. } = assembly;
     // Members of a clump may overlap as they like.
     let owner = |id: usize| clumps.partition_point(|clump| clump.first as usize <= id);
     let together = |a: usize, b: usize| !clumps.is_empty() && owner(a) == owner(b);
@@ -594,7 +603,9 @@ fn check_overlaps(grains: &[Grain], clumps: &[Clump], domain: &Domain, check: &C
         return Ok(());
     };
     let message = format!(
-        "grains {a} and {b} overlap by {} m, more than 10 % of the smaller radius {} m; move them or set solver.allow_overlap = true",
+        "grains {} and {} overlap by {} m, more than 10 % of the smaller radius {} m; move them or set solver.allow_overlap = true",
+        numbers.of_grain(a),
+        numbers.of_grain(b),
         show(overlap),
         show(grains[a].radius.min(grains[b].radius))
     );

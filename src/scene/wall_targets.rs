@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::check::{Check, show};
 use super::targets::CLOSE;
-use super::{Assembly, Motion, Surface, Target, Wall};
+use super::{Assembly, Motion, Servo, Surface, Target, Wall};
 use crate::Result;
 
 /// The area of a wall between others: a factor, times breadth, in space times depth.
@@ -118,6 +118,29 @@ impl Assembly {
         }
     }
 
+    /// The speed of a wall that makes the whole bed deform with the inertial number of its servo, m/s.
+    fn speed_of_servo(&self, number: usize) -> Option<f64> {
+        let servo = self.walls[number].servo?;
+        let pressure = match servo.target {
+            Target::Pressure(pressure) => pressure,
+            Target::Force(force) => force / self.area_of_wall(number)?.of(&self.walls, self.dimension),
+        };
+        Some(self.rate_of(servo.inertial_number?, pressure) * self.depth_of_bed(self.walls[number].surface))
+    }
+
+    /// How far grains reach along the normal of a plane, or from the axis of a cylinder, m.
+    fn depth_of_bed(&self, surface: Surface) -> f64 {
+        let ends = self.grains.iter().map(|grain| {
+            let distance = surface.distance(grain.position);
+            (distance - grain.radius, distance + grain.radius)
+        });
+        let (near, far) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
+        match surface {
+            Surface::Plane { .. } => far - near,
+            Surface::Cylinder { radius, .. } => radius - near,
+        }
+    }
+
     /// Which walls are pressed otherwise than their servos are asked for, in words. `walls`: where they are now,
     /// `normal_forces`: what presses on them, N.
     pub fn missed_forces(&self, walls: &[Wall], normal_forces: impl IntoIterator<Item = f64>) -> Vec<String> {
@@ -167,11 +190,14 @@ pub fn check_servo(wall: &Wall, key: &str, check: &Check) -> Result<()> {
         }
     };
     check.fraction(&at("gain"), servo.gain)?;
-    check.positive(&at("max_speed"), servo.max_speed, " of m/s")?;
+    match servo.inertial_number {
+        Some(number) => check.positive(&at("inertial_number"), number, "")?,
+        None => check.positive(&at("max_speed"), servo.max_speed, " of m/s")?,
+    };
     if let Some(area) = servo.area {
         check.positive(&at("area"), area, " of m² (m in two dimensions)")?;
-        if target == "target_force" {
-            return Err(check.origin.wrong(&at("area"), "goes with target_pressure"));
+        if target == "target_force" && servo.inertial_number.is_none() {
+            return Err(check.origin.wrong(&at("area"), "goes with target_pressure, or with inertial_number"));
         }
     }
     if check.rigid {
@@ -195,18 +221,35 @@ pub fn check_servo(wall: &Wall, key: &str, check: &Check) -> Result<()> {
     }
 }
 
-/// A pressure needs an area.
+/// Pressures act on areas, and inertial numbers follow from pressures.
 pub fn check_areas(assembly: &Assembly, check: &Check) -> Result<()> {
     for (number, wall) in assembly.walls.iter().enumerate() {
-        let pressure = wall.servo.is_some_and(|servo| matches!(servo.target, Target::Pressure(_)));
-        if pressure && assembly.area_of_wall(number).is_none() {
+        let has = match wall.servo {
+            Some(Servo { target: Target::Pressure(_), .. }) => "a target_pressure",
+            Some(Servo { inertial_number: Some(_), .. }) => "an inertial_number",
+            _ => continue,
+        };
+        if assembly.area_of_wall(number).is_none() {
             let message = format!(
-                "\"{}\" has a target_pressure, and its area is not known: give `area`, in m² (m in two dimensions). It is known of a plane \
+                "\"{}\" has {has}, and its area is not known: give `area`, in m² (m in two dimensions). It is known of a plane \
                  across an axis where, along every other one, the domain is periodic and keeps its length, or one plane faces one other; \
                  across z also inside of one cylinder; and of a cylinder between two such planes or periodic faces",
                 wall.name
             );
             return Err(check.origin.wrong("wall", message));
+        }
+    }
+    Ok(())
+}
+
+/// Where servos have an inertial number, the most of their speeds follows from it and from the grains.
+pub fn limit_speeds(assembly: &mut Assembly, check: &Check) -> Result<()> {
+    if assembly.walls.iter().any(|wall| wall.servo.is_some_and(|servo| servo.inertial_number.is_some())) {
+        check_areas(assembly, check)?;
+        let whole = assembly.whole();
+        let speeds: Vec<Option<f64>> = (0..whole.walls.len()).map(|number| whole.speed_of_servo(number)).collect();
+        for (wall, speed) in assembly.walls.iter_mut().zip(speeds) {
+            wall.servo.iter_mut().zip(speed).for_each(|(servo, speed)| servo.max_speed = speed);
         }
     }
     Ok(())

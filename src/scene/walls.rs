@@ -83,7 +83,7 @@ impl Maker<'_> {
         };
         let own: Vec<&str> = keys.iter().filter(|(_, kind, _)| *kind == wall.kind).map(|(field, ..)| *field).collect();
         let message = format!(
-            "is no key of a {}; allowed are kind, name, material, velocity, start, stop, oscillation, turning, table, target_force, target_pressure, area, gain, max_speed, {}",
+            "is no key of a {}; allowed are kind, name, material, velocity, start, stop, oscillation, turning, table, target_force, target_pressure, area, gain, max_speed, inertial_number, {}",
             kind_name(wall.kind),
             own.join(", ")
         );

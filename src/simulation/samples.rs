@@ -256,7 +256,7 @@ impl Simulation {
     /// How far the forces on a free grain are from balance at most: `|ΣF + m g|` over its weight or, where that is more,
     /// the mean contact force; and the number of that grain, of a clump its own. In contact dynamics that is the
     /// acceleration which the impulses of the last step have left. None without a free grain.
-    pub fn force_balance(&mut self) -> Result<Option<(f64, usize)>> {
+    pub fn force_balance(&mut self) -> Result<Option<(f64, u32)>> {
         let contact_force = self.sample()?.contact_force;
         let forces = self.forces()?;
         let (masses, gravity) = (masses(&self.assembly), self.assembly.gravity);
@@ -264,15 +264,17 @@ impl Simulation {
             let scale = (mass * gravity.length()).max(contact_force).max(f64::MIN_POSITIVE);
             (force + mass * gravity).length() / scale
         };
-        let balances: Vec<(f64, usize)> = match &self.assembly.clumps[..] {
+        let numbers = &self.assembly.numbers;
+        let balances: Vec<(f64, u32)> = match &self.assembly.clumps[..] {
             [] => {
                 let free = self.assembly.grains.iter().enumerate().filter(|(_, grain)| !grain.fixed);
-                free.map(|(i, _)| (of_grain(masses[i], forces[i].0), i)).collect()
+                free.map(|(i, _)| (of_grain(masses[i], forces[i].0), numbers.of_grain(i))).collect()
             }
             clumps => {
                 let free = clumps.iter().enumerate().filter(|(_, clump)| !clump.fixed);
                 let load = |c: usize| self.assembly.members(c).map(|i| forces[i].0).sum();
-                free.map(|(c, clump)| (of_grain(mass_of_clump(&self.assembly, clump), load(c)), c)).collect()
+                let of_clump = |c, clump| of_grain(mass_of_clump(&self.assembly, clump), load(c));
+                free.map(|(c, clump)| (of_clump(c, clump), numbers.of_clump(c))).collect()
             }
         };
         Ok(balances.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)))
@@ -347,7 +349,7 @@ impl Simulation {
         }
         let Runner { engine, state, .. } = &mut self.runner;
         let cell = &mut state.cell[0];
-        (cell.rate, cell.shear_rate) = (rate, Spin(shear_rate));
+        (cell.rate_next, cell.shear_rate_next) = (rate, Spin(shear_rate));
         cell.largest_rate = (rate.length_squared() + shear_rate.length_squared()).sqrt();
         engine.write(&[&CELL], 0, state)
     }

@@ -5,7 +5,7 @@ use super::{
     lists::{LEAST_LENGTH, wall_displacement},
     options::{EngineChoice, Options},
     overlaps::DEEP_OVERLAP,
-    start::{self, Put, anchor, middle},
+    start::{self, Piece, Put, anchor, middle},
 };
 use crate::{
     body::blocks::BLOCK,
@@ -14,7 +14,7 @@ use crate::{
     memory,
     model::{self, Boundary, Model, Precision},
     plans::Plans,
-    scene::{Assembly, Clump, Grain, Method},
+    scene::{Assembly, Clump, Grain, Method, Numbers},
     solve,
     space::precision::{QUANTA_OF_SLACK, extent_of, quantised, quantum, set_quantum, split},
     state::{Level, Params, Sizes, Spin, State},
@@ -80,7 +80,7 @@ impl Setup {
         }
         start::fill_small(&mut state, assembly);
         if precision == Precision::Single {
-            start::check_range(&state, 0, 0)?;
+            start::check_range(&state, &Numbers::default(), &Piece::default())?;
         }
         Ok(Setup { plans: Plans::new(&model), state, dt_bound })
     }
@@ -203,7 +203,7 @@ fn params(assembly: &Assembly, model: &Model, dt: f64) -> (Params, Vec<Level>) {
 /// Steps from one look of the servo of the cell to the next: few beside the time in which grains answer.
 const SERVO_STEPS: u32 = 10;
 
-/// Where a steady rate begins to hold a stress: over the largest target.
+/// Where stresses begin to settle, and steady rates to hold them: over the largest target.
 const CLOSE_STRESS: f64 = 0.05;
 
 /// Time in which the servo makes up for what other components do to a stress, over that in which it makes up for what is

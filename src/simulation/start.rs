@@ -10,7 +10,7 @@ use crate::{
     engine::PIECE,
     error::{Error, Result},
     model::{Grains, Method, Precision},
-    scene::{self, Assembly, Grain, Span, Surface, Target},
+    scene::{self, Assembly, Grain, Numbers, Span, Surface, Target},
     space::{
         boundary::wrap,
         deform_cell::stretched,
@@ -91,7 +91,8 @@ pub fn fill(like: &State, assembly: &Assembly, put: &mut Put) -> Result<()> {
 }
 
 /// Bodies, in a scene with clumps those of whole clumps.
-struct Piece {
+#[derive(Default)]
+pub struct Piece {
     bodies: Range<usize>,
     clumps: Range<usize>,
 }
@@ -128,7 +129,7 @@ fn filled(like: &State, assembly: &Assembly, piece: &Piece) -> Result<State> {
         fill_clumps(&mut state, assembly, piece);
     }
     if state.model.precision == Precision::Single {
-        check_range(&state, piece.bodies.start, piece.clumps.start)?;
+        check_range(&state, &assembly.numbers, piece)?;
     }
     Ok(state)
 }
@@ -231,6 +232,8 @@ fn cell(state: &State, assembly: &Assembly) -> Cell {
         tilt_low: Spin(tilt - split(tilt)),
         rate,
         shear_rate: Spin(shear_rate),
+        rate_next: rate,
+        shear_rate_next: Spin(shear_rate),
         largest_rate: (rate.length_squared() + shear_rate.length_squared()).sqrt(),
         ..Cell::default()
     };
@@ -352,6 +355,8 @@ fn device_wall(state: &State, surface: &Surface, point: DVec3, velocity: DVec3, 
         radius: whole_radius,
         radius_low: radius - whole_radius,
         growth: 0.0,
+        velocity_next: velocity,
+        growth_next: 0.0,
         driven: 0,
         spin: Spin(spin),
     }
@@ -378,21 +383,23 @@ pub fn anchor(surface: &Surface, middle: DVec3) -> DVec3 {
 const RANGE: f64 = 1e15;
 
 /// What leaves the range of f32 must not get to a device that computes in it: parameters, and the arrays that there are,
-/// of bodies and clumps from these on.
+/// of these bodies and clumps.
 ///
 /// # Errors
 /// [`Error::Scene`] with the number and whose it is.
-pub fn check_range(state: &State, first_body: usize, first_clump: usize) -> Result<()> {
+pub fn check_range(state: &State, numbers: &Numbers, piece: &Piece) -> Result<()> {
+    let grain = |k: usize| format!("grain {}", numbers.of_grain(piece.bodies.start + k));
+    let clump = |k: usize| format!("clump {}", numbers.of_clump(piece.clumps.start + k));
     check_lanes(state, |_| "scene".to_owned(), "", &vec![state.params], Quantity::Number)?;
     for array in present(&state.model, ARRAYS).into_iter().filter(|array| array.original() == array.name) {
-        let (owner, first) = match array.length {
-            Length::Bodies => ("grain", first_body),
-            Length::Clumps => ("clump", first_clump),
-            Length::Walls => ("wall", 0),
-            Length::MaterialsSquared => ("pair of materials", 0),
+        let owner: &dyn Fn(usize) -> String = match array.length {
+            Length::Bodies => &grain,
+            Length::Clumps => &clump,
+            Length::Walls => &|k| format!("wall {k}"),
+            Length::MaterialsSquared => &|k| format!("pair of materials {k}"),
             _ => continue,
         };
-        check_lanes(state, |k| format!("{owner} {}", first + k), array.name, state.column(array), array.quantity)?;
+        check_lanes(state, owner, array.name, state.column(array), array.quantity)?;
     }
     // A member turns with its clump, whose moments have been looked at.
     if state.model.grains == Grains::Spheres {
@@ -400,12 +407,7 @@ pub fn check_range(state: &State, first_body: usize, first_clump: usize) -> Resu
         for (i, (position, velocity)) in state.position.iter().zip(&state.velocity).enumerate() {
             let inertia = inverse_inertia(state, position, velocity.inverse_mass);
             if !in_range(unit, Quantity::InverseInertia, inertia) {
-                return Err(beyond(
-                    &format!("grain {}", first_body + i),
-                    "inverse moment of inertia",
-                    inertia,
-                    Quantity::InverseInertia,
-                ));
+                return Err(beyond(&grain(i), "inverse moment of inertia", inertia, Quantity::InverseInertia));
             }
         }
     }

@@ -87,10 +87,19 @@ pub fn past_flow(s: &State, boundary: Boundary, v: DVec3, d: DVec3) -> DVec3 {
     }
 }
 
+/// The same of the flow of the step that bodies are doing, which contacts do not see before the next one.
+#[inline(always)]
+pub fn past_next_flow(s: &State, boundary: Boundary, v: DVec3, d: DVec3) -> DVec3 {
+    match boundary {
+        Boundary::Deforming => v - transformed(s.cell_next[0].rate, s.cell_next[0].shear_rate.0, d),
+        _ => v,
+    }
+}
+
 /// The velocity in space in a step from x with this one past the flow, which is that of the middle of the way.
 #[inline(always)]
 pub fn carried(s: &State, boundary: Boundary, x: DVec3, v: DVec3) -> DVec3 {
-    past_flow(s, boundary, v, s.params.cell_origin - x - 0.5 * s.params.dt * v)
+    past_next_flow(s, boundary, v, s.params.cell_origin - x - 0.5 * s.params.dt * v)
 }
 
 /// What a grain of this size that goes so far, m, takes of the margin of the lists: the flow brings it closer to those

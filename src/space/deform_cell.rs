@@ -27,8 +27,9 @@ fn deformed(s: &State, cell: &Cell) -> Cell {
     let dt = s.params.dt;
     let length = requantised(s, Point { x: cell.length, low: cell.length_low });
     let tilt = requantised(s, Point { x: cell.tilt.0, low: cell.tilt_low.0 });
-    let above = product_above(cell.rate, cell.shear_rate.0, cell.length, cell.tilt.0);
-    let grown = displaced(s, length.x, length.low, dt * cell.rate * cell.length);
+    let (rate, shear_rate) = (cell.rate_next, cell.shear_rate_next);
+    let above = product_above(rate, shear_rate.0, cell.length, cell.tilt.0);
+    let grown = displaced(s, length.x, length.low, dt * rate * cell.length);
     let sheared = displaced(s, tilt.x, tilt.low, dt * above);
     let count = excess_tilts(closed(cell.length, grown.x), sheared.x);
     let (whole, low) = (tilts_of(count, grown.x, sheared.x), tilts_of(count, grown.low, sheared.low));
@@ -40,6 +41,8 @@ fn deformed(s: &State, cell: &Cell) -> Cell {
         tilt: Spin(turned.x),
         tilt_low: Spin(turned.low),
         turned_back: Spin(turned_back),
+        rate,
+        shear_rate,
         ..*cell
     };
     stretched(&s.params, next)

@@ -35,14 +35,19 @@ pub fn outward(arm: DVec2) -> DVec3 {
     if distance == 0.0 { first_axis() } else { from_horizontal(arm / distance) }
 }
 
-/// A wall after a step with its velocity, of a cylinder also that of its radius.
+/// A wall after a step with its velocity, of a cylinder also that of its radius. Those of a servo are taken over here, not
+/// before, because contacts in the step see how the wall has come to where it is.
 pub fn moved(s: &State, before: &Wall) -> Wall {
+    let mut next = *before;
+    if before.driven != 0 {
+        (next.velocity, next.growth) = (before.velocity_next, before.growth_next);
+    }
     let start = requantised(s, Point { x: before.point, low: before.low });
-    let point = displaced(s, start.x, start.low, s.params.dt * before.velocity);
-    let mut next = Wall { point: point.x, low: point.low, ..*before };
+    let point = displaced(s, start.x, start.low, s.params.dt * next.velocity);
+    (next.point, next.low) = (point.x, point.low);
     if before.driven != 0 && before.radius != 0.0 {
         let radius = requantised(s, Point { x: DVec3::splat(before.radius), low: DVec3::splat(before.radius_low) });
-        let grown = displaced(s, radius.x, radius.low, DVec3::splat(s.params.dt * before.growth));
+        let grown = displaced(s, radius.x, radius.low, DVec3::splat(s.params.dt * next.growth));
         (next.radius, next.radius_low) = (grown.x.x, grown.low.x);
     }
     next

@@ -123,7 +123,9 @@ fn servos() {
     for bench in engines() {
         for dimension in [2, 3] {
             let force = 0.02 * KN * speed(dimension) / omega(dimension);
-            let servo = |target, area| Some(Servo { target, area, gain: 1e-3, max_speed: 0.2 * speed(dimension) });
+            let servo = |target, area| {
+                Some(Servo { target, area, gain: 1e-3, max_speed: 0.2 * speed(dimension), inertial_number: None })
+            };
             let mut scene = shaken(dimension);
             scene.walls[0].velocity = DVec3::ZERO;
             scene.walls[0].servo = servo(Target::Force(force), None);

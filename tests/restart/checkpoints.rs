@@ -40,7 +40,8 @@ fn scenes() -> Vec<(&'static str, Assembly, u64)> {
     let mut piston = example("heap_2d.toml", &[]);
     piston.grains.retain(|grain| grain.position.x - grain.radius > -0.2);
     piston.walls[0].surface = Surface::Plane { point: -0.2 * DVec3::X, normal: DVec3::X };
-    piston.walls[0].servo = Some(Servo { target: Target::Force(1000.0), area: None, gain: 0.01, max_speed: 0.3 });
+    piston.walls[0].servo =
+        Some(Servo { target: Target::Force(1000.0), area: None, gain: 0.01, max_speed: 0.3, inertial_number: None });
     let mut swinging = piston.clone();
     let oscillation = Oscillation { amplitude: 1e-3 * DVec3::X, frequency: 50.0, interval: None };
     swinging.walls[1].motion.oscillation = Some(oscillation);

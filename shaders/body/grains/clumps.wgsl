@@ -169,7 +169,7 @@ fn place_member(i: u32) -> bool {
     let arm = arm_of(before, member_id);
     let gain = arm_increment(rotation_increment(0.25 * params.dt * spin), arm);
     let middle = arm + 0.5 * gain;
-    velocity_next[i] = Velocity(past_flow(velocity.v + surface_velocity(spin, middle), middle), velocity.inverse_mass);
+    velocity_next[i] = Velocity(past_next_flow(velocity.v + surface_velocity(spin, middle), middle), velocity.inverse_mass);
     store_spin(i, spin);
     let center = Point(center_next[c], center_low_next_of(c));
     let offset = unpacked(member_offset[member_id]);

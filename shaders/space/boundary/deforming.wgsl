@@ -13,11 +13,14 @@ struct Cell {
     turned_back: Spin,     // whole lengths that have been taken off the tilts, as the same of a matrix of such edges
     stretch: Vec,          // from places in the cell to those in the cell with the lengths params.period, without tilts
     stretch_tilt: Spin,    // (the inverse of its deformation), with what is above the diagonal
-    rate: Vec,             // 1/s, gradient of the flow: dv_x/dx, dv_y/dy, dv_z/dz
+    rate: Vec,             // 1/s, gradient of the flow that has brought the cell here: dv_x/dx, dv_y/dy, dv_z/dz
     shear_rate: Spin,      // 1/s: dv_y/dz, dv_x/dz, dv_x/dy
+    rate_next: Vec,        // 1/s: the same of the next step
+    shear_rate_next: Spin,
     steady_rate: Vec,      // 1/s: what the servo has come to in the long run
     steady_shear_rate: Spin,
-    largest_rate: Real,    // 1/s, no distance shrinks faster, over its length
+    settled: Real,         // from 0, as the servo sees it for the first time, to 1: how long stresses have been close to targets
+    largest_rate: Real,    // 1/s, no distance shrinks faster in the next step, over its length
     stress: Vec,           // Pa (N/m), of contacts, when a servo last looked: xx, yy, zz; compression is positive
     stress_above: Spin,    // Pa (N/m): yz, xz, xy
 }
@@ -50,9 +53,14 @@ fn past_flow(v: Vec, d: Vec) -> Vec {
     return v - transformed(cell.rate, cell.shear_rate, d);
 }
 
+/// The same of the flow of the step that bodies are doing, which contacts do not see before the next one.
+fn past_next_flow(v: Vec, d: Vec) -> Vec {
+    return v - transformed(cell_next.rate, cell_next.shear_rate, d);
+}
+
 /// The velocity in space in a step from x with this one past the flow, which is that of the middle of the way.
 fn carried(x: Vec, v: Vec) -> Vec {
-    return past_flow(v, params.cell_origin - x - 0.5 * params.dt * v);
+    return past_next_flow(v, params.cell_origin - x - 0.5 * params.dt * v);
 }
 
 /// What a grain of this size that goes so far, m, takes of the margin of the lists: the flow brings it closer to those

@@ -21,6 +21,11 @@ fn past_flow(v: Vec, d: Vec) -> Vec {
     return v;
 }
 
+/// The same of the flow of the step that bodies are doing.
+fn past_next_flow(v: Vec, d: Vec) -> Vec {
+    return v;
+}
+
 /// The velocity in space in a step from x with this one past the flow.
 fn carried(x: Vec, v: Vec) -> Vec {
     return v;

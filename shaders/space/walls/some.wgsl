@@ -11,6 +11,8 @@ struct Wall {
     radius: Real,  // m: of the cylinder; 0 marks a plane
     radius_low: Real, // m: what it has beyond
     growth: Real,  // m/s: of the radius
+    velocity_next: Vec, // m/s: both in the next step, if a servo moves the wall
+    growth_next: Real,
     driven: u32,   // 1 if a servo moves it
     spin: Spin,    // rad/s: of the cylinder about its axis, and of a wall that turns
 }
@@ -54,16 +56,21 @@ fn outward(arm: Real2) -> Vec {
     return from_horizontal(arm / distance);
 }
 
-/// A wall after a step with its velocity, of a cylinder also that of its radius.
+/// A wall after a step with its velocity, of a cylinder also that of its radius. Those of a servo are taken over here, not
+/// before, because contacts in the step see how the wall has come to where it is.
 fn moved(before: Wall) -> Wall {
     var next = before;
+    if (before.driven != 0u) {
+        next.velocity = before.velocity_next;
+        next.growth = before.growth_next;
+    }
     let start = requantised(before.point, before.low);
-    let point = displaced(start.x, start.low, params.dt * before.velocity);
+    let point = displaced(start.x, start.low, params.dt * next.velocity);
     next.point = point.x;
     next.low = point.low;
     if (before.driven != 0u && before.radius != 0) {
         let radius = requantised(Vec(before.radius), Vec(before.radius_low));
-        let grown = displaced(radius.x, radius.low, Vec(params.dt * before.growth));
+        let grown = displaced(radius.x, radius.low, Vec(params.dt * next.growth));
         next.radius = grown.x.x;
         next.radius_low = grown.low.x;
     }

@@ -40,13 +40,13 @@ pub struct StageOutline {
 
 /// The stages of a scene; every one is looked at as a run does before it begins.
 pub fn outlines(scene: &Scene, first: &Assembly, options: Options) -> packstone::Result<Vec<StageOutline>> {
-    let outline = |(number, stage): (usize, &Stage)| {
-        let assembly = scene.outline_of(number, first)?;
+    let outline = |(stage, assembly): (&Stage, packstone::Result<Assembly>)| {
+        let assembly = assembly?;
         let dt = Setup::new(&assembly, &options)?.state.params.dt;
         let schedule = Schedule::new(&assembly, dt);
         Ok(StageOutline { name: stage.name.clone(), required: stage.required, assembly, schedule, dt })
     };
-    scene.stages().iter().enumerate().map(outline).collect()
+    scene.stages().iter().zip(scene.outlines(first)).map(outline).collect()
 }
 
 impl StageOutline {

@@ -62,9 +62,8 @@ impl Staged {
         if other.is_none() {
             first.notices.iter().for_each(note);
         }
-        for (number, stage) in stages.iter().enumerate() {
-            let outline = scene.outline_of(number, &first)?;
-            look_at(stage, &outline, &options)?;
+        for (stage, outline) in stages.iter().zip(scene.outlines(&first)) {
+            look_at(stage, &outline?, &options)?;
         }
         check()?;
         let mut kept = None;

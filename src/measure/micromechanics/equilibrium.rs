@@ -32,14 +32,15 @@ pub struct Equilibrium {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Worst {
     pub worst: f64,
-    /// Number of the grain, or of the clump.
-    pub particle: usize,
+    /// What the grain, or the clump, is called.
+    pub particle: u32,
     pub distribution: Distribution,
 }
 
 impl Worst {
-    fn of(values: &[(usize, f64)]) -> Option<Worst> {
+    fn of(packing: &Packing, values: &[(usize, f64)]) -> Option<Worst> {
         let (particle, worst) = values.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let particle = packing.number(particle);
         Some(Worst { worst, particle, distribution: Distribution::of(values.iter().map(|(_, value)| *value))? })
     }
 }
@@ -79,10 +80,10 @@ impl Equilibrium {
                 && still,
             tolerance,
             mean_contact_force: mean,
-            residual_force: Worst::of(&forces),
-            residual_force_ratio: Worst::of(&force_ratios),
-            residual_moment: Worst::of(&moments),
-            residual_moment_ratio: Worst::of(&moment_ratios),
+            residual_force: Worst::of(packing, &forces),
+            residual_force_ratio: Worst::of(packing, &force_ratios),
+            residual_moment: Worst::of(packing, &moments),
+            residual_moment_ratio: Worst::of(packing, &moment_ratios),
             coulomb_margin: margin,
             floppy: floppy(packing),
             kinetic_energy: energies.kinetic,

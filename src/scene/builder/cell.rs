@@ -59,7 +59,7 @@ impl CellBuilder {
         self
     }
 
-    /// Part of a missing stress that the servo adds in a step, in (0, 1]. Default: 1e-3.
+    /// Part of a missing stress that the servo adds in a step, in (0, 1]. Default: 3e-3.
     #[must_use]
     pub fn gain(mut self, gain: f64) -> Self {
         self.0.gain = Some(gain);

@@ -63,6 +63,7 @@ impl WallBuilder {
             area: None,
             gain: None,
             max_speed: None,
+            inertial_number: None,
         }
     }
 
@@ -154,5 +155,7 @@ impl WallBuilder {
         gain: f64;
         /// Most of the speed of the servo, m/s.
         max_speed: f64;
+        /// Instead: the inertial number of the bed up to which the servo goes.
+        inertial_number: f64;
     }
 }
