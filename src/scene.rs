@@ -10,6 +10,7 @@ mod continued;
 mod formats;
 pub mod grain_file;
 mod inputs;
+mod growth;
 mod insertion;
 mod invariants;
 mod law;
@@ -43,6 +44,7 @@ pub use assembly::{
 pub use builder::SceneBuilder;
 pub use cell::{COMPONENTS, Cell};
 pub use continued::{Continued, KeptWalls, Shift};
+pub use growth::{Growth, GrowthLaw};
 pub use inputs::Input;
 pub use law::{Dashpot, Hertz, MaterialBuilder, Pair, PairBuilder, Rolling};
 pub use levels::SizeLevel;

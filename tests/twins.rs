@@ -11,7 +11,7 @@ use packstone::{
     engine::{ALL, Cpu, Engine, cpu::apply, programs::layouts},
     gpu::{Arrays, Checks},
     model::{
-        Boundary, Damping as DampingSlot, Dimension, Grains, Gyroscopic, History, Levels, Materials,
+        Boundary, Damping as DampingSlot, Dimension, Grains, Growth as GrowthSlot, Gyroscopic, History, Levels, Materials,
         Method as MethodSlot, Model, Normal as NormalSlot, Precision, Rolling as RollingSlot, Rotation, Tangential,
         Turning as TurningSlot, Twist as TwistSlot, Walls,
     },
@@ -126,6 +126,10 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
         clumps: Vec::new(),
         insertions: Vec::new(),
         outlets: Vec::new(),
+        growth: match model.growth {
+            GrowthSlot::Some => (0..materials).map(growth).collect(),
+            GrowthSlot::None => Vec::new(),
+        },
         waiting: 0,
         numbers: Numbers::default(),
         notices: Vec::new(),
@@ -166,6 +170,12 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
         stick_together(&mut scene);
     }
     scene
+}
+
+/// Some grow, others shrink; none that are of one material come to an end within a few steps.
+fn growth(material: usize) -> Growth {
+    let rate = [3.0, -2.0][material];
+    Growth { rate, end: Some(1.0 + 0.1 * rate), ..Growth::default() }
 }
 
 /// Every other grain becomes a clump: round ones and long ones, some of them with three different moments, turned any

@@ -4,6 +4,7 @@
 use super::{
     cohesion::{self, cohesive_energy, cohesive_force, is_active, overlaps},
     damping::damping_force,
+    growth::{growth_rate_of, past_growth},
     geometry::{Separation, branch_vector, is_deep, lengthened, near, sphere_separation, unit_or},
     history::{History, history_of},
     materials::{pair_index, pair_of},
@@ -19,6 +20,7 @@ use crate::{
         bodies::body,
         rotation::{inverse_rolling_inertia, surface_velocity},
     },
+    model::Growth,
     scene,
     space::{
         boundary::past_flow,
@@ -144,7 +146,7 @@ fn stored_energy(law: Law, pair: &Pair, c: &ContactState, history: History) -> f
 pub struct GrainPair {
     /// m, to the centre of the other; never zero.
     pub branch: DVec3,
-    /// m/s, relative to the other.
+    /// m/s, relative to the other, with what radii grow by.
     pub v: DVec3,
     /// rad/s, its own and the other's.
     pub spin: DVec3,
@@ -155,6 +157,9 @@ pub struct GrainPair {
     pub radius: f64,
     pub radius_to: f64,
     pub radii_rest: f64,
+    /// 1/s, how fast these radii grow, over themselves.
+    pub growth: f64,
+    pub growth_to: f64,
     /// 1/kg
     pub inverse_mass: f64,
     pub inverse_mass_to: f64,
@@ -178,6 +183,8 @@ impl GrainPair {
             },
             radius: self.radius_to,
             radius_to: self.radius,
+            growth: self.growth_to,
+            growth_to: self.growth,
             inverse_mass: self.inverse_mass_to,
             inverse_mass_to: self.inverse_mass,
             ..*self
@@ -189,7 +196,7 @@ impl GrainPair {
 #[inline(always)]
 pub fn grain_pair(s: &State, i: usize, here: &Body, j: usize, old: History) -> GrainPair {
     let (there, branch) = (body(s, j), branch_vector(s, i, j));
-    GrainPair {
+    let mut pair = GrainPair {
         branch,
         v: past_flow(s, s.model.boundary, here.velocity.v - there.velocity.v, branch),
         spin: here.spin,
@@ -198,11 +205,17 @@ pub fn grain_pair(s: &State, i: usize, here: &Body, j: usize, old: History) -> G
         radius: here.position.radius,
         radius_to: there.position.radius,
         radii_rest: here.low.radius + there.low.radius,
+        growth: growth_rate_of(s, i),
+        growth_to: growth_rate_of(s, j),
         inverse_mass: here.velocity.inverse_mass,
         inverse_mass_to: there.velocity.inverse_mass,
         pair: pair_of(s, i, j),
         materials: pair_index(s, i, j),
+    };
+    if s.model.growth == Growth::Some {
+        pair.v = past_growth(pair.v, branch, pair.surface_growth());
     }
+    pair
 }
 
 /// From the centres of two grains to the point of contact, m.
@@ -260,7 +273,10 @@ fn wall_state(law: Law, i: usize, here: &Body, w: usize, separation: Separation)
     let (s, wall, Separation { gap, n }) = (law.state, &law.state.wall[w], separation);
     let (radius, inverse_mass) = (here.position.radius, here.velocity.inverse_mass);
     let arm = (radius + 0.5 * gap) * n;
-    let v = here.velocity.v - wall_velocity(s, wall, here.position.x + arm);
+    let mut v = here.velocity.v - wall_velocity(s, wall, here.position.x + arm);
+    if s.model.growth == Growth::Some {
+        v += growth_rate_of(s, i) * radius * n;
+    }
     let spin = relative_to_wall(s, here.spin, wall);
     ContactState {
         gap,

@@ -3,6 +3,7 @@
 
 mod cell;
 mod grains;
+mod growth;
 mod keys;
 mod openings;
 mod shapes;
@@ -22,6 +23,7 @@ use crate::{Error, Result};
 use keys::per_axis;
 
 pub use cell::{CellBuilder, Component};
+pub use growth::GrowthBuilder;
 pub use grains::{GrainBuilder, PopulationBuilder, Radii, Spin};
 pub use keys::PerAxis;
 pub use openings::{InsertionBuilder, OutletBuilder};
@@ -75,6 +77,7 @@ impl SceneBuilder {
             grain: Vec::new(),
             population: Vec::new(),
             outlet: Vec::new(),
+            growth: Vec::new(),
             solver: schema::Solver::default(),
             stop: schema::Stop::default(),
             jamming: None,
@@ -184,6 +187,13 @@ impl SceneBuilder {
         self
     }
 
+    /// How radii change over time.
+    #[must_use]
+    pub fn growth(mut self, growth: GrowthBuilder) -> Self {
+        self.file.growth.push(growth.0);
+        self
+    }
+
     /// Method and its numbers. Default: the discrete element method.
     #[must_use]
     pub fn solver(mut self, solver: SolverBuilder) -> Self {
@@ -236,6 +246,13 @@ impl SceneBuilder {
     #[must_use]
     pub fn stop_packing_fraction(mut self, fraction: f64) -> Self {
         self.file.stop.packing_fraction = Some(fraction);
+        self
+    }
+
+    /// Pressure of the cell at which a run ends, Pa (in two dimensions N/m).
+    #[must_use]
+    pub fn stop_pressure(mut self, pressure: f64) -> Self {
+        self.file.stop.pressure = Some(pressure);
         self
     }
 

@@ -8,7 +8,7 @@ use super::schema::{self, Fault};
 use crate::{Error, Result};
 
 /// What a scene has any number of.
-const LISTS: [&str; 6] = ["pair", "wall", "shape", "grain", "population", "stage"];
+const LISTS: [&str; 7] = ["pair", "wall", "shape", "grain", "population", "growth", "stage"];
 /// More tables in each other than a scene has.
 const DEEPEST: usize = 20;
 

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::bodies::{Bodies, Placed, Pose, numbers, orientation};
 use super::check::{self, AXES, Check, show, show_vector};
+use super::growth::{check_growth, growth, initial_factors};
 use super::insertion::{Waiting, populate_over_time, split};
 use super::neighbours::Neighbours;
 use super::origin::Origin;
@@ -38,7 +39,7 @@ pub fn assemble(file: &File, origin: &Origin) -> Result<Assembly> {
 /// A scene that goes on with the grains of another one, from wherever they will be: those of `like` as they are there.
 /// What the file has of grains is added to them then, and is checked by itself.
 pub fn outline(file: &File, origin: &Origin, like: &Assembly) -> Result<Assembly> {
-    let check = &check_of(file, origin);
+    let check = &Check { placed: false, ..check_of(file, origin) };
     let mut assembly = without_grains(file, check)?;
     if !(file.grain.is_empty() && file.population.is_empty()) {
         place(file, &mut assembly.clone(), check)?;
@@ -56,6 +57,7 @@ pub fn outline(file: &File, origin: &Origin, like: &Assembly) -> Result<Assembly
     of_grains.chain(of_clumps).try_for_each(|of| material(*of).map(|found| *of = found))?;
     // What the cell will begin with is not known yet.
     let fraction = assembly.stop.packing_fraction.take();
+    check_growth(&assembly, check)?;
     check_cell(&assembly, check)?;
     check_adaptive_damping(&assembly, check)?;
     assembly.stop.packing_fraction = fraction;
@@ -63,12 +65,15 @@ pub fn outline(file: &File, origin: &Origin, like: &Assembly) -> Result<Assembly
 }
 
 fn check_of<'a>(file: &'a File, origin: &'a Origin) -> Check<'a> {
+    let materials: Vec<&str> = file.material.keys().map(String::as_str).collect();
     Check {
         origin,
         dimension: file.dimension,
         rigid: file.solver.method == schema::Method::Cd,
-        materials: file.material.keys().map(String::as_str).collect(),
         densities: file.material.values().map(|material| material.density).collect(),
+        initial: initial_factors(&file.growth, &materials),
+        placed: true,
+        materials,
     }
 }
 
@@ -102,6 +107,7 @@ fn without_grains(file: &File, check: &Check) -> Result<Assembly> {
         clumps: Vec::new(),
         insertions: Vec::new(),
         outlets: outlets(&file.outlet, &domain, check)?,
+        growth: growth(&file.growth, check.placed, check)?,
         waiting: 0,
         numbers: Numbers::default(),
         solver: solver(&file.solver, check)?,
@@ -271,10 +277,11 @@ fn stop(stop: &schema::Stop, jamming: Option<&schema::Jamming>, check: &Check) -
         equilibrium: stop.equilibrium,
         strain: stop.strain.array(),
         packing_fraction: stop.packing_fraction,
+        pressure: stop.pressure,
     };
     check_stop(&stop, check)?;
     if stop == Stop::default() {
-        let message = "the scene never ends; give at least one of time, steps, equilibrium and, of a cell that deforms, strain and packing_fraction, or [jamming]";
+        let message = "the scene never ends; give at least one of time, steps, equilibrium and, of a cell that deforms or whose grains grow, strain, packing_fraction and pressure, or [jamming]";
         return Err(check.origin.wrong("stop", message));
     }
     Ok(stop)
@@ -290,6 +297,9 @@ pub fn check_stop(stop: &Stop, check: &Check) -> Result<()> {
     }
     if let Some(ratio) = stop.equilibrium {
         check.positive("stop.equilibrium", ratio, "")?;
+    }
+    if let Some(pressure) = stop.pressure {
+        check.positive("stop.pressure", pressure, " of Pa (N/m in two dimensions)")?;
     }
     Ok(())
 }
@@ -384,7 +394,7 @@ fn single(grain: &schema::Grain, key: &str, shapes: &mut Shapes, check: &Check) 
         position: check.vector(&at("position"), &grain.position)?,
         velocity: check.vector_or_zero(&at("velocity"), grain.velocity.as_deref())?,
         spin,
-        radius,
+        radius: radius * check.initial[material as usize],
         material,
         fixed: grain.fixed,
     };
@@ -405,6 +415,7 @@ pub fn fold_ends(grains: &mut [Grain], clumps: &mut [Clump], domain: &Domain) {
 
 /// Checks the start as a whole: domain, walls, overlaps.
 pub fn check_start(assembly: &Assembly, check: &Check) -> Result<()> {
+    check_growth(assembly, check)?;
     check_cell(assembly, check)?;
     check_adaptive_damping(assembly, check)?;
     let smallest = assembly.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
@@ -452,8 +463,7 @@ fn check_clumps(clumps: &[Clump], shapes: &[Shape], domain: &Domain, check: &Che
 
 fn check_grains(assembly: &Assembly, check: &Check) -> Result<()> {
     let Assembly { domain, walls, grains, clumps, solver: Solver { allow_overlap, .. }, .. } = assembly;
-    let waiting = assembly.insertions.iter().flat_map(|insertion| &insertion.grains);
-    let largest = grains.iter().chain(waiting).map(|grain| grain.radius).fold(0.0, f64::max);
+    let largest = assembly.whole().grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
     check_periods(domain, largest, check)?;
     // Members may stand out of a period that the centre of their clump is in.
     let bounded = domain.periodic.map(|periodic| !periodic || clumps.is_empty());
