@@ -29,8 +29,8 @@ mod wall_loads_for_servo;
 mod wall_sums;
 
 pub use analysis::{
-    CellSample, GrowthSample, OpeningsSample, Sample, angular_momentum, angular_momentum_of_clumps, backbone, mass_of_clump, masses,
-    momentum, momentum_of_clumps,
+    CellSample, GrowthSample, OpeningsSample, Sample, angular_momentum, angular_momentum_of_clumps, backbone,
+    mass_of_clump, masses, momentum, momentum_of_clumps,
 };
 pub use micromechanics::{Asked, Contact, Measures, Other, Packing};
 pub use packing::{PackingFraction, overall_packing_fraction, packing_fraction};

@@ -232,7 +232,8 @@ impl Model {
             rotation: if frictional || rolling || spinning { Rotation::Sphere } else { Rotation::None },
             grains: if clumped { Grains::Clumps } else { Grains::Spheres },
             gyroscopic: if clumped && gyroscopic { Gyroscopic::Kept } else { Gyroscopic::Dropped },
-            materials: match pairs.windows(2).all(|w| w[0] == w[1]) && assembly.growth.windows(2).all(|w| w[0] == w[1]) {
+            materials: match pairs.windows(2).all(|w| w[0] == w[1]) && assembly.growth.windows(2).all(|w| w[0] == w[1])
+            {
                 true => Materials::One,
                 false => Materials::Many,
             },
@@ -413,8 +414,9 @@ impl Model {
                                 let twists = twists(dimension, method, tangential, rolling);
                                 let variants = variants(method, grains);
                                 let sizes = if one_law { SIZES } else { &SIZES[..1] };
-                                // Which walls there are, and of which sizes grains are, does not matter to radii that change.
-                                let grow = !rigid && grains == Spheres && !moving_walls && !adapts(boundary, walls, method, grains);
+                                // Nor how walls move, or how many levels there are, of radii that change.
+                                let still = walls == Walls::Some && !moving_walls;
+                                let grow = still && !rigid && grains == Spheres;
                                 let growths = if grow { Growth::ALL } else { &[Growth::None] };
                                 let both = twists
                                     .iter()
@@ -422,7 +424,11 @@ impl Model {
                                     .flat_map(|(twist, variant)| {
                                         sizes.iter().map(move |sizes| (twist, variant, *sizes))
                                     })
-                                    .flat_map(|all| growths.iter().map(move |growth| (all, *growth)));
+                                    .flat_map(|all| growths.iter().map(move |growth| (all, *growth)))
+                                    .filter(|((twist, _, (levels, large)), growth)| {
+                                        let plain = *twist == Twist::Ignored && (*levels == Levels::Several) == *large;
+                                        plain || *growth == Growth::None
+                                    });
                                 for ((twist, (colored, gyroscopic), (levels, large_grains)), growth) in both {
                                     models.push(Model {
                                         precision,

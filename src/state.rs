@@ -10,7 +10,8 @@ mod sizes;
 use crate::{
     error::Result,
     model::{
-        Boundary, Grains, Growth, History, Levels, Materials, Method, Model, Precision, Rolling, Rotation, Tangential, Walls,
+        Boundary, Grains, Growth, History, Levels, Materials, Method, Model, Precision, Rolling, Rotation, Tangential,
+        Walls,
     },
     units::{Quantity, Units},
 };
@@ -18,9 +19,10 @@ pub use crate::{record::Element, solve::momentum::SolverState};
 pub use column::Column;
 use glam::DVec3;
 pub use records::{
-    Cell, ColorCursor, ColoredContact, ColoringState, ContactColor, ContactGeometry, Counters, InverseEffectiveMass,
-    GrowthStep, LargeContacts, Level, LowBits, Orientation, Packed, Pair, Params, PartialSums, Position, PositionLow, ResidualSums,
-    RollingPair, RotationIterations, Spin, StartSize, Velocity, VelocityLow, Wall, WallLoad, WallServo, Works,
+    Cell, ColorCursor, ColoredContact, ColoringState, ContactColor, ContactGeometry, Counters, GrowthStep,
+    InverseEffectiveMass, LargeContacts, Level, LowBits, Orientation, Packed, Pair, Params, PartialSums, Position,
+    PositionLow, ResidualSums, RollingPair, RotationIterations, Spin, StartSize, Velocity, VelocityLow, Wall, WallLoad,
+    WallServo, Works,
 };
 pub use sizes::{GROUP, Length, Lifetime, PATH_STEPS, Sizes, TILE, WALL_PARTS};
 use std::{

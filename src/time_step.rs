@@ -138,7 +138,11 @@ impl Worst {
         let elastic = assembly.pairs.iter().any(|pair| pair.hertz.is_some());
         let overlap = if elastic { assembly.with_first_radii().largest_overlap() } else { 0.0 };
         let both = if assembly.grains.len() > 1 { 2.0 } else { 1.0 };
-        Worst { speed: both * (fastest(assembly) + assembly.fastest_growth()), load: column * assembly.gravity.length(), overlap }
+        Worst {
+            speed: both * (fastest(assembly) + assembly.fastest_growth()),
+            load: column * assembly.gravity.length(),
+            overlap,
+        }
     }
 
     /// Of a contact of this grain at a member of this radius; `share` is 1/2 with an equal grain, 1 with a wall.

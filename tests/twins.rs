@@ -11,9 +11,9 @@ use packstone::{
     engine::{ALL, Cpu, Engine, cpu::apply, programs::layouts},
     gpu::{Arrays, Checks},
     model::{
-        Boundary, Damping as DampingSlot, Dimension, Grains, Growth as GrowthSlot, Gyroscopic, History, Levels, Materials,
-        Method as MethodSlot, Model, Normal as NormalSlot, Precision, Rolling as RollingSlot, Rotation, Tangential,
-        Turning as TurningSlot, Twist as TwistSlot, Walls,
+        Boundary, Damping as DampingSlot, Dimension, Grains, Growth as GrowthSlot, Gyroscopic, History, Levels,
+        Materials, Method as MethodSlot, Model, Normal as NormalSlot, Precision, Rolling as RollingSlot, Rotation,
+        Tangential, Turning as TurningSlot, Twist as TwistSlot, Walls,
     },
     plans::Plans,
     scene::*,

@@ -4,8 +4,8 @@
 use super::{
     cohesion::{self, cohesive_energy, cohesive_force, is_active, overlaps},
     damping::damping_force,
-    growth::{growth_rate_of, past_growth},
     geometry::{Separation, branch_vector, is_deep, lengthened, near, sphere_separation, unit_or},
+    growth::{growth_rate_of, past_growth},
     history::{History, history_of},
     materials::{pair_index, pair_of},
     normal::{self, Loading, normal_energy, normal_force, normal_stiffness},

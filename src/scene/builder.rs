@@ -23,8 +23,8 @@ use crate::{Error, Result};
 use keys::per_axis;
 
 pub use cell::{CellBuilder, Component};
-pub use growth::GrowthBuilder;
 pub use grains::{GrainBuilder, PopulationBuilder, Radii, Spin};
+pub use growth::GrowthBuilder;
 pub use keys::PerAxis;
 pub use openings::{InsertionBuilder, OutletBuilder};
 pub use shapes::{Orientation, ShapeBuilder};

@@ -81,7 +81,10 @@ impl GrowthLaw {
 
     /// Volumes of all grains, m³ (m²).
     pub fn volume(&self, time: f64) -> f64 {
-        (0..).zip(&self.volumes).map(|(material, volume)| volume * self.factor(material, time).powi(self.dimension)).sum()
+        (0..)
+            .zip(&self.volumes)
+            .map(|(material, volume)| volume * self.factor(material, time).powi(self.dimension))
+            .sum()
     }
 
     /// Whether a radius changes after this time, s.
@@ -163,7 +166,11 @@ impl Assembly {
         let shortest = lengths[..self.dimension].iter().copied().fold(f64::INFINITY, f64::min);
         let of_grain = |grain: &Grain| {
             let growth = &self.growth[grain.material as usize];
-            if growth.rate > 0.0 { (LARGEST * shortest / grain.radius - growth.start) / growth.rate } else { f64::INFINITY }
+            if growth.rate > 0.0 {
+                (LARGEST * shortest / grain.radius - growth.start) / growth.rate
+            } else {
+                f64::INFINITY
+            }
         };
         self.grains.iter().map(of_grain).fold(f64::INFINITY, f64::min)
     }
@@ -206,7 +213,8 @@ impl Assembly {
 
     /// The fastest that a surface moves away from its centre, m/s.
     pub fn fastest_growth(&self) -> f64 {
-        let speed = |grain: &Grain| self.growth.get(grain.material as usize).map_or(0.0, |of| of.rate.abs() * grain.radius);
+        let speed =
+            |grain: &Grain| self.growth.get(grain.material as usize).map_or(0.0, |of| of.rate.abs() * grain.radius);
         match self.grows() {
             true => self.grains.iter().map(speed).fold(0.0, f64::max),
             false => 0.0,
@@ -244,11 +252,14 @@ pub(super) fn growth(given: &[schema::Growth], placed: bool, check: &Check) -> R
             && placed
             && (last - start) * of.rate < 0.0
         {
-            let rule = format!("is never reached: radii begin with {} and change at rate = {}", show(start), show(of.rate));
+            let rule =
+                format!("is never reached: radii begin with {} and change at rate = {}", show(start), show(of.rate));
             return Err(check.origin.bad(&at("final"), show(last), rule));
         }
         if of.rate < 0.0 && end.is_none() {
-            return Err(check.origin.wrong(&format!("growth.{number}"), "missing key `final`, at which grains cease to shrink"));
+            return Err(check
+                .origin
+                .wrong(&format!("growth.{number}"), "missing key `final`, at which grains cease to shrink"));
         }
         for material in materials {
             if all[material].is_some() {
@@ -278,7 +289,8 @@ pub(super) fn check_growth(assembly: &Assembly, check: &Check) -> Result<()> {
         return Ok(());
     }
     if growth.len() != assembly.materials.len() {
-        let message = format!("has {} entries, must have one for each of {} materials", growth.len(), assembly.materials.len());
+        let message =
+            format!("has {} entries, must have one for each of {} materials", growth.len(), assembly.materials.len());
         return Err(check.origin.wrong("growth", message));
     }
     for (k, of) in growth.iter().enumerate() {
@@ -286,7 +298,9 @@ pub(super) fn check_growth(assembly: &Assembly, check: &Check) -> Result<()> {
         check.finite(&format!("growth.{k}.rate"), glam::DVec3::X * of.rate)?;
         let ends = of.end.map_or(of.rate >= 0.0, |end| end > 0.0 && end.is_finite());
         if !ends {
-            return Err(check.origin.wrong(&format!("growth.{k}.end"), "must be there where grains shrink, and be positive"));
+            return Err(check
+                .origin
+                .wrong(&format!("growth.{k}.end"), "must be there where grains shrink, and be positive"));
         }
     }
     if !assembly.grows() {
@@ -301,7 +315,9 @@ pub(super) fn check_growth(assembly: &Assembly, check: &Check) -> Result<()> {
         () if stop.jamming.is_some() => "does not go with [jamming], which compresses the cell; leave one of them out",
         () if unlimited && open.is_some() => {
             let axis = AXES[open.unwrap_or_default()];
-            let message = format!("missing key `final`: without it grains grow until they fill the cell, but the axis {axis} is not periodic");
+            let message = format!(
+                "missing key `final`: without it grains grow until they fill the cell, but the axis {axis} is not periodic"
+            );
             return Err(check.origin.wrong("growth", message));
         }
         () => return Ok(()),

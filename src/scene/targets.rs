@@ -182,7 +182,7 @@ pub fn check_cell(assembly: &Assembly, check: &Check) -> Result<()> {
             let why = match assembly.growth_law() {
                 Some(law) => {
                     let last = law.volume(f64::MAX) / assembly.cell_volume();
-                    format!("and radii grow until it is {} (growth)", show(last))
+                    format!("and radii change until it is {} (growth)", show(last))
                 }
                 None => format!("and its volume grows at {} 1/s (cell.strain_rate)", show(rate)),
             };

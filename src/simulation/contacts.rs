@@ -18,8 +18,8 @@ use crate::{
     state::{
         ACTIVE, Array, INDEX, Length, NONE, Packed, Sizes, Spin, State,
         array::{
-            CELL, CLUMP_OF_ID, GROWTH_RATE, ID, IMPULSE, LIST_START, MATERIAL, NEIGHBOUR, POSITION, POSITION_LOW, ROLLING_TORQUE,
-            SPIN, TANGENTIAL_FORCE, VELOCITY, WALL,
+            CELL, CLUMP_OF_ID, GROWTH_RATE, ID, IMPULSE, LIST_START, MATERIAL, NEIGHBOUR, POSITION, POSITION_LOW,
+            ROLLING_TORQUE, SPIN, TANGENTIAL_FORCE, VELOCITY, WALL,
         },
         present,
     },

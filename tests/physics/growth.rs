@@ -31,10 +31,7 @@ fn a_grain_that_grows_hits_another() {
                 scene.pairs.iter_mut().for_each(|pair| pair.dashpot = Dashpot::Restitution(restitution));
             }
             scene.growth = vec![Growth::default(), growing(speed / R)];
-            scene.grains = vec![
-                Grain { material: 1, fixed: true, ..grain(0.0, 0.0, 0.0) },
-                grain(2.0 * R, 0.0, 0.0),
-            ];
+            scene.grains = vec![Grain { material: 1, fixed: true, ..grain(0.0, 0.0, 0.0) }, grain(2.0 * R, 0.0, 0.0)];
             let mut simulation = bench.start(&scene);
             for _ in 0..3 {
                 simulation.advance(600).unwrap();
@@ -46,7 +43,8 @@ fn a_grain_that_grows_hits_another() {
                 let what = format!("{} {dimension}d, e = {restitution}: overlap", bench.name);
                 close(&what, overlap, expected, speed / omega, bench.pick(2e-3, 2e-3));
                 let force = simulation.forces().unwrap()[1].0.x;
-                let approach = speed * (-decay * t).exp() * ((frequency * t).cos() - decay / frequency * (frequency * t).sin());
+                let approach =
+                    speed * (-decay * t).exp() * ((frequency * t).cos() - decay / frequency * (frequency * t).sin());
                 let expected = KN * expected + 2.0 * zeta * omega * mass * approach;
                 close("force", force, expected, KN * speed / omega, 3e-3);
             }
@@ -76,7 +74,13 @@ fn a_grain_that_grows_between_walls() {
             let mass = mass(dimension, R) * factor.powi(dimension as i32);
             let expected = KN * R * (factor - 1.0) + 2.0 * zeta * (KN * mass).sqrt() * R * rate;
             for load in simulation.wall_loads().unwrap() {
-                close(&format!("{} {dimension}d", bench.name), load.normal_force, expected, expected, bench.pick(1e-9, 1e-6));
+                close(
+                    &format!("{} {dimension}d", bench.name),
+                    load.normal_force,
+                    expected,
+                    expected,
+                    bench.pick(1e-9, 1e-6),
+                );
             }
             assert!(simulation.grains().unwrap()[0].position.length() < 1e-9 * R);
         }
@@ -91,7 +95,9 @@ fn radii_keep_their_digits() {
         set_laws(&mut scene, &[law(0.0); 3]);
         scene.growth = vec![growing(3.7), growing(-2.9), Growth::default()];
         let radius = |k: usize| R * (0.3 + 0.0123456789 * k as f64);
-        scene.grains = (0..60).map(|k| Grain { radius: radius(k), material: (k % 3) as u32, ..grain(4.0 * R * k as f64, 0.0, 0.0) }).collect();
+        scene.grains = (0..60)
+            .map(|k| Grain { radius: radius(k), material: (k % 3) as u32, ..grain(4.0 * R * k as f64, 0.0, 0.0) })
+            .collect();
         let mut simulation = bench.start(&scene);
         for _ in 0..4 {
             simulation.advance(777).unwrap();
@@ -103,7 +109,7 @@ fn radii_keep_their_digits() {
             for (i, id) in s.id.iter().enumerate() {
                 let (whole, low) = (s.position[i].radius, s.position_low.get(i).map_or(0.0, |low| low.radius));
                 let expected = expected(*id as usize);
-                close(bench.name, whole + low, expected, expected, bench.pick(1e-15, 2e-11));
+                close(bench.name, whole + low, expected, expected, bench.pick(1e-15, 3e-11));
                 close(bench.name, whole, expected, expected, bench.pick(1e-15, 6e-8));
             }
         }
@@ -131,14 +137,14 @@ fn growth_does_work() {
             scene.grains = (0..9)
                 .map(|k| Grain {
                     velocity: speed * random.vector(dimension),
-                    radius: 0.7 * R,
+                    radius: 0.75 * R,
                     material: u32::from(!single && k % 2 == 1),
                     fixed: k == 4,
                     ..grain(((k % 3) as f64 - 1.0) * 1.6 * R, ((k / 3) as f64 - 1.0) * 1.6 * R, 0.0)
                 })
                 .collect();
-            let rate = 3e-4 * omega;
-            scene.growth = vec![growing(rate), growing(if single { rate } else { -0.3 * rate })];
+            let rate = if single { 2e-3 } else { 3.3e-3 } * omega;
+            scene.growth = vec![growing(rate), growing(if single { rate } else { -0.1 * rate })];
             scene.output.works = true;
             balanced(&bench, &scene);
         }
@@ -159,8 +165,11 @@ fn balanced(bench: &Bench, scene: &Assembly) {
         let lost = energy(&row) + ends[1] - energy(&begun) - work - row.work_walls.unwrap() - row.work_fixed.unwrap();
         worst = worst.max(lost.abs());
     }
+    let scale = ends[0].max(ends[1]);
     let what = format!("{} {}d", bench.name, scene.dimension);
-    println!("{what}: off by {:.1e} of a work of {:.2e} J, dissipated {:.2e} J, overlap {:.1e}", worst / ends[0], ends[0], ends[1], simulation.sample().unwrap().max_overlap_over_radius);
-    assert!(ends[0] > 0.0 && ends[1] > 0.01 * ends[0], "{what}: {ends:?}");
-    assert!(worst < 1e-3 * ends[0], "{what}: {worst:e} of {:e}", ends[0]);
+    println!("{what}: off by {:.1e} of {:.2e} J of growth, {:.2e} J dissipated", worst / scale, ends[0], ends[1]);
+    assert!(ends[0] > 0.1 * ends[1] && ends[1] > 0.01 * ends[0], "{what}: {ends:?}");
+    // Of elastic spheres springs change with the effective radius, too, which is left out.
+    let tolerance = if scene.pairs[0].hertz.is_some() { 5e-4 } else { 2e-4 };
+    assert!(worst < tolerance * scale, "{what}: {worst:e} of {ends:?}");
 }

@@ -19,7 +19,7 @@ fn store_radius_low(i: u32, low: Real) {
     position_low_next[i] = PositionLow(position_low_next[i].x, low);
 }
 
-/// (a + a_low) (b + b_low), split, with 36 bits: a and b have 12 bits, so that f32 holds their product exactly, and what
+/// (a + a_low) (b + b_low), split, with 35 bits: a and b have 12 bits, so that f32 holds their product exactly, and what
 /// is left is small beside it. In units of the last place, as `accelerated`.
 fn product_of(a: Real, a_low: Real, b: Real, b_low: Real) -> SplitReal {
     let product = a * b;
