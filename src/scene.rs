@@ -9,6 +9,7 @@ mod check;
 mod continued;
 mod formats;
 pub mod grain_file;
+mod grown;
 mod growth;
 mod inputs;
 mod insertion;

@@ -114,6 +114,7 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
         cell: match (deforming, dims) {
             (false, _) => Cell::default(),
             (true, 2) => Cell { strain_rate: [-3.0, 0.0, 0.0, 0.0, 0.0, 0.0], ..servo },
+            (true, _) if model.servo => Cell { strain_rate: [-3.0, 0.0, 0.0, 0.0, 20.0, 0.0], ..servo },
             (true, _) => Cell { strain_rate: [-3.0, 0.0, 1.0, 0.0, 20.0, 0.0], ..servo },
         },
         materials: (0..materials)

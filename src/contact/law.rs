@@ -5,7 +5,7 @@ use super::{
     cohesion::{self, cohesive_energy, cohesive_force, is_active, overlaps},
     damping::damping_force,
     geometry::{Separation, branch_vector, is_deep, lengthened, near, sphere_separation, unit_or},
-    growth::{growth_rate_of, past_growth},
+    growth::{growth_power, growth_rate_of, past_growth},
     history::{History, history_of},
     materials::{pair_index, pair_of},
     normal::{self, Loading, normal_energy, normal_force, normal_stiffness},
@@ -20,7 +20,7 @@ use crate::{
         bodies::body,
         rotation::{inverse_rolling_inertia, surface_velocity},
     },
-    model::Growth,
+    model::{Growth, Normal},
     scene,
     space::{
         boundary::past_flow,
@@ -169,6 +169,20 @@ pub struct GrainPair {
 }
 
 impl GrainPair {
+    /// How fast the surfaces move away from the centres, both together, m/s.
+    #[inline(always)]
+    pub fn surface_growth(&self) -> f64 {
+        self.growth * self.radius + self.growth_to * self.radius_to
+    }
+
+    /// Work of growth on what the contact holds, with this force on the first, per time, W.
+    pub fn growth_power(&self, normal: Normal, force: DVec3) -> f64 {
+        let GrainPair { growth, growth_to, radius, radius_to, branch, .. } = *self;
+        let Separation { gap, .. } = sphere_separation(branch, radius, radius_to, self.radii_rest);
+        let bending = (growth * radius_to + growth_to * radius) / (radius + radius_to);
+        growth_power(normal, -force.dot(branch) / branch.length(), gap, self.surface_growth(), bending)
+    }
+
     /// The same, seen from the other.
     pub fn reversed(&self) -> GrainPair {
         let History { tangential, rolling } = self.old;

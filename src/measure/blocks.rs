@@ -11,7 +11,6 @@ use crate::{
     contact::{
         batch::{Batch, Kept, LANES, OfGrains, Row, Rows, Springs, at, index, lanes_of, set},
         blocks::{Block, Blocks, Single, Task, Workspace},
-        growth::growth_power,
         history::History,
         law::{Contact, GrainPair, energy_forgotten_by_grains, forgotten_energy, grain_contact},
         rolling::RollingHistory,
@@ -206,7 +205,7 @@ fn add_contacts_of_grains(s: &State, block: &Block, workspace: &mut Workspace<Bo
             if s.model.growth == Growth::Some {
                 let share = share(measured.single[lane]);
                 let pair = batch.pair(lane, History::default());
-                let power = share * growth_power(s.model.normal, &pair, at(&measured.force, lane));
+                let power = share * pair.growth_power(s.model.normal, at(&measured.force, lane));
                 for k in [first, second] {
                     sums[k].growth_power += power;
                 }

@@ -9,7 +9,7 @@ use crate::{
     },
     contact::{
         geometry::near,
-        growth::{growth_power, growth_power_at_wall, growth_power_of_mass},
+        growth::{growth_power, growth_power_of_mass, growth_rate_of},
         history::{History, history_of},
         law::{Contact, forgotten_energy, grain_pair},
     },
@@ -112,9 +112,14 @@ impl BodySums {
             growth_power: match (s.model.growth, wall) {
                 (Growth::None, _) => 0.0,
                 (Growth::Some, None) => {
-                    share * growth_power(s.model.normal, &grain_pair(s, i, here, j, History::default()), contact.force)
+                    let pair = grain_pair(s, i, here, j, History::default());
+                    share * pair.growth_power(s.model.normal, contact.force)
                 }
-                (Growth::Some, Some(_)) => share * growth_power_at_wall(s, i, here, contact),
+                (Growth::Some, Some(_)) => {
+                    let (rate, radius) = (growth_rate_of(s, i), here.position.radius);
+                    let pressing = -contact.force.dot(contact.arm) / (radius + 0.5 * contact.gap);
+                    share * growth_power(s.model.normal, pressing, contact.gap, rate * radius, rate)
+                }
             },
             virial: share * (contact.force * contact.branch),
             virial_above: share * outer_above(contact.force, contact.branch),

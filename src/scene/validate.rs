@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use super::bodies::{Bodies, Placed, Pose, numbers, orientation};
 use super::check::{self, AXES, Check, show, show_vector};
-use super::growth::{check_growth, growth, initial_factors};
+use super::grown::check_growth;
+use super::growth::{growth, initial_factors};
 use super::insertion::{Waiting, populate_over_time, split};
 use super::neighbours::Neighbours;
 use super::origin::Origin;
