@@ -36,6 +36,12 @@ struct VelocityLow {
     spin: vec2<u32>,
 }
 
+/// A number, and what single precision leaves out of it.
+struct SplitReal {
+    value: Real,
+    low: Real,
+}
+
 /// A velocity, m/s: in single precision a number and what it leaves out.
 struct SplitVelocity {
     v: Vec,

@@ -6,6 +6,7 @@ pub mod cohesion;
 pub mod contacts;
 pub mod damping;
 pub mod geometry;
+pub mod growth;
 pub mod history;
 pub mod kicks;
 pub mod law;

@@ -4,6 +4,7 @@ pub mod advance;
 mod advance_large;
 pub mod blocks;
 mod damp;
+mod grow;
 mod half_kick;
 mod half_kick_clumps;
 mod integrate_clumps;
@@ -22,7 +23,7 @@ use crate::{
         overlap::{largest_force, largest_torque},
     },
     stage::*,
-    state::{Sizes, array::*},
+    state::{Sizes, State, array::*},
 };
 
 /// What contacts do one by one, where they balance.
@@ -89,6 +90,17 @@ pub static MEASURE_GAIN: Stage = Stage {
 /// Adaptive damping 2: whether momentum is dropped.
 pub static RESTART: Stage =
     Stage { dispatch: Dispatch::OneGroup, ..Stage::new("dem", "restart", restart::restart, |_| 1) };
+
+/// Radii and masses.
+pub static GROW: Stage = Stage {
+    check: Check { floors: &[(&[&DISPLACEMENT], largest_radius)], ..Check::ROUNDING },
+    ..Stage::new("dem", "grow", grow::grow, |sizes| sizes.bodies.max(sizes.materials))
+};
+
+/// What grains have grown by is the difference of two radii, m.
+fn largest_radius(s: &State) -> f64 {
+    s.position.iter().map(|here| here.radius).fold(0.0, f64::max)
+}
 
 /// Adaptive damping 3: what is left of the velocities.
 pub static DAMP: Stage = Stage::new("dem", "damp", damp::damp, bodies);

@@ -29,8 +29,8 @@ mod wall_loads_for_servo;
 mod wall_sums;
 
 pub use analysis::{
-    CellSample, OpeningsSample, Sample, angular_momentum, angular_momentum_of_clumps, backbone, mass_of_clump, masses,
-    momentum, momentum_of_clumps,
+    CellSample, GrowthSample, OpeningsSample, Sample, angular_momentum, angular_momentum_of_clumps, backbone,
+    mass_of_clump, masses, momentum, momentum_of_clumps,
 };
 pub use micromechanics::{Asked, Contact, Measures, Other, Packing};
 pub use packing::{PackingFraction, overall_packing_fraction, packing_fraction};
@@ -131,11 +131,14 @@ fn works_at_rest(s: &State) -> Vec<f64> {
     let dt = s.params.dt;
     let largest = s.position.iter().map(|here| here.radius).fold(0.0, f64::max);
     let flow = s.cell.first().map_or(0.0, |cell| 2.0 * largest * cell.largest_rate);
+    let growth = s.growth_rate.iter().map(|rate| rate.abs()).fold(0.0, f64::max);
+    let swelling = 2.0 * largest * growth;
     let works = Works {
         dissipated: dt * at_rest(s).dissipation,
         walls: dt * force * walls,
         fixed: dt * force * fixed,
         cell: dt * force * flow,
+        growth: dt * (force * swelling + at_rest(s).kinetic * growth),
     };
     works.lanes(s.model.dims())
 }

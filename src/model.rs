@@ -107,6 +107,10 @@ slot!(
     Tangential in "contact/tangential" { None = "none", Coulomb = "coulomb", Mindlin = "mindlin" }
 );
 slot!(
+    /// Whether radii change over time.
+    Growth in "contact/growth" { None = "none", Some = "some" }
+);
+slot!(
     /// Spin of the grains; owns spin and torque.
     Rotation in "body/rotation" { None = "none", Sphere = "sphere" }
 );
@@ -149,6 +153,7 @@ pub struct Model {
     pub rolling: Rolling,
     pub twist: Twist,
     pub cohesion: Cohesion,
+    pub growth: Growth,
     pub history: History,
     pub rotation: Rotation,
     pub grains: Grains,
@@ -222,11 +227,16 @@ impl Model {
                 _ => Twist::Ignored,
             },
             cohesion: Cohesion::None,
+            growth: if assembly.grows() { Growth::Some } else { Growth::None },
             history: if frictional || rolling || rigid { History::Kept } else { History::None },
             rotation: if frictional || rolling || spinning { Rotation::Sphere } else { Rotation::None },
             grains: if clumped { Grains::Clumps } else { Grains::Spheres },
             gyroscopic: if clumped && gyroscopic { Gyroscopic::Kept } else { Gyroscopic::Dropped },
-            materials: if pairs.windows(2).all(|w| w[0] == w[1]) { Materials::One } else { Materials::Many },
+            materials: match pairs.windows(2).all(|w| w[0] == w[1]) && assembly.growth.windows(2).all(|w| w[0] == w[1])
+            {
+                true => Materials::One,
+                false => Materials::Many,
+            },
             walls: if assembly.walls.is_empty() { Walls::None } else { Walls::Some },
             turning: if assembly.walls.iter().any(scene::Wall::turns) { Turning::Some } else { Turning::None },
             levels: if assembly.size_levels().len() == 1 { Levels::One } else { Levels::Several },
@@ -271,6 +281,7 @@ impl Model {
             ("history", self.history.label()),
             ("rotation", self.rotation.label()),
             ("grains", self.grains.label()),
+            ("growth", self.growth.label()),
             ("gyroscopic", self.gyroscopic.label()),
             ("materials", self.materials.label()),
             ("walls", self.walls.label()),
@@ -298,6 +309,7 @@ impl Model {
             self.rotation.file(),
             self.grains.file(),
             self.materials.file(),
+            self.growth.file(),
             self.walls.file(),
             "contact/contacts.wgsl",
             "measure/sums.wgsl",
@@ -402,13 +414,22 @@ impl Model {
                                 let twists = twists(dimension, method, tangential, rolling);
                                 let variants = variants(method, grains);
                                 let sizes = if one_law { SIZES } else { &SIZES[..1] };
+                                // Nor how walls move, or how many levels there are, of radii that change.
+                                let still = walls == Walls::Some && !moving_walls;
+                                let grow = still && !rigid && grains == Spheres;
+                                let growths = if grow { Growth::ALL } else { &[Growth::None] };
                                 let both = twists
                                     .iter()
                                     .flat_map(|twist| variants.iter().map(move |variant| (*twist, *variant)))
                                     .flat_map(|(twist, variant)| {
                                         sizes.iter().map(move |sizes| (twist, variant, *sizes))
+                                    })
+                                    .flat_map(|all| growths.iter().map(move |growth| (all, *growth)))
+                                    .filter(|((twist, _, (levels, large)), growth)| {
+                                        let plain = *twist == Twist::Ignored && (*levels == Levels::Several) == *large;
+                                        plain || *growth == Growth::None
                                     });
-                                for (twist, (colored, gyroscopic), (levels, large_grains)) in both {
+                                for ((twist, (colored, gyroscopic), (levels, large_grains)), growth) in both {
                                     models.push(Model {
                                         precision,
                                         dimension,
@@ -420,6 +441,7 @@ impl Model {
                                         rolling,
                                         twist,
                                         cohesion: Cohesion::None,
+                                        growth,
                                         history: if rigid || tangential != Tangential::None || rolling != free {
                                             History::Kept
                                         } else {

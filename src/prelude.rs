@@ -7,7 +7,7 @@ pub use crate::{
     scene::{
         Assembly, Face, Format, Grain, Placement, Scene, SceneBuilder, Twist,
         builder::{
-            GrainBuilder, InsertionBuilder, MaterialBuilder, Orientation, OutletBuilder, PairBuilder,
+            GrainBuilder, GrowthBuilder, InsertionBuilder, MaterialBuilder, Orientation, OutletBuilder, PairBuilder,
             PopulationBuilder, Radii, ShapeBuilder, Side, SolverBuilder, StageBuilder, WallBuilder,
         },
     },

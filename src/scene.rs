@@ -9,6 +9,8 @@ mod check;
 mod continued;
 mod formats;
 pub mod grain_file;
+mod grown;
+mod growth;
 mod inputs;
 mod insertion;
 mod invariants;
@@ -43,6 +45,7 @@ pub use assembly::{
 pub use builder::SceneBuilder;
 pub use cell::{COMPONENTS, Cell};
 pub use continued::{Continued, KeptWalls, Shift};
+pub use growth::{Growth, GrowthLaw};
 pub use inputs::Input;
 pub use law::{Dashpot, Hertz, MaterialBuilder, Pair, PairBuilder, Rolling};
 pub use levels::SizeLevel;

@@ -8,6 +8,7 @@ mod contacts;
 mod dem;
 mod driven;
 mod grid;
+mod growth;
 mod host_solver;
 mod lists;
 mod nscd;
@@ -43,7 +44,7 @@ use crate::{
     model::{Model, Precision},
     plan::Op,
     plans::Plans,
-    scene::{Assembly, Domain, Method},
+    scene::{Assembly, Domain, GrowthLaw, Method},
     state::{Array, Params, Sizes, State, array::*, present},
 };
 use std::borrow::Cow;
@@ -67,6 +68,8 @@ pub struct Simulation {
     openings: Option<Openings>,
     /// Grains that are not fixed, or clumps.
     free: usize,
+    /// How radii change, if any does.
+    growth: Option<GrowthLaw>,
     /// Where works are added up.
     works: Option<Totals>,
     /// The deepest overlap of the steps so far, if it is more than [`DEEP_OVERLAP`].
@@ -219,7 +222,8 @@ impl Simulation {
             (state.sizes, state.params) = openings.counted(&assembly, &state.sizes, &state.params);
         }
         let whole = assembly.whole();
-        let guides = Guides::of(&whole);
+        let growth = assembly.growth_law();
+        let guides = Guides::of(&whole, growth.clone());
         let servos = if state.model.driven_walls { whole.walls.len() } else { 0 };
         let longest_ways = (0..servos).map(|wall| whole.longest_way(wall)).collect();
         let runner = Runner::new(engine, state, Known::of(&whole, dt_bound), guides);
@@ -233,6 +237,7 @@ impl Simulation {
                 Method::ContactDynamics(relaxation) => Stepper::Nscd(Nscd::new(relaxation, options.interrupted)),
             },
             free: count_free(&assembly),
+            growth,
             assembly,
             plans,
             runner,
@@ -252,7 +257,7 @@ impl Simulation {
         self.close_openings()?;
         let Simulation { runner, lists, stepper, assembly, .. } = self;
         lists.rewind(&mut runner.state.params);
-        start::fill_small(&mut runner.state, &assembly.whole());
+        start::fill_small(&mut runner.state, &assembly.whole(), self.growth.clone());
         let Runner { engine, state, .. } = runner;
         engine.write(&present(&state.model, &[&WALL, &CELL]), 0, state)?;
         start::fill(state, assembly, &mut |arrays, first, piece| engine.write(arrays, first, piece))?;
@@ -318,6 +323,7 @@ impl Simulation {
             works.keep_up(runner, &plans.forget_works)?;
         }
         self.follow_driven_walls()?;
+        self.check_room_to_grow()?;
         if std::mem::take(&mut self.runner.overlaps_deeply) {
             self.look_at_deep_overlap()?;
         }
@@ -380,9 +386,12 @@ impl Simulation {
     pub fn assembly(&self) -> &Assembly {
         &self.assembly
     }
-    /// The scene with its cell as it is now, see [`Simulation::domain`].
+    /// The scene with its cell as it is now, see [`Simulation::domain`], and with the radii of now.
     pub fn assembly_in(&self, domain: Domain) -> Cow<'_, Assembly> {
-        self.assembly.within(domain)
+        match self.assembly_now() {
+            Cow::Borrowed(assembly) => assembly.within(domain),
+            Cow::Owned(assembly) => Cow::Owned(Assembly { domain, ..assembly }),
+        }
     }
     pub fn model(&self) -> &Model {
         &self.runner.state.model

@@ -10,7 +10,8 @@ mod sizes;
 use crate::{
     error::Result,
     model::{
-        Boundary, Grains, History, Levels, Materials, Method, Model, Precision, Rolling, Rotation, Tangential, Walls,
+        Boundary, Grains, Growth, History, Levels, Materials, Method, Model, Precision, Rolling, Rotation, Tangential,
+        Walls,
     },
     units::{Quantity, Units},
 };
@@ -18,9 +19,10 @@ pub use crate::{record::Element, solve::momentum::SolverState};
 pub use column::Column;
 use glam::DVec3;
 pub use records::{
-    Cell, ColorCursor, ColoredContact, ColoringState, ContactColor, ContactGeometry, Counters, InverseEffectiveMass,
-    LargeContacts, Level, LowBits, Orientation, Packed, Pair, Params, PartialSums, Position, PositionLow, ResidualSums,
-    RollingPair, RotationIterations, Spin, Velocity, VelocityLow, Wall, WallLoad, WallServo, Works,
+    Cell, ColorCursor, ColoredContact, ColoringState, ContactColor, ContactGeometry, Counters, GrowthStep,
+    InverseEffectiveMass, LargeContacts, Level, LowBits, Orientation, Packed, Pair, Params, PartialSums, Position,
+    PositionLow, ResidualSums, RollingPair, RotationIterations, Spin, StartSize, Velocity, VelocityLow, Wall, WallLoad,
+    WallServo, Works,
 };
 pub use sizes::{GROUP, Length, Lifetime, PATH_STEPS, Sizes, TILE, WALL_PARTS};
 use std::{
@@ -332,6 +334,9 @@ fn guided(m: &Model) -> bool {
 fn driven(m: &Model) -> bool {
     m.driven_walls
 }
+fn growing(m: &Model) -> bool {
+    m.growth == Growth::Some
+}
 fn deforming(m: &Model) -> bool {
     m.boundary == Boundary::Deforming
 }
@@ -380,6 +385,10 @@ state! {
     DISPLACEMENT displacement: f64, Bodies, State, Length, "since the lists were made", always;
     MATERIAL material: u32, BodiesAndWalls, Scene, Number, "index, by number", mixed;
     PAIR pair: Pair, MaterialsSquared, Scene, -, "", mixed;
+    START_SIZE start_size: StartSize, Bodies, Scene, -, "by number", growing;
+    GROWTH_PATH growth_path: GrowthStep, GrowthPaths, Scene, -, "after each step of a chunk", growing;
+    GROWTH_RATE growth_rate: f64, Materials, State, Rate, "of radii, over themselves", growing;
+    GROWTH_RATE_NEXT growth_rate_next: f64, Materials, Scratch, Rate, "of radii, over themselves", growing;
     WALL wall: Wall, Walls, State, -, "", walled;
     WALL_PATH wall_path: Wall, WallPaths, Scene, -, "after each step of a chunk", guided;
     WALL_SERVO wall_servo: WallServo, Walls, Scene, -, "of walls that one moves", driven;

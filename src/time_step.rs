@@ -65,7 +65,17 @@ pub fn mass(dimension: Dimension, density: f64, radius: f64) -> f64 {
 /// A dashpot acts on velocities half a step old, which turns `ω²Δt² < 4` into `ω²Δt² + 2γΔt < 4`. Grains that overlap
 /// each other by much, fixed ones above all, can exceed the contacts counted here.
 pub fn bound(assembly: &Assembly) -> f64 {
-    bound_under(assembly, &Worst::of(assembly))
+    let worst = Worst::of(assembly);
+    smallest_of_sizes(assembly, |sized| bound_under(sized, &worst))
+}
+
+/// The smallest value of a scene with the smallest and with the largest radii that its grains will have: masses and
+/// stiffnesses go one way as radii grow.
+fn smallest_of_sizes(assembly: &Assembly, value: impl Fn(&Assembly) -> f64) -> f64 {
+    match assembly.grows() {
+        true => value(&assembly.with_smallest_radii()).min(value(&assembly.with_largest_radii())),
+        false => value(assembly),
+    }
 }
 
 /// The overlap over the radius up to which a time step is below the bound; infinite where stiffnesses do not grow with
@@ -74,13 +84,19 @@ pub fn stable_overlap(assembly: &Assembly, dt: f64) -> f64 {
     if assembly.pairs[0].hertz.is_none() || assembly.solver.method != Method::DiscreteElements {
         return f64::INFINITY;
     }
-    let full = bound_under(assembly, &Worst { speed: 0.0, load: 0.0, overlap: 1.0 });
+    let worst = Worst { speed: 0.0, load: 0.0, overlap: 1.0 };
+    let full = smallest_of_sizes(assembly, |sized| bound_under(sized, &worst));
     (full / dt).powi(4)
+}
+
+/// Of the grains, whenever it is, m.
+fn smallest_radius(assembly: &Assembly) -> f64 {
+    smallest(&assembly.with_smallest_radii().grains, |grain| grain.radius)
 }
 
 fn bound_under(assembly: &Assembly, worst: &Worst) -> f64 {
     let walls = assembly.walls.len() as f64;
-    let smallest = smallest(&assembly.grains, |g| g.radius);
+    let smallest = smallest_radius(assembly);
     let others = |own: usize| (assembly.grains.len() - own) as f64;
     smallest_over_contacts(assembly, |body, pair| {
         of_contacts(body, pair, worst, smallest, others(body.members.len()), walls)
@@ -97,7 +113,10 @@ pub fn shortest_contact(assembly: &Assembly) -> f64 {
         let loading = Loading { mass: share * body.lightest(), ..worst.loading(body, body.members[0].radius, share) };
         normal::contact_duration(pair, &loading)
     };
-    if nothing { f64::INFINITY } else { smallest_over_contacts(assembly, of_grain) }
+    match nothing {
+        true => f64::INFINITY,
+        false => smallest_of_sizes(assembly, |sized| smallest_over_contacts(sized, of_grain)),
+    }
 }
 
 /// The worst that contacts of a scene have to bear, as far as that can be seen before it runs.
@@ -117,9 +136,13 @@ impl Worst {
         let column = (height / (2.0 * mean) + 1.0).min(assembly.grains.len() as f64);
         // Only of elastic spheres stiffnesses depend on any of these.
         let elastic = assembly.pairs.iter().any(|pair| pair.hertz.is_some());
-        let overlap = if elastic { assembly.largest_overlap() } else { 0.0 };
+        let overlap = if elastic { assembly.with_first_radii().largest_overlap() } else { 0.0 };
         let both = if assembly.grains.len() > 1 { 2.0 } else { 1.0 };
-        Worst { speed: both * fastest(assembly), load: column * assembly.gravity.length(), overlap }
+        Worst {
+            speed: both * (fastest(assembly) + assembly.fastest_growth()),
+            load: column * assembly.gravity.length(),
+            overlap,
+        }
     }
 
     /// Of a contact of this grain at a member of this radius; `share` is 1/2 with an equal grain, 1 with a wall.
@@ -297,10 +320,11 @@ const PLANNED: f64 = 0.25;
 /// further than planned for, and no clump turns further.
 fn longest_stride(assembly: &Assembly) -> f64 {
     let grains = &assembly.grains;
-    let smallest = smallest(grains, |grain| grain.radius);
+    let smallest = smallest_radius(assembly);
     let mean = grains.iter().map(|grain| grain.radius).sum::<f64>() / grains.len() as f64;
     let largest = -self::smallest(grains, |grain| -grain.radius);
-    let closing = assembly.largest_rate() * (largest + 0.5 * assembly.solver.margin * mean);
+    let of_flow = assembly.largest_rate() * (largest + 0.5 * assembly.solver.margin * mean);
+    let closing = of_flow + assembly.fastest_growth();
     let stride = PLANNED * 0.5 * smallest.min(assembly.solver.margin * mean) / (fastest(assembly) + closing);
     let spin = assembly.clumps.iter().map(|c| c.spin.length()).fold(0.0, f64::max);
     stride.min(PLANNED * MOST_TURN / spin)

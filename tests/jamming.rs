@@ -196,6 +196,17 @@ fn disks_jam_where_they_should() {
     }
 }
 
+/// Disks that have grown beyond jamming, from a dilute gas, jam where those do that were compressed.
+#[test]
+fn grown_disks_jam_where_they_should() {
+    let grow =
+        "[[stage]]\nname = \"grow\"\nstop.packing_fraction = 0.86\n[[stage.growth]]\ninitial = 0.6\nrate = 0.5\n";
+    let place =
+        Place::new(&DISKS.replace("\n[jamming]", &format!("\n{grow}[[stage]]\nname = \"jam\"\n[stage.jamming]")));
+    place.run(&OF_DISKS, 0);
+    found(&place, 2, 200);
+}
+
 #[test]
 fn spheres_jam_where_they_should() {
     let place = Place::new(SPHERES);

@@ -72,6 +72,7 @@ const SCENES: &[(&str, &[&str], u64, f64, Read)] = &[
     ("triaxial", &["population.0.count=100", "domain.upper=[0.0104,0.0104,0.0104]"], 2000, 0.1, Read::Energy),
     ("simple_shear", &["population.0.count=100", "domain.upper=[0.0104,0.0104,0.0104]"], 2000, 0.1, Read::Energy),
     ("battery_electrode", &["population.0.count=300", "domain.upper=[74e-6,74e-6,74e-6]"], 2000, 0.1, Read::Energy),
+    ("growth", &["population.0.count=150", "domain.upper=[0.0052,0.0052,0.0052]"], 6000, 0.1, Read::Energy),
     (
         "published_bed",
         &["population.0.count=1500", "material.M1.normal_stiffness=200", "solver.damping=40"],

@@ -332,3 +332,68 @@ fn stages_in_code_are_those_of_the_file() {
     );
     assert!(wrong(StageBuilder::new("a/b")).contains("a name has"));
 }
+
+/// Grains go on with the radii that they have grown to, which fill the cell as asked for, to rounding.
+#[test]
+fn grains_go_on_as_they_have_grown() {
+    const GROWN: &str = r#"
+dimension = 2
+seed = 5
+gravity = [0, 0]
+[domain]
+lower = [0, 0]
+upper = [0.0153, 0.0153]
+boundary = "periodic"
+[material.glass]
+density = 2500
+normal_stiffness = 4e4
+friction = 0.3
+restitution = 0.3
+[[population]]
+material = "glass"
+count = 64
+radius = { uniform = [0.8e-3, 1.2e-3] }
+placement = "random"
+velocity_spread = 0.1
+[stop]
+time = 1
+[[stage]]
+name = "grow"
+stop.packing_fraction = 0.84
+[[stage.growth]]
+initial = 0.6
+rate = 5
+[[stage]]
+name = "rest"
+solver.damping = "adaptive"
+stop.steps = 50
+[[stage]]
+name = "press"
+stop.pressure = 2e3
+output.works = true
+[[stage.growth]]
+rate = 1
+"#;
+    let place = Place::new(GROWN);
+    for engine in engines() {
+        packstone(&place, &format!("run scene.toml --engine={engine} --out=out"), 0);
+        let ends = [("grow", "target met", false), ("rest", "last step", false), ("press", "target met", false)];
+        assert_eq!(names(&place.json("out/summary.json")), ends);
+        let of = |stage: &str, name: &str| column(&place, &format!("out/stages/{stage}"), name);
+        let filled = *of("grow", "solid_fraction").last().unwrap();
+        assert!((filled / 0.84 - 1.0).abs() < 1e-12, "{engine}: {filled}");
+        let radii = |stage: &str| {
+            let text = place.text(&format!("out/stages/{stage}/final.csv"));
+            let head: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+            let at = head.iter().position(|name| *name == "radius").unwrap();
+            text.lines().skip(1).map(|row| row.split(',').nth(at).unwrap().parse().unwrap()).collect::<Vec<f64>>()
+        };
+        let (grown, pressed) = (radii("grow"), radii("press"));
+        assert_eq!(grown, radii("rest"), "{engine}");
+        let factors: Vec<f64> = pressed.iter().zip(&grown).map(|(now, before)| now / before).collect();
+        assert!(factors[0] > 1.0 && factors.iter().all(|factor| (factor / factors[0] - 1.0).abs() < 1e-14), "{engine}");
+        let pressure = of("press", "pressure");
+        assert!(pressure.last() >= Some(&2e3) && pressure[pressure.len() - 2] < 2e3, "{engine}: {pressure:?}");
+        assert!(of("press", "work_growth").last() > Some(&0.0), "{engine}");
+    }
+}

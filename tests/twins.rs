@@ -11,9 +11,9 @@ use packstone::{
     engine::{ALL, Cpu, Engine, cpu::apply, programs::layouts},
     gpu::{Arrays, Checks},
     model::{
-        Boundary, Damping as DampingSlot, Dimension, Grains, Gyroscopic, History, Levels, Materials,
-        Method as MethodSlot, Model, Normal as NormalSlot, Precision, Rolling as RollingSlot, Rotation, Tangential,
-        Turning as TurningSlot, Twist as TwistSlot, Walls,
+        Boundary, Damping as DampingSlot, Dimension, Grains, Growth as GrowthSlot, Gyroscopic, History, Levels,
+        Materials, Method as MethodSlot, Model, Normal as NormalSlot, Precision, Rolling as RollingSlot, Rotation,
+        Tangential, Turning as TurningSlot, Twist as TwistSlot, Walls,
     },
     plans::Plans,
     scene::*,
@@ -114,6 +114,7 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
         cell: match (deforming, dims) {
             (false, _) => Cell::default(),
             (true, 2) => Cell { strain_rate: [-3.0, 0.0, 0.0, 0.0, 0.0, 0.0], ..servo },
+            (true, _) if model.servo => Cell { strain_rate: [-3.0, 0.0, 0.0, 0.0, 20.0, 0.0], ..servo },
             (true, _) => Cell { strain_rate: [-3.0, 0.0, 1.0, 0.0, 20.0, 0.0], ..servo },
         },
         materials: (0..materials)
@@ -126,6 +127,10 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
         clumps: Vec::new(),
         insertions: Vec::new(),
         outlets: Vec::new(),
+        growth: match model.growth {
+            GrowthSlot::Some => (0..materials).map(growth).collect(),
+            GrowthSlot::None => Vec::new(),
+        },
         waiting: 0,
         numbers: Numbers::default(),
         notices: Vec::new(),
@@ -166,6 +171,12 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
         stick_together(&mut scene);
     }
     scene
+}
+
+/// Some grow, others shrink; none that are of one material come to an end within a few steps.
+fn growth(material: usize) -> Growth {
+    let rate = [3.0, -2.0][material];
+    Growth { rate, end: Some(1.0 + 0.1 * rate), ..Growth::default() }
 }
 
 /// Every other grain becomes a clump: round ones and long ones, some of them with three different moments, turned any

@@ -67,7 +67,8 @@ fn grain_state(i: u32, here: Body, j: u32, p: OrientedPair) -> ContactState {
     let other = velocity[j];
     let spin = spin_of(j);
     let branch = p.branch.x + p.branch.low;
-    let v = past_flow(select(here.velocity.v - other.v, other.v - here.velocity.v, p.back), branch);
+    let flowing = past_flow(select(here.velocity.v - other.v, other.v - here.velocity.v, p.back), branch);
+    let v = past_growth(flowing, n, select(i, j, p.back), p.radius, select(j, i, p.back), p.radius_to);
     let surface = surface_velocity(select(here.spin, spin, p.back), arm);
     var c = ContactState();
     c.gap = gap;
@@ -115,7 +116,8 @@ fn grain_contact(i: u32, here: Body, j: u32, tagged: u32, old: History) -> Conta
 /// What the laws are told of grain i and wall w.
 fn wall_state(i: u32, here: Body, w: u32, separation: Separation) -> ContactState {
     let arm = (here.position.radius + 0.5 * separation.gap) * separation.n;
-    let v = here.velocity.v - wall_velocity(w, here.position.x + arm);
+    let passing = here.velocity.v - wall_velocity(w, here.position.x + arm);
+    let v = past_growth(passing, separation.n, i, here.position.radius, params.bodies + w, 0);
     var c = ContactState();
     c.gap = separation.gap;
     c.opening = -params.history_dt * dot(v, separation.n);

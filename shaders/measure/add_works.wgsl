@@ -10,5 +10,5 @@ fn add_works(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(num_workgro
     }
     let sum = with_body(PartialSums(), i);
     let cell_power = flow_power(sum.virial - sum.flux, sum.virial_above - sum.flux_above);
-    add_to_works(id[i], sum.dissipation, sum.wall_power, sum.fixed_power, cell_power);
+    add_to_works(id[i], Works(sum.dissipation, sum.wall_power, sum.fixed_power, cell_power, sum.growth_power));
 }

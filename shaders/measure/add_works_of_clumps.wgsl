@@ -9,5 +9,6 @@ fn add_works_of_clumps(@builtin(global_invocation_id) gid: vec3<u32>, @builtin(n
         return;
     }
     let own = energies_of_clump(c);
-    add_to_works(first_member[c], own.dissipation, Real(0), Real(0), flow_power(-own.flux, -own.flux_above));
+    let cell_power = flow_power(-own.flux, -own.flux_above);
+    add_to_works(first_member[c], Works(own.dissipation, Real(0), Real(0), cell_power, Real(0)));
 }

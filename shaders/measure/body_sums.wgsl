@@ -47,6 +47,7 @@ fn with_body(before: PartialSums, i: u32) -> PartialSums {
         sum.overlap = max(sum.overlap, -contact.gap / smaller);
         sum.sides += 1u;
         sum.single_sides += select(0u, 1u, single);
+        sum.growth_power += share * growth_power(i, here, j, contact);
         if (j >= params.bodies) {
             sum.wall_power += wall_power(here, j - params.bodies, contact);
             continue;
@@ -71,6 +72,7 @@ fn with_body(before: PartialSums, i: u32) -> PartialSums {
     let own = energies(here, ForceTorque(force, torque), drag);
     sum.kinetic += own.kinetic;
     sum.potential += own.potential;
+    sum.growth_power += growth_power_of_mass(i, own);
     sum.net_force += own.net_force;
     sum.dissipation += own.dissipation;
     sum.flux += own.flux;
@@ -95,13 +97,14 @@ fn fixed_power(here: Body, j: u32, contact: Contact) -> Real {
     return dot(contact.force, velocity[j].v + surface_velocity(spin, arm)) + spin_dot(contact.couple, spin);
 }
 
-/// What a step adds to the works since the host has read them.
-fn add_to_works(number: u32, dissipation: Real, wall_power: Real, fixed_power: Real, cell_power: Real) {
+/// What a step adds to the works since the host has read them, of works per time.
+fn add_to_works(number: u32, powers: Works) {
     let before = works[number];
     works[number] = Works(
-        before.dissipated + params.dt * dissipation,
-        before.walls + params.dt * wall_power,
-        before.fixed + params.dt * fixed_power,
-        before.cell + params.dt * cell_power,
+        before.dissipated + params.dt * powers.dissipated,
+        before.walls + params.dt * powers.walls,
+        before.fixed + params.dt * powers.fixed,
+        before.cell + params.dt * powers.cell,
+        before.growth + params.dt * powers.growth,
     );
 }

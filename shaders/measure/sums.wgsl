@@ -20,6 +20,7 @@ struct PartialSums {
     sliding: Real,       // W, what of that is of the step before n: sliding, contacts that open
     wall_power: Real,    // W, work of walls on free grains per time
     fixed_power: Real,   // W, that of fixed grains
+    growth_power: Real,  // W, that of radii which grow
     overlap: Real,       // largest overlap over the smaller radius
     sides: u32,          // contacts of free grains; one between two free grains is seen twice
     single_sides: u32,   // those of them with a wall or a fixed grain
@@ -44,6 +45,7 @@ struct Works {
     walls: Real,
     fixed: Real,
     cell: Real,
+    growth: Real,
 }
 
 /// What a grain has by itself at step n.

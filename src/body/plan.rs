@@ -32,7 +32,7 @@ pub fn exchange(model: &Model) -> Plan {
         (&CLUMP_SPIN, &CLUMP_SPIN_NEXT),
         (&CLUMP_VELOCITY_LOW, &CLUMP_VELOCITY_LOW_NEXT),
     ];
-    let rest = [(&CELL, &CELL_NEXT), (&HALT, &HALT_NEXT)];
+    let rest = [(&CELL, &CELL_NEXT), (&GROWTH_RATE, &GROWTH_RATE_NEXT), (&HALT, &HALT_NEXT)];
     plan([exchange_bodies(model), swap(model, clumps), swap(model, rest)])
 }
 

@@ -57,8 +57,11 @@ fn displacement_of_a_body(s: &State) -> f64 {
     let displacement = s.velocity_next.iter().map(|m| m.v.abs().max_element()).fold(0.0, f64::max) * s.params.dt;
     // Members of clumps are put at the ends of arms, anew in every step, with 34 bits of the longest of these.
     let arm = s.member_offset.iter().map(|arm| arm.0.length()).fold(0.0, f64::max);
+    // And radii that change are a product with 35 bits.
+    let largest = s.position.iter().map(|here| here.radius).fold(0.0, f64::max);
+    let product = if s.growth_rate.is_empty() { 0.0 } else { largest };
     displacement
-        .max(arm * 2f64.powi(-15))
+        .max(arm.max(product) * 2f64.powi(-15))
         .max(s.params.quantum / 64.0)
         .max(kicks_of_bodies(s, contact_of)[0] * s.params.dt)
 }

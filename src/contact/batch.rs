@@ -6,6 +6,7 @@ use crate::{
     body::{ForceTorque, rotation::spin_of},
     contact::{
         geometry::separated,
+        growth::{growth_rate_of, past_growth},
         history::History,
         law::{Contact, GrainPair, grain_contact},
         rolling::RollingHistory,
@@ -14,7 +15,7 @@ use crate::{
     },
 };
 use crate::{
-    model::{Boundary, Cohesion, Damping, Normal, Rolling, Tangential, Twist},
+    model::{Boundary, Cohesion, Damping, Growth, Normal, Rolling, Tangential, Twist},
     space::boundary::{nearest_image_of, past_flow},
     state::{Pair, Position, State, Velocity},
 };
@@ -37,6 +38,8 @@ pub struct Grain {
     position: Position,
     velocity: Velocity,
     spin: DVec3,
+    /// 1/s, of its radius, over itself.
+    growth: f64,
 }
 
 impl Grain {
@@ -46,6 +49,7 @@ impl Grain {
         self.position = s.position[i];
         self.velocity = s.velocity[i];
         self.spin = spin_of(s, i);
+        self.growth = growth_rate_of(s, i);
     }
 }
 
@@ -93,6 +97,8 @@ struct GrainPairs {
     spin_to: Rows,
     radius: Row,
     radius_to: Row,
+    growth: Row,
+    growth_to: Row,
     inverse_mass: Row,
     inverse_mass_to: Row,
     stiffness: Row,
@@ -181,6 +187,8 @@ impl<K: Kept> Batch<K> {
                 spin_to: ZERO,
                 radius: row,
                 radius_to: row,
+                growth: row,
+                growth_to: row,
                 inverse_mass: row,
                 inverse_mass_to: row,
                 stiffness: [stiffness; LANES],
@@ -211,6 +219,9 @@ impl<K: Kept> Batch<K> {
     ) {
         self.pairs.gather(grains, pairs);
         self.pairs.take_images(s);
+        if s.model.growth == Growth::Some {
+            self.pairs.take_growth(grains, pairs);
+        }
         if let Some(materials) = materials {
             self.pairs.fill_parameters(s, materials);
         }
@@ -319,6 +330,19 @@ impl GrainPairs {
         }
     }
 
+    /// How fast their surfaces approach as they grow.
+    #[inline(always)]
+    fn take_growth(&mut self, grains: &OfGrains<Grain>, [first, second]: &Pairs) {
+        for lane in 0..LANES {
+            self.growth[lane] = grains[index(first[lane])].growth;
+            self.growth_to[lane] = grains[index(second[lane])].growth;
+        }
+        for lane in 0..LANES {
+            let pair = self.at(lane);
+            set(&mut self.v, lane, past_growth(pair.v, pair.branch, pair.surface_growth()));
+        }
+    }
+
     #[inline(always)]
     fn take_nearest(&mut self, s: &State, boundary: Boundary) {
         for lane in 0..LANES {
@@ -351,6 +375,8 @@ impl GrainPairs {
             radius: self.radius[lane],
             radius_to: self.radius_to[lane],
             radii_rest: 0.0,
+            growth: self.growth[lane],
+            growth_to: self.growth_to[lane],
             inverse_mass: self.inverse_mass[lane],
             inverse_mass_to: self.inverse_mass_to[lane],
             materials: self.materials[lane] as usize,

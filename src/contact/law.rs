@@ -5,6 +5,7 @@ use super::{
     cohesion::{self, cohesive_energy, cohesive_force, is_active, overlaps},
     damping::damping_force,
     geometry::{Separation, branch_vector, is_deep, lengthened, near, sphere_separation, unit_or},
+    growth::{growth_power, growth_rate_of, past_growth},
     history::{History, history_of},
     materials::{pair_index, pair_of},
     normal::{self, Loading, normal_energy, normal_force, normal_stiffness},
@@ -19,6 +20,7 @@ use crate::{
         bodies::body,
         rotation::{inverse_rolling_inertia, surface_velocity},
     },
+    model::{Growth, Normal},
     scene,
     space::{
         boundary::past_flow,
@@ -144,7 +146,7 @@ fn stored_energy(law: Law, pair: &Pair, c: &ContactState, history: History) -> f
 pub struct GrainPair {
     /// m, to the centre of the other; never zero.
     pub branch: DVec3,
-    /// m/s, relative to the other.
+    /// m/s, relative to the other, with what radii grow by.
     pub v: DVec3,
     /// rad/s, its own and the other's.
     pub spin: DVec3,
@@ -155,6 +157,9 @@ pub struct GrainPair {
     pub radius: f64,
     pub radius_to: f64,
     pub radii_rest: f64,
+    /// 1/s, how fast these radii grow, over themselves.
+    pub growth: f64,
+    pub growth_to: f64,
     /// 1/kg
     pub inverse_mass: f64,
     pub inverse_mass_to: f64,
@@ -164,6 +169,20 @@ pub struct GrainPair {
 }
 
 impl GrainPair {
+    /// How fast the surfaces move away from the centres, both together, m/s.
+    #[inline(always)]
+    pub fn surface_growth(&self) -> f64 {
+        self.growth * self.radius + self.growth_to * self.radius_to
+    }
+
+    /// Work of growth on what the contact holds, with this force on the first, per time, W.
+    pub fn growth_power(&self, normal: Normal, force: DVec3) -> f64 {
+        let GrainPair { growth, growth_to, radius, radius_to, branch, .. } = *self;
+        let Separation { gap, .. } = sphere_separation(branch, radius, radius_to, self.radii_rest);
+        let bending = (growth * radius_to + growth_to * radius) / (radius + radius_to);
+        growth_power(normal, -force.dot(branch) / branch.length(), gap, self.surface_growth(), bending)
+    }
+
     /// The same, seen from the other.
     pub fn reversed(&self) -> GrainPair {
         let History { tangential, rolling } = self.old;
@@ -178,6 +197,8 @@ impl GrainPair {
             },
             radius: self.radius_to,
             radius_to: self.radius,
+            growth: self.growth_to,
+            growth_to: self.growth,
             inverse_mass: self.inverse_mass_to,
             inverse_mass_to: self.inverse_mass,
             ..*self
@@ -189,7 +210,7 @@ impl GrainPair {
 #[inline(always)]
 pub fn grain_pair(s: &State, i: usize, here: &Body, j: usize, old: History) -> GrainPair {
     let (there, branch) = (body(s, j), branch_vector(s, i, j));
-    GrainPair {
+    let mut pair = GrainPair {
         branch,
         v: past_flow(s, s.model.boundary, here.velocity.v - there.velocity.v, branch),
         spin: here.spin,
@@ -198,11 +219,17 @@ pub fn grain_pair(s: &State, i: usize, here: &Body, j: usize, old: History) -> G
         radius: here.position.radius,
         radius_to: there.position.radius,
         radii_rest: here.low.radius + there.low.radius,
+        growth: growth_rate_of(s, i),
+        growth_to: growth_rate_of(s, j),
         inverse_mass: here.velocity.inverse_mass,
         inverse_mass_to: there.velocity.inverse_mass,
         pair: pair_of(s, i, j),
         materials: pair_index(s, i, j),
+    };
+    if s.model.growth == Growth::Some {
+        pair.v = past_growth(pair.v, branch, pair.surface_growth());
     }
+    pair
 }
 
 /// From the centres of two grains to the point of contact, m.
@@ -260,7 +287,10 @@ fn wall_state(law: Law, i: usize, here: &Body, w: usize, separation: Separation)
     let (s, wall, Separation { gap, n }) = (law.state, &law.state.wall[w], separation);
     let (radius, inverse_mass) = (here.position.radius, here.velocity.inverse_mass);
     let arm = (radius + 0.5 * gap) * n;
-    let v = here.velocity.v - wall_velocity(s, wall, here.position.x + arm);
+    let mut v = here.velocity.v - wall_velocity(s, wall, here.position.x + arm);
+    if s.model.growth == Growth::Some {
+        v += growth_rate_of(s, i) * radius * n;
+    }
     let spin = relative_to_wall(s, here.spin, wall);
     ContactState {
         gap,

@@ -25,7 +25,12 @@ pub fn pair_index(s: &State, i: usize, j: usize) -> usize {
     }
 }
 
-fn material_of(s: &State, i: usize) -> usize {
+/// The material of grain i, or of a wall.
+#[inline(always)]
+pub fn material_of(s: &State, i: usize) -> usize {
+    if s.model.materials == Materials::One {
+        return 0;
+    }
     s.material[s.id.get(i).map_or(i, |id| *id as usize)] as usize
 }
 

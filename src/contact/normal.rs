@@ -38,6 +38,12 @@ pub fn normal_energy(law: Normal, pair: &Pair, c: &ContactState) -> f64 {
     }
 }
 
+/// What the energy is over force and overlap, times its power of the effective radius.
+#[inline(always)]
+pub fn energy_of_radius(law: Normal) -> f64 {
+    if law == Normal::Hertz { 0.2 } else { 0.0 }
+}
+
 /// By what part the stiffness has fallen in this step: 1 - √(δ / δ before), at least 0. What is held by it falls as
 /// much, so that no cycle of loading gains energy (Thornton, Cummins & Cleary 2013, Powder Technol. 233, 30).
 #[inline(always)]

@@ -4,7 +4,7 @@
 use super::*;
 use crate::{
     body::plan::{exchange, exchange_velocities},
-    model::{Boundary, Grains, Model},
+    model::{Boundary, Grains, Growth, Model},
     plan::*,
     space::{self, DEFORM_CELL},
 };
@@ -17,6 +17,7 @@ pub fn step(model: &Model) -> Plan {
         plan([run(&ADVANCE), run(&ADVANCE_LARGE).when(model.large_grains)]).when(!clumps),
         plan([run(&MEMBER_FORCES), run(&INTEGRATE_CLUMPS), run(&PLACE_MEMBERS)]).when(clumps),
         plan([run(&MEASURE_GAIN), run(&RESTART), run(&DAMP)]).when(model.adaptive_damping),
+        run(&GROW).when(model.growth == Growth::Some),
         space::motion(model),
         exchange(model),
     ])

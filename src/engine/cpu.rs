@@ -4,7 +4,9 @@
 use super::{Engine, Times, within};
 use crate::{
     contact::blocks::Blocks,
-    dem::{self, ADVANCE, ADVANCE_LARGE, DAMP, INTEGRATE_CLUMPS, MEASURE_GAIN, MEMBER_FORCES, PLACE_MEMBERS, RESTART},
+    dem::{
+        self, ADVANCE, ADVANCE_LARGE, DAMP, GROW, INTEGRATE_CLUMPS, MEASURE_GAIN, MEMBER_FORCES, PLACE_MEMBERS, RESTART,
+    },
     error::Result,
     measure::{
         self, ADD_WALL_LOADS, ADD_WORKS, MEASURE, MEASURE_FOR_SERVO, SERVO, SERVO_WALLS, WALL_LOADS,
@@ -84,6 +86,7 @@ const WITHOUT_CONTACTS: &[&Stage] = &[
     &MEASURE_GAIN,
     &RESTART,
     &DAMP,
+    &GROW,
 ];
 
 /// Do what a stage does with blocks, or without lists: whether it was done.

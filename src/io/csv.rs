@@ -65,11 +65,13 @@ impl History {
     pub(super) fn row(&mut self, sample: &Sample, rate: f64, loads: &[LoadOnWall], outflows: &[Outflow]) -> Result<()> {
         let mut writer = csv::WriterBuilder::new().has_headers(self.length == 0).from_writer(Vec::new());
         let rate = Rate { particle_steps_per_second: rate };
-        let row = match (&sample.cell, &sample.openings) {
-            (Some(cell), Some(openings)) => writer.serialize((sample, cell, openings, rate)),
-            (Some(cell), None) => writer.serialize((sample, cell, rate)),
-            (None, Some(openings)) => writer.serialize((sample, openings, rate)),
-            (None, None) => writer.serialize((sample, rate)),
+        let row = match (&sample.cell, &sample.openings, &sample.growth) {
+            (Some(cell), Some(openings), _) => writer.serialize((sample, cell, openings, rate)),
+            (None, Some(openings), _) => writer.serialize((sample, openings, rate)),
+            (Some(cell), None, Some(growth)) => writer.serialize((sample, cell, growth, rate)),
+            (None, None, Some(growth)) => writer.serialize((sample, growth, rate)),
+            (Some(cell), None, None) => writer.serialize((sample, cell, rate)),
+            (None, None, None) => writer.serialize((sample, rate)),
         };
         let row = row.map_err(io::Error::from);
         let row = row.and_then(|()| writer.into_inner().map_err(|e| io::Error::other(e.to_string())));

@@ -64,6 +64,9 @@ fn last_step(stop: &Stop, time_of_target: Option<f64>, dt: f64) -> Option<u64> {
 /// From one look at a packing that is to come to rest to the next: it does so in some hundreds to thousands of steps.
 const STEPS_OF_RELAXATION: f64 = 200.0;
 
+/// From one look at a pressure that ends a run to the next.
+const STEPS_TO_PRESSURE: f64 = 100.0;
+
 /// What a run does when.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Schedule {
@@ -79,6 +82,7 @@ impl Schedule {
         let history = match (assembly.output.history, end) {
             (Some(seconds), _) => seconds / dt,
             (None, _) if assembly.stop.jamming.is_some() => STEPS_OF_RELAXATION,
+            (None, _) if assembly.stop.pressure.is_some() => STEPS_TO_PRESSURE,
             (None, Some(end)) => end as f64 / 100.0,
             (None, None) => 1000.0,
         };

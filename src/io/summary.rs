@@ -309,11 +309,12 @@ impl Summary {
         let packing = Packing::added_up(assembly, grains, clumps, walls, totals);
         let coordination = Coordination::of(&packing, &carrying(&packing));
         let loads = packing.loads_on_walls();
-        let of_cell = assembly.missed_stresses(sample.cell.map(|cell| cell.stress()));
+        let of_stresses = assembly.missed_stresses(sample.cell.map(|cell| cell.stress()));
         let of_walls = assembly.missed_forces(walls, loads.iter().map(|load| load.normal_force));
-        // A fraction is met in passing, wherever stresses are then.
-        let in_passing = ending.target_met && assembly.stop.packing_fraction.is_some();
-        let off_target = if ending.converged || in_passing { Vec::new() } else { [of_cell, of_walls].concat() };
+        // A fraction or a pressure is met in passing, wherever stresses are then.
+        let of_cell = assembly.stop.packing_fraction.is_some() || assembly.stop.pressure.is_some();
+        let in_passing = ending.target_met && of_cell;
+        let off_target = if ending.converged || in_passing { Vec::new() } else { [of_stresses, of_walls].concat() };
         let stress = Cell::of(&packing).map(|cell| stress(&packing, cell.volume()));
         let inside = measure::packing_fraction(assembly, grains, walls);
         let overall = measure::overall_packing_fraction(assembly, grains, walls);

@@ -23,6 +23,7 @@ pub fn add_up(s: &mut State, of_bodies: &[PartialSums]) {
             dissipated: sum.dissipation,
             walls: sum.wall_power,
             fixed: sum.fixed_power,
+            growth: sum.growth_power,
             cell: flow_power(s, sum.virial - sum.flux, sum.virial_above.0 - sum.flux_above.0),
         };
         add_to_works(works, s.params.dt, &powers);

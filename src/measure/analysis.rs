@@ -50,6 +50,9 @@ pub struct Sample {
     /// Work of the flow of the cell on free grains per time, W.
     #[serde(skip)]
     pub cell_power: f64,
+    /// Work of radii that change per time, W.
+    #[serde(skip)]
+    pub growth_power: f64,
     /// Force times branch vector of all contacts, and mass times velocity times velocity of all free grains, J: component by
     /// component as [`COMPONENTS`](crate::scene::COMPONENTS).
     #[serde(skip)]
@@ -59,6 +62,9 @@ pub struct Sample {
     /// Of a cell that may deform: further columns.
     #[serde(skip)]
     pub cell: Option<CellSample>,
+    /// Of a scene in which radii change: further columns.
+    #[serde(skip)]
+    pub growth: Option<GrowthSample>,
     /// Of a scene in which grains come in or leave: further columns.
     #[serde(skip)]
     pub openings: Option<OpeningsSample>,
@@ -87,6 +93,15 @@ pub struct OpeningsSample {
     /// Kinetic and potential energy of those that have come in, and all that has gone with those that have left, J.
     pub inserted_energy: f64,
     pub removed_energy: f64,
+}
+
+/// What a row of the history has of radii that change.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct GrowthSample {
+    /// m
+    pub mean_radius: f64,
+    /// Work of growth since step 0, J. None unless works are added up in every step.
+    pub work_growth: Option<f64>,
 }
 
 /// What a row of the history has of a cell that may deform.
@@ -119,12 +134,18 @@ pub struct CellSample {
 }
 
 impl CellSample {
-    /// Of a cell of this volume, m³ (m²), if it has one, around the grains of a scene.
-    pub fn new(sample: &Sample, strain: [f64; 6], volume: Option<f64>, scene: &Assembly) -> CellSample {
+    /// Of a cell of this volume, m³ (m²), if it has one, around grains of this volume.
+    pub fn new(
+        sample: &Sample,
+        strain: [f64; 6],
+        volume: Option<f64>,
+        grain_volume: f64,
+        dimension: usize,
+    ) -> CellSample {
         let [strain_xx, strain_yy, strain_zz, strain_yz, strain_xz, strain_xy] = strain;
         let stress = |k: usize| volume.map(|volume| (sample.flux[k] - sample.virial[k]) / volume);
         let tensor = volume.map(|_| std::array::from_fn(|k| stress(k).unwrap_or_default()));
-        let (pressure, deviatoric_stress) = tensor.map(|stress| invariants(stress, scene.dimension)).unzip();
+        let (pressure, deviatoric_stress) = tensor.map(|stress| invariants(stress, dimension)).unzip();
         CellSample {
             strain_xx,
             strain_yy,
@@ -141,7 +162,7 @@ impl CellSample {
             stress_xy: stress(5),
             pressure,
             deviatoric_stress,
-            solid_fraction: volume.map(|volume| scene.grain_volume() / volume),
+            solid_fraction: volume.map(|volume| grain_volume / volume),
             work_cell: None,
         }
     }
@@ -191,6 +212,7 @@ impl Sample {
             sliding: sum(|p| p.sliding),
             wall_power: sum(|p| p.wall_power),
             fixed_power: sum(|p| p.fixed_power),
+            growth_power: sum(|p| p.growth_power),
             unbalanced_force_ratio: if contacts == 0 { f64::INFINITY } else { mean_net / mean_contact },
             max_overlap_over_radius: parts.iter().map(|p| p.overlap).fold(0.0, f64::max),
             contacts,

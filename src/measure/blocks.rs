@@ -17,6 +17,7 @@ use crate::{
         state::Law,
         tangential::TangentialHistory,
     },
+    model::Growth,
     space::dimension::outer_above,
     state::{HALTED, PartialSums, State},
 };
@@ -166,7 +167,7 @@ impl Task for AddUp<'_> {
             while let Some(one) = single.next_if(|one| one.grain == k as u32) {
                 let (contact, j) = (one.contact(s, i, &here), one.other as usize);
                 if contact.is_active {
-                    sums.add_contact(s, &here, j, &contact);
+                    sums.add_contact(s, i, &here, j, &contact);
                 } else if one.is_active {
                     sums.add_opened(s, is_single(s, j), forgotten_energy(s, i, &here, j, one.history));
                 }
@@ -201,6 +202,14 @@ fn add_contacts_of_grains(s: &State, block: &Block, workspace: &mut Workspace<Bo
             let of_contact = measured.sums(lane);
             sums[first].add(&of_contact[0]);
             sums[second].add(&of_contact[1]);
+            if s.model.growth == Growth::Some {
+                let share = share(measured.single[lane]);
+                let pair = batch.pair(lane, History::default());
+                let power = share * pair.growth_power(s.model.normal, at(&measured.force, lane));
+                for k in [first, second] {
+                    sums[k].growth_power += power;
+                }
+            }
             if measured.single[lane] {
                 let pair = batch.pair(lane, history(block, group, lane));
                 add_fixed_power(s, block, pairs.map(|indices| indices[lane]), &pair, sums);

@@ -9,11 +9,12 @@ use crate::{
     },
     contact::{
         geometry::near,
-        history::history_of,
-        law::{Contact, forgotten_energy},
+        growth::{growth_power, growth_power_of_mass, growth_rate_of},
+        history::{History, history_of},
+        law::{Contact, forgotten_energy, grain_pair},
     },
     measure::{contacts::contact_of, energies::energies, sums::Energies},
-    model::Method,
+    model::{Growth, Method},
     space::{
         dimension::{moment, outer_above, spin_dot},
         turning::{relative_to_wall, wall_velocity},
@@ -52,7 +53,7 @@ fn add_body(s: &State, i: usize, sum: &mut PartialSums) {
         }
         let contact = contact_of(s, i, &here, j, entry);
         if contact.is_active {
-            sums.add_contact(s, &here, j, &contact);
+            sums.add_contact(s, i, &here, j, &contact);
         } else if was_active && !rigid {
             sums.add_opened(s, is_single(s, j), forgotten_energy(s, i, &here, j, history_of(s, entry)));
         }
@@ -73,6 +74,7 @@ pub struct BodySums {
     pub overlap: f64,
     pub wall_power: f64,
     pub fixed_power: f64,
+    pub growth_power: f64,
     pub virial: DVec3,
     pub virial_above: DVec3,
     pub stiffness: f64,
@@ -93,7 +95,7 @@ pub fn stiffness_of(contact: &Contact) -> f64 {
 
 impl BodySums {
     /// Of an active contact with neighbour j.
-    fn of(s: &State, here: &Body, j: usize, contact: &Contact) -> BodySums {
+    fn of(s: &State, i: usize, here: &Body, j: usize, contact: &Contact) -> BodySums {
         let single = is_single(s, j);
         let share = share(single);
         let wall = j.checked_sub(s.sizes.bodies);
@@ -107,6 +109,18 @@ impl BodySums {
             overlap: relative_overlap(s, here, j, contact),
             wall_power: wall.map_or(0.0, |w| wall_power(s, here, w, contact)),
             fixed_power: if single && wall.is_none() { fixed_power(s, here, j, contact) } else { 0.0 },
+            growth_power: match (s.model.growth, wall) {
+                (Growth::None, _) => 0.0,
+                (Growth::Some, None) => {
+                    let pair = grain_pair(s, i, here, j, History::default());
+                    share * pair.growth_power(s.model.normal, contact.force)
+                }
+                (Growth::Some, Some(_)) => {
+                    let (rate, radius) = (growth_rate_of(s, i), here.position.radius);
+                    let pressing = -contact.force.dot(contact.arm) / (radius + 0.5 * contact.gap);
+                    share * growth_power(s.model.normal, pressing, contact.gap, rate * radius, rate)
+                }
+            },
             virial: share * (contact.force * contact.branch),
             virial_above: share * outer_above(contact.force, contact.branch),
             stiffness: share * stiffness_of(contact),
@@ -128,6 +142,7 @@ impl BodySums {
         self.overlap = self.overlap.max(more.overlap);
         self.wall_power += more.wall_power;
         self.fixed_power += more.fixed_power;
+        self.growth_power += more.growth_power;
         self.virial += more.virial;
         self.virial_above += more.virial_above;
         self.stiffness += more.stiffness;
@@ -136,8 +151,8 @@ impl BodySums {
     }
 
     /// An active contact with neighbour j.
-    pub fn add_contact(&mut self, s: &State, here: &Body, j: usize, contact: &Contact) {
-        self.add(&BodySums::of(s, here, j, contact));
+    pub fn add_contact(&mut self, s: &State, i: usize, here: &Body, j: usize, contact: &Contact) {
+        self.add(&BodySums::of(s, i, here, j, contact));
     }
 
     /// A contact that has opened since the last step, where it remembers something, whose energy, J, the next step
@@ -154,6 +169,11 @@ impl BodySums {
         let own = energies(s, here, &self.contacts, &self.dashpots);
         // What acts on a member acts on the centre of its clump.
         let (force, arm) = (self.contacts.force, arm_in_grain(s, i));
+        let translation = 0.5 * own.flux.element_sum();
+        let of_mass = match s.model.growth {
+            Growth::None => 0.0,
+            Growth::Some => growth_power_of_mass(s, i, translation, own.kinetic - translation, own.potential),
+        };
         PartialSums {
             kinetic: own.kinetic,
             potential: own.potential,
@@ -164,6 +184,7 @@ impl BodySums {
             sliding: self.sliding,
             wall_power: self.wall_power,
             fixed_power: self.fixed_power,
+            growth_power: self.growth_power + of_mass,
             overlap: self.overlap,
             sides: self.sides,
             single_sides: self.single_sides,
@@ -207,6 +228,7 @@ impl PartialSums {
         self.single_sides += more.single_sides;
         self.wall_power += more.wall_power;
         self.fixed_power += more.fixed_power;
+        self.growth_power += more.growth_power;
         self.virial += more.virial;
         self.virial_above.0 += more.virial_above.0;
         self.flux += more.flux;
@@ -250,4 +272,5 @@ pub fn add_to_works(works: &mut Works, dt: f64, powers: &Works) {
     works.walls += dt * powers.walls;
     works.fixed += dt * powers.fixed;
     works.cell += dt * powers.cell;
+    works.growth += dt * powers.growth;
 }

@@ -2,6 +2,7 @@
 //! Everything below `scene` in the crate reads this and nothing else of the scene file.
 
 use super::cell::{COMPONENTS, Cell};
+use super::growth::Growth;
 use super::law::Pair;
 use super::motion::Motion;
 use super::schema::Twist;
@@ -41,6 +42,8 @@ pub struct Assembly {
     pub insertions: Vec<Insertion>,
     /// Where grains leave.
     pub outlets: Vec<Outlet>,
+    /// How radii change, material by material; none if they stay as they are.
+    pub growth: Vec<Growth>,
     /// Grains, members of clumps among them, that are not there yet, so that their places mean nothing: the last ones of
     /// [`Assembly::whole`].
     pub waiting: usize,
@@ -361,10 +364,10 @@ impl Numbers {
 }
 
 impl Assembly {
-    /// With all that will have come in, wherever it will do so.
+    /// With all that will have come in, wherever it will do so, and the largest radii that grains will have.
     pub fn whole(&self) -> Cow<'_, Assembly> {
         if self.insertions.is_empty() {
-            return Cow::Borrowed(self);
+            return self.with_largest_radii();
         }
         let mut whole = self.clone();
         for Insertion { grains, clumps, .. } in std::mem::take(&mut whole.insertions) {
@@ -434,6 +437,7 @@ impl Assembly {
             solver,
             insertions,
             outlets,
+            growth,
             ..
         } = self;
         let Assembly { grains, clumps, .. } = &*self.whole();
@@ -443,6 +447,9 @@ impl Assembly {
         for of in insertions {
             let limits = (of.most_mass, of.start, of.stop, of.interval, of.seed);
             hasher.update(format!("{:?}", (&of.name, of.region, of.region_velocity, of.rate, limits)).as_bytes());
+        }
+        if let Some(law) = self.growth_law() {
+            hasher.update(format!("{:?}", (growth, law.ends)).as_bytes());
         }
         outlets.iter().for_each(|outlet| hasher.update(format!("{outlet:?}").as_bytes()));
         let mut numbers = |numbers: &[f64]| numbers.iter().for_each(|x| hasher.update(&x.to_le_bytes()));
@@ -526,6 +533,8 @@ pub struct Stop {
     pub strain: [Option<f64>; COMPONENTS.len()],
     /// Of the cell: volumes of grains over its own.
     pub packing_fraction: Option<f64>,
+    /// Of the cell, Pa (N/m).
+    pub pressure: Option<f64>,
     /// Find the fraction at which the packing jams.
     pub jamming: Option<JammingProtocol>,
 }

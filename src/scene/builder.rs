@@ -3,6 +3,7 @@
 
 mod cell;
 mod grains;
+mod growth;
 mod keys;
 mod openings;
 mod shapes;
@@ -24,6 +25,7 @@ use keys::per_axis;
 
 pub use cell::{CellBuilder, Component};
 pub use grains::{GrainBuilder, PopulationBuilder, Radii, Spin};
+pub use growth::GrowthBuilder;
 pub use keys::PerAxis;
 pub use openings::{InsertionBuilder, OutletBuilder};
 pub use shapes::{Orientation, ShapeBuilder};
@@ -79,6 +81,7 @@ impl SceneBuilder {
             grain: Vec::new(),
             population: Vec::new(),
             outlet: Vec::new(),
+            growth: Vec::new(),
             solver: schema::Solver::default(),
             stop: schema::Stop::default(),
             jamming: None,
@@ -200,6 +203,13 @@ impl SceneBuilder {
         self
     }
 
+    /// How radii change over time.
+    #[must_use]
+    pub fn growth(mut self, growth: GrowthBuilder) -> Self {
+        self.file.growth.push(growth.0);
+        self
+    }
+
     /// Method and its numbers. Default: the discrete element method.
     #[must_use]
     pub fn solver(mut self, solver: SolverBuilder) -> Self {
@@ -252,6 +262,13 @@ impl SceneBuilder {
     #[must_use]
     pub fn stop_packing_fraction(mut self, fraction: f64) -> Self {
         self.file.stop.packing_fraction = Some(fraction);
+        self
+    }
+
+    /// Pressure of the cell at which a run ends, Pa (in two dimensions N/m).
+    #[must_use]
+    pub fn stop_pressure(mut self, pressure: f64) -> Self {
+        self.file.stop.pressure = Some(pressure);
         self
     }
 

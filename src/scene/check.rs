@@ -15,6 +15,10 @@ pub struct Check<'a> {
     pub materials: Vec<&'a str>,
     /// Their densities, kg/m³.
     pub densities: Vec<f64>,
+    /// Radii that grains have at first, over those that the scene gives them.
+    pub initial: Vec<f64>,
+    /// Whether grains get their places, and these radii, from the scene.
+    pub placed: bool,
 }
 
 impl Check<'_> {

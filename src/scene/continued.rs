@@ -108,6 +108,8 @@ impl Scene {
     /// added, or the name of the file is no text.
     pub fn continued(&self, given: &Scene, old: &Scene, start: &Path, shifts: &[Shift]) -> Result<Continued> {
         let mut file = self.file.clone();
+        // Grains go on with the radii that they have.
+        file.growth.iter_mut().for_each(|growth| growth.initial = None);
         let mut notices = Vec::new();
         let (grains, populations) = self.all_added(given)?;
         let mut added = grains.into_iter();
@@ -177,6 +179,7 @@ impl Scene {
         let (mut grains, mut populations) = (grains.into_iter(), populations.into_iter());
         file.grain.retain(|_| grains.next().unwrap_or(true));
         file.population.retain(|_| populations.next().unwrap_or(true));
+        file.growth.iter_mut().for_each(|growth| growth.initial = None);
         Ok(file)
     }
 

@@ -33,6 +33,8 @@ impl Assembly {
             rigid: self.solver.method != Method::DiscreteElements,
             materials: self.materials.iter().map(|material| material.name.as_str()).collect(),
             densities: self.materials.iter().map(|material| material.density).collect(),
+            initial: vec![1.0; self.materials.len()],
+            placed: false,
         };
         check.finite("gravity", self.gravity)?;
         self.check_domain(check)?;

@@ -1,6 +1,6 @@
 //! `--set key=value`: edits of the TOML document before it is read.
 
-use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Key, TableLike, Value};
+use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Key, Table, TableLike, Value};
 
 use super::check::FINITE;
 use super::origin::{Origin, Override, split};
@@ -8,7 +8,7 @@ use super::schema::{self, Fault};
 use crate::{Error, Result};
 
 /// What a scene has any number of.
-const LISTS: [&str; 6] = ["pair", "wall", "shape", "grain", "population", "stage"];
+const LISTS: [&str; 7] = ["pair", "wall", "shape", "grain", "population", "growth", "stage"];
 /// More tables in each other than a scene has.
 const DEEPEST: usize = 20;
 
@@ -109,6 +109,13 @@ fn write(document: &mut DocumentMut, path: &[&str], value: Value) -> Parsed<Vec<
 /// in the place of the one before. `path` leads to the part.
 pub fn merge(document: &mut DocumentMut, path: &mut Vec<String>, part: &Item) -> Parsed<()> {
     if let Some(table) = part.as_table_like() {
+        // A table without keys asks for defaults.
+        if let [first] = &path[..]
+            && table.is_empty()
+            && !document.contains_key(first)
+        {
+            document.insert(first, Item::Table(Table::new()));
+        }
         for (key, inside) in table.iter() {
             path.push(key.to_owned());
             merge(document, path, inside)?;

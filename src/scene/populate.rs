@@ -64,11 +64,13 @@ pub fn populate(
             domain: site.domain,
         };
         let path = check.origin.directory.join(file);
-        if is_container(&path) {
+        let mut placed = if is_container(&path) {
             grain_file::read(&path, &options, &mut bodies.shapes, check)?
         } else {
             table::read(&path, &options, &mut bodies.shapes, &mut bodies.notices, check)?
-        }
+        };
+        placed.grains.iter_mut().for_each(|grain| grain.radius *= check.initial[grain.material as usize]);
+        placed
     } else {
         let (placed, over_time) = place(population, &key, site, bodies, &mut rng, check)?;
         insertion = over_time.map(|insertion| Insertion { seed, ..insertion });
@@ -175,8 +177,9 @@ fn place(
     let count = population.count.ok_or_else(|| missing("count"))?;
     memory::check_host(memory::of_grains(count as u64))?;
     let law = population.radius.as_ref().ok_or_else(|| missing("radius"))?;
-    let radius::Drawn { radii, notices } = radius::draw(law, &format!("{key}.radius"), count, rng, check)?;
+    let radius::Drawn { mut radii, notices } = radius::draw(law, &format!("{key}.radius"), count, rng, check)?;
     earlier.notices.extend(notices);
+    radii.iter_mut().for_each(|radius| *radius *= check.initial[material as usize]);
     if let Some(radius) = radii.par_iter().find_first(|radius| check.fault_of_body(**radius, material).is_some()) {
         check.body(&format!("{key}.radius"), *radius, material)?;
     }

@@ -35,6 +35,8 @@ pub struct File {
     pub population: Vec<Population>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub outlet: Vec<Outlet>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub growth: Vec<Growth>,
     #[serde(default)]
     pub solver: Solver,
     #[serde(default)]
@@ -291,6 +293,17 @@ pub struct Outlet {
     pub interval: Option<f64>,
 }
 
+/// How radii change.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Growth {
+    pub material: Option<String>,
+    pub rate: f64,
+    pub initial: Option<f64>,
+    #[serde(rename = "final")]
+    pub last: Option<f64>,
+}
+
 /// What a population is made of.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(
@@ -483,6 +496,7 @@ pub struct Stop {
     pub equilibrium: Option<f64>,
     pub strain: Components,
     pub packing_fraction: Option<f64>,
+    pub pressure: Option<f64>,
 }
 
 /// The protocol that finds the jamming fraction.

@@ -72,7 +72,7 @@ impl Assembly {
     }
 
     /// Of the cell, m³ (m²).
-    fn cell_volume(&self) -> f64 {
+    pub(super) fn cell_volume(&self) -> f64 {
         let size = self.domain.upper - self.domain.lower;
         size.to_array()[..self.dimension].iter().product()
     }
@@ -89,21 +89,43 @@ impl Assembly {
     pub fn time_of_target(&self) -> Option<f64> {
         let Cell { strain_rate: rates, stress, .. } = self.cell;
         let of_strain = (0..6).filter(|k| stress[*k].is_none()).filter_map(|k| Some(self.stop.strain[k]? / rates[k]));
-        let of_fraction = self.stop.packing_fraction.filter(|_| !self.cell.has_volume_of_servo()).map(|target| {
-            let fraction = self.grain_volume() / self.cell_volume();
-            (fraction / target).ln() / rates[..3].iter().sum::<f64>()
-        });
-        of_strain.chain(of_fraction).min_by(f64::total_cmp)
+        of_strain.chain(self.time_of_fraction()).min_by(f64::total_cmp)
     }
 
-    /// Whether a cell that began as the scene's has met a target that the servo has to bring about.
+    /// When the packing fraction is met, if that follows from given rates, s.
+    fn time_of_fraction(&self) -> Option<f64> {
+        let target = self.stop.packing_fraction.filter(|_| !self.is_fraction_looked_at())?;
+        if self.grows() {
+            return self.time_of_growth();
+        }
+        let fraction = self.grain_volume() / self.cell_volume();
+        let time = (fraction / target).ln() / self.cell.strain_rate[..3].iter().sum::<f64>();
+        (time > 0.0 && time.is_finite()).then_some(time)
+    }
+
+    /// Whether it can only be seen when the packing fraction is met: the volume is what the servo makes of it, or grains grow
+    /// in a cell that changes, too.
+    fn is_fraction_looked_at(&self) -> bool {
+        self.cell.has_volume_of_servo() || self.grows_in_changing_cell()
+    }
+
+    /// Whether a cell has come to a pressure that was asked for: grains that shrink, in a cell that does not, come to it from
+    /// above.
+    pub fn has_pressure(&self, pressure: Option<f64>) -> bool {
+        let shrinking = self.grows() && self.growth.iter().all(|growth| growth.rate <= 0.0);
+        let sparser = shrinking && self.cell == Cell::default();
+        let met = |(target, now): (f64, f64)| if sparser { now <= target } else { now >= target };
+        self.stop.pressure.zip(pressure).is_some_and(met)
+    }
+
+    /// Whether a cell that began as the scene's has met a strain or a fraction of which it has to be seen when.
     pub fn has_target_of_servo(&self, strain: [f64; 6], fraction: Option<f64>) -> bool {
         let far = |k: usize, target: f64| self.cell.stress[k].is_some() && strain[k] * target.signum() >= target.abs();
         let of_strain = (0..6).any(|k| self.stop.strain[k].is_some_and(|target| far(k, target)));
         let begun = self.grain_volume() / self.cell_volume();
         let beyond = |target: f64, now: f64| if begun < target { now >= target } else { now <= target };
         let of_fraction = self.stop.packing_fraction.zip(fraction);
-        of_strain || self.cell.has_volume_of_servo() && of_fraction.is_some_and(|(target, now)| beyond(target, now))
+        of_strain || self.is_fraction_looked_at() && of_fraction.is_some_and(|(target, now)| beyond(target, now))
     }
 }
 
@@ -159,15 +181,29 @@ pub fn check_cell(assembly: &Assembly, check: &Check) -> Result<()> {
             return Err(check.origin.wrong(key, "is that of a cell; all axes must be periodic"));
         }
         let fraction = assembly.grain_volume() / assembly.cell_volume();
-        let rate: f64 = cell.strain_rate[..3].iter().sum();
-        if !cell.has_volume_of_servo() && !((fraction / target).ln() / rate > 0.0) {
-            let rule = format!(
-                "is never met: the cell begins with {} and its volume grows at {} 1/s (cell.strain_rate)",
-                show(fraction),
-                show(rate)
-            );
+        if !assembly.is_fraction_looked_at() && assembly.time_of_fraction().is_none() {
+            let rate: f64 = cell.strain_rate[..3].iter().sum();
+            let why = match assembly.growth_law() {
+                Some(law) => {
+                    let last = law.volume(f64::MAX) / assembly.cell_volume();
+                    format!("and radii change until it is {} (growth)", show(last))
+                }
+                None => format!("and its volume grows at {} 1/s (cell.strain_rate)", show(rate)),
+            };
+            let rule = format!("is never met: the cell begins with {} {why}", show(fraction));
             return Err(check.origin.bad(key, show(target), rule));
         }
+    }
+    if stop.pressure.is_some() {
+        let wrong = match () {
+            () if !(0..dims).all(|axis| domain.periodic[axis]) => "is that of a cell; all axes must be periodic",
+            () if assembly.solver.method != Method::DiscreteElements => "is for method = \"dem\" only",
+            () if !assembly.deforms() && assembly.growth.is_empty() => {
+                "nothing changes it: give [cell] rates or stresses, or [[growth]]"
+            }
+            () => return Ok(()),
+        };
+        return Err(check.origin.wrong("stop.pressure", wrong));
     }
     Ok(())
 }
@@ -218,7 +254,8 @@ fn check_jamming(assembly: &Assembly, check: &Check) -> Result<()> {
     if jamming.relaxation_steps == 0 {
         return Err(check.origin.bad("jamming.relaxation_steps", 0, "must be at least 1"));
     }
-    let targets = stop.equilibrium.is_some() || stop.packing_fraction.is_some() || stop.strain != [None; 6];
+    let of_cell = stop.packing_fraction.is_some() || stop.pressure.is_some() || stop.strain != [None; 6];
+    let targets = stop.equilibrium.is_some() || of_cell;
     let wrong = match () {
         () if !(0..check.dimension).all(|axis| domain.periodic[axis]) => "all axes must be periodic",
         () if !walls.is_empty() => "there must be no walls, between which a cell cannot shrink alike on all sides",

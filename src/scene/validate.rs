@@ -5,6 +5,8 @@ use rayon::prelude::*;
 
 use super::bodies::{Bodies, Placed, Pose, add_waiting, numbers, orientation};
 use super::check::{self, AXES, Check, show, show_vector};
+use super::grown::check_growth;
+use super::growth::{growth, initial_factors};
 use super::insertion::{Waiting, populate_over_time, split};
 use super::neighbours::Neighbours;
 use super::origin::Origin;
@@ -39,7 +41,7 @@ pub fn assemble(file: &File, origin: &Origin) -> Result<Assembly> {
 /// A scene that goes on with the grains of another one, from wherever they will be: those of `like` as they are there, and
 /// what the file has of grains, which is placed by itself.
 pub fn outline(file: &File, origin: &Origin, like: &Assembly) -> Result<Assembly> {
-    let check = &check_of(file, origin);
+    let check = &Check { placed: false, ..check_of(file, origin) };
     let mut assembly = without_grains(file, check)?;
     let mut added = assembly.clone();
     if !(file.grain.is_empty() && file.population.is_empty()) {
@@ -61,6 +63,7 @@ pub fn outline(file: &File, origin: &Origin, like: &Assembly) -> Result<Assembly
     limit_speeds(&mut assembly, check)?;
     // What the cell will begin with is not known yet.
     let fraction = assembly.stop.packing_fraction.take();
+    check_growth(&assembly, check)?;
     check_cell(&assembly, check)?;
     check_adaptive_damping(&assembly, check)?;
     assembly.stop.packing_fraction = fraction;
@@ -68,12 +71,15 @@ pub fn outline(file: &File, origin: &Origin, like: &Assembly) -> Result<Assembly
 }
 
 fn check_of<'a>(file: &'a File, origin: &'a Origin) -> Check<'a> {
+    let materials: Vec<&str> = file.material.keys().map(String::as_str).collect();
     Check {
         origin,
         dimension: file.dimension,
         rigid: file.solver.method == schema::Method::Cd,
-        materials: file.material.keys().map(String::as_str).collect(),
         densities: file.material.values().map(|material| material.density).collect(),
+        initial: initial_factors(&file.growth, &materials),
+        placed: true,
+        materials,
     }
 }
 
@@ -107,6 +113,7 @@ fn without_grains(file: &File, check: &Check) -> Result<Assembly> {
         clumps: Vec::new(),
         insertions: Vec::new(),
         outlets: outlets(&file.outlet, &domain, check)?,
+        growth: growth(&file.growth, check.placed, check)?,
         waiting: 0,
         numbers: Numbers::default(),
         solver: solver(&file.solver, check)?,
@@ -276,10 +283,11 @@ fn stop(stop: &schema::Stop, jamming: Option<&schema::Jamming>, check: &Check) -
         equilibrium: stop.equilibrium,
         strain: stop.strain.array(),
         packing_fraction: stop.packing_fraction,
+        pressure: stop.pressure,
     };
     check_stop(&stop, check)?;
     if stop == Stop::default() {
-        let message = "the scene never ends; give at least one of time, steps, equilibrium and, of a cell that deforms, strain and packing_fraction, or [jamming]";
+        let message = "the scene never ends; give at least one of time, steps, equilibrium and, of a cell that deforms or whose grains grow, strain, packing_fraction and pressure, or [jamming]";
         return Err(check.origin.wrong("stop", message));
     }
     Ok(stop)
@@ -295,6 +303,9 @@ pub fn check_stop(stop: &Stop, check: &Check) -> Result<()> {
     }
     if let Some(ratio) = stop.equilibrium {
         check.positive("stop.equilibrium", ratio, "")?;
+    }
+    if let Some(pressure) = stop.pressure {
+        check.positive("stop.pressure", pressure, " of Pa (N/m in two dimensions)")?;
     }
     Ok(())
 }
@@ -389,7 +400,7 @@ fn single(grain: &schema::Grain, key: &str, shapes: &mut Shapes, check: &Check) 
         position: check.vector(&at("position"), &grain.position)?,
         velocity: check.vector_or_zero(&at("velocity"), grain.velocity.as_deref())?,
         spin,
-        radius,
+        radius: radius * check.initial[material as usize],
         material,
         fixed: grain.fixed,
     };
@@ -410,6 +421,7 @@ pub fn fold_ends(grains: &mut [Grain], clumps: &mut [Clump], domain: &Domain) {
 
 /// Checks the start as a whole: domain, walls, overlaps.
 pub fn check_start(assembly: &Assembly, check: &Check) -> Result<()> {
+    check_growth(assembly, check)?;
     check_cell(assembly, check)?;
     check_adaptive_damping(assembly, check)?;
     let smallest = assembly.grains.iter().map(|grain| grain.radius).fold(f64::INFINITY, f64::min);
@@ -459,8 +471,7 @@ fn check_clumps(assembly: &Assembly, check: &Check) -> Result<()> {
 
 fn check_grains(assembly: &Assembly, check: &Check) -> Result<()> {
     let Assembly { domain, walls, grains, clumps, numbers, solver: Solver { allow_overlap, .. }, .. } = assembly;
-    let waiting = assembly.insertions.iter().flat_map(|insertion| &insertion.grains);
-    let largest = grains.iter().chain(waiting).map(|grain| grain.radius).fold(0.0, f64::max);
+    let largest = assembly.whole().grains.iter().map(|grain| grain.radius).fold(0.0, f64::max);
     check_periods(domain, largest, check)?;
     // Members may stand out of a period that the centre of their clump is in.
     let bounded = domain.periodic.map(|periodic| !periodic || clumps.is_empty());

@@ -18,8 +18,8 @@ use crate::{
     state::{
         ACTIVE, Array, INDEX, Length, NONE, Packed, Sizes, Spin, State,
         array::{
-            CELL, CLUMP_OF_ID, ID, IMPULSE, LIST_START, MATERIAL, NEIGHBOUR, POSITION, POSITION_LOW, ROLLING_TORQUE,
-            SPIN, TANGENTIAL_FORCE, VELOCITY, WALL,
+            CELL, CLUMP_OF_ID, GROWTH_RATE, ID, IMPULSE, LIST_START, MATERIAL, NEIGHBOUR, POSITION, POSITION_LOW,
+            ROLLING_TORQUE, SPIN, TANGENTIAL_FORCE, VELOCITY, WALL,
         },
         present,
     },
@@ -103,8 +103,9 @@ impl Simulation {
     /// [`Error::Device`](crate::Error::Device) if the device is lost.
     pub fn contact_totals(&mut self, grains: &[Grain], clumps: &[Clump], walls: &[Wall]) -> Result<Totals> {
         self.refresh()?;
-        let (sizes, domain) = (self.sizes(), self.domain()?);
-        let assembly = self.assembly.within(domain);
+        let (sizes, domain, time) = (self.sizes(), self.domain()?, self.time());
+        let grown = self.growth.as_ref().map(|law| self.assembly.at_time(law, time));
+        let assembly = grown.as_ref().unwrap_or(&self.assembly).within(domain);
         let mut packing = Packing::new(&assembly, grains, clumps, walls, &[]);
         for_contacts(&mut self.runner, sizes, |contact| packing.add_up(&contact))?;
         Ok(packing.totals)
@@ -187,8 +188,19 @@ impl Simulation {
 /// All contacts, in the order in which grains lie in memory.
 fn for_contacts(runner: &mut Runner, sizes: Sizes, mut visit: impl FnMut(Contact)) -> Result<()> {
     let model = runner.state.model;
-    let of_bodies =
-        [&POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &ID, &CLUMP_OF_ID, &MATERIAL, &LIST_START, &WALL, &CELL];
+    let of_bodies = [
+        &POSITION,
+        &POSITION_LOW,
+        &VELOCITY,
+        &SPIN,
+        &ID,
+        &CLUMP_OF_ID,
+        &MATERIAL,
+        &GROWTH_RATE,
+        &LIST_START,
+        &WALL,
+        &CELL,
+    ];
     let of_bodies = present(&model, &of_bodies);
     let of_entries = present(&model, &[&NEIGHBOUR, &TANGENTIAL_FORCE, &ROLLING_TORQUE, &IMPULSE]);
     runner.read(&of_bodies)?;

@@ -16,7 +16,7 @@ pub fn advance(plans: &Plans, runner: &mut Runner, lists: &mut NeighbourLists, s
     }
     let alone = runner.step == 0 || runner.springs_of_now;
     let steps = if alone { 1 } else { steps.clamp(1, u64::from(lists.steps())) as u32 };
-    lists.see_walls(runner.guide_walls(steps)?);
+    lists.see_walls(runner.guide(steps)?);
     let counters = lists.run(plans, runner, steps)?;
     runner.overlaps_deeply = counters.deep_overlaps > 0;
     if counters.lost_body > 0 {

@@ -3,7 +3,7 @@
 use super::{options::Options, runner::Runner};
 use crate::{
     error::{Error, Result},
-    model::Precision,
+    model::{Growth, Precision},
     plan::{Driver, Loop, Op},
     plans::Plans,
     record::record,
@@ -123,6 +123,22 @@ fn check_flow(assembly: &Assembly, p: &Params) -> Result<()> {
     Ok(())
 }
 
+/// The same of radii that change.
+///
+/// # Errors
+/// [`Error::Scene`] if they do so by more than lists can follow.
+fn check_growth(assembly: &Assembly, p: &Params) -> Result<()> {
+    let way = assembly.fastest_growth() * p.dt;
+    if way > p.step_limit {
+        return Err(Error::Scene(format!(
+            "a radius changes by {way:e} m in a step of {:e} s; at most {:e} m can be followed: use a smaller growth.rate or solver.dt, or a \
+             larger solver.margin",
+            p.dt, p.step_limit
+        )));
+    }
+    Ok(())
+}
+
 /// A length for this many entries, or contacts, and a few more.
 ///
 /// # Errors
@@ -143,6 +159,7 @@ impl NeighbourLists {
         wall_displacement(assembly, &state.params)?;
         let (params, entries) = (&state.params, state.sizes.entries);
         check_flow(assembly, params)?;
+        check_growth(assembly, params)?;
         let largest_margin = params.margin - params.reach;
         let single = state.model.precision == Precision::Single;
         Ok(NeighbourLists {
@@ -154,7 +171,7 @@ impl NeighbourLists {
             first_extent: assembly.extent(),
             followed: state.model.guided_walls || state.model.driven_walls,
             least_entries: options.entries.unwrap_or(0),
-            most_steps: match state.model.guided_walls {
+            most_steps: match state.model.guided_walls || state.model.growth == Growth::Some {
                 true => options.longest_chunk.clamp(1, PATH_STEPS as u32),
                 false => options.longest_chunk.max(1),
             },

@@ -119,7 +119,7 @@ impl Nscd {
     /// [`Error::Run`] if a grain is lost or moves too fast; the state is then the last good one.
     pub fn advance(&mut self, plans: &Plans, runner: &mut Runner, lists: &mut NeighbourLists) -> Result<bool> {
         let begin = Instant::now();
-        lists.see_walls(runner.guide_walls(1)?);
+        lists.see_walls(runner.guide(1)?);
         let mut step = Step::new(self, runner, lists);
         let walked = plans.chunk.walk(&mut step);
         if let Some(before) = step.before.take_if(|_| step.given_up) {
@@ -334,7 +334,7 @@ impl Step<'_> {
         if used_up {
             self.lists.set_margin(&mut self.runner.state.params);
             // Positions may be multiples of more now.
-            self.runner.guide_walls(1)?;
+            self.runner.guide(1)?;
             self.lists.make_room_for_history(self.runner)?;
         }
         Ok(used_up)

@@ -38,7 +38,7 @@ pub struct Runner {
     queue: Vec<Op>,
     /// What messages say of the scene.
     pub known: Known,
-    /// Where the host says where walls go.
+    /// Where the host says where walls go, and how radii change.
     guides: Option<Guides>,
 }
 
@@ -49,11 +49,12 @@ impl Runner {
         Runner { engine, state, step, overlaps_deeply, remembering, springs_of_now, queue, known, guides }
     }
 
-    /// Tell the engine where walls go in the next steps, if the host says so: how far they get from the origin, m.
-    pub fn guide_walls(&mut self, steps: u32) -> Result<f64> {
+    /// Tell the engine where walls go, and how radii change, in the next steps, if the host says so: how far walls get from
+    /// the origin, m.
+    pub fn guide(&mut self, steps: u32) -> Result<f64> {
         let Some(guides) = &self.guides else { return Ok(0.0) };
         let (path, farthest) = guides.path(&self.state, self.step, steps);
-        self.engine.write(&[&WALL_PATH], 0, &path)?;
+        self.engine.write(&present(&self.state.model, &[&WALL_PATH, &GROWTH_PATH]), 0, &path)?;
         Ok(farthest)
     }
 

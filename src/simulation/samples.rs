@@ -10,11 +10,11 @@ use crate::{
     body::grains::{self, same_grain},
     contact::overlap::gaps,
     error::{Error, Result},
-    measure::{CellSample, Other, Sample, mass_of_clump, masses, micromechanics::packing::LoadOnWall},
+    measure::{CellSample, GrowthSample, Other, Sample, mass_of_clump, masses, micromechanics::packing::LoadOnWall},
     memory,
     model::{Grains, Rotation},
     plan::swap_again,
-    scene::{self, Clump, Domain, Grain, Surface, Wall},
+    scene::{self, Assembly, Clump, Domain, Grain, GrowthLaw, Surface, Wall},
     space::{
         boundary::flow_power,
         dimension::{inverse_above, product_above, volume_of},
@@ -25,6 +25,7 @@ use crate::{
 };
 use glam::{DQuat, DVec3, DVec4};
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 impl Simulation {
     /// Lists that reach, for a look at the contacts between two chunks.
@@ -50,6 +51,7 @@ impl Simulation {
         let sample = self.sums()?;
         let sample = Sample { openings: self.openings.as_ref().map(|of| of.sample(self.particles())), ..sample };
         let sample = self.with_cell(sample)?;
+        let sample = self.with_growth(sample);
         let Some(solved) = self.solver_statistics() else {
             return match &mut self.works {
                 Some(works) => works.complete(&mut self.runner, &self.plans.forget_works, sample),
@@ -151,6 +153,10 @@ impl Simulation {
         self.runner.execute_plan(&self.plans.velocities)?;
         let arrays = [&POSITION, &POSITION_LOW, &VELOCITY_NEXT, &SPIN_NEXT, &VELOCITY_LOW_NEXT, &ID];
         let mut grains = memory::copied(&self.assembly.grains)?;
+        if let Some(law) = &self.growth {
+            let time = self.time();
+            grains.iter_mut().for_each(|grain| grain.radius *= law.factor(grain.material, time));
+        }
         self.runner.read_pieces(&arrays, grains.len(), |_, s| {
             for (i, id) in s.id.iter().enumerate() {
                 let grain = &mut grains[*id as usize];
@@ -259,7 +265,7 @@ impl Simulation {
     pub fn force_balance(&mut self) -> Result<Option<(f64, u32)>> {
         let contact_force = self.sample()?.contact_force;
         let forces = self.forces()?;
-        let (masses, gravity) = (masses(&self.assembly), self.assembly.gravity);
+        let (masses, gravity) = (masses(&self.assembly_now()), self.assembly.gravity);
         let of_grain = |mass: f64, force: DVec3| {
             let scale = (mass * gravity.length()).max(contact_force).max(f64::MIN_POSITIVE);
             (force + mass * gravity).length() / scale
@@ -318,15 +324,48 @@ impl Simulation {
 
     /// The sample with what there is to say of a cell that may deform.
     fn with_cell(&mut self, sample: Sample) -> Result<Sample> {
-        let Some(cell) = self.cell()? else { return Ok(sample) };
+        let (dims, grain_volume) = (self.model().dims(), self.grain_volume());
+        let Some(cell) = self.cell()? else {
+            // Grains that grow load a cell that keeps its form, too.
+            let closed = self.growth.is_some() && (0..dims).all(|axis| self.assembly.domain.periodic[axis]);
+            let volume = closed.then(|| volume_of(self.model().dimension, self.params().period));
+            let of = |volume| CellSample::new(&sample, [0.0; 6], Some(volume), grain_volume, dims);
+            return Ok(Sample { cell: volume.map(of), ..sample });
+        };
         let strain = self.strain()?.unwrap_or_default();
         let length = cell.length + cell.length_low;
         let volume = Some(volume_of(self.model().dimension, length)).filter(|volume| *volume > 0.0);
-        let of_sample = CellSample::new(&sample, strain, volume, &self.assembly);
+        let of_sample = CellSample::new(&sample, strain, volume, grain_volume, dims);
         let part = |of: &[f64; 6]| (DVec3::new(of[0], of[1], of[2]), DVec3::new(of[3], of[4], of[5]));
         let ((virial, above), (flux, flux_above)) = (part(&sample.virial), part(&sample.flux));
         let cell_power = flow_power(&self.runner.state, virial - flux, above - flux_above);
         Ok(Sample { cell_power, cell: Some(of_sample), ..sample })
+    }
+
+    /// The sample with what there is to say of radii that change.
+    fn with_growth(&self, sample: Sample) -> Sample {
+        let growth = self.growth.as_ref().map(|law| {
+            let radius = |grain: &Grain| grain.radius * law.factor(grain.material, self.time());
+            let mean_radius = self.assembly.grains.iter().map(radius).sum::<f64>() / self.assembly.grains.len() as f64;
+            GrowthSample { mean_radius, work_growth: None }
+        });
+        Sample { growth, ..sample }
+    }
+
+    /// Volumes of all grains now, m³ (m²), overlaps counted twice.
+    fn grain_volume(&self) -> f64 {
+        self.growth.as_ref().map_or_else(|| self.assembly.grain_volume(), |law| law.volume(self.time()))
+    }
+
+    /// Whether a radius still changes.
+    pub fn is_growing(&self) -> bool {
+        self.growth.as_ref().is_some_and(|law| law.goes_on(self.time()))
+    }
+
+    /// The scene with radii as they are now.
+    pub(super) fn assembly_now(&self) -> Cow<'_, Assembly> {
+        let at = |law: &GrowthLaw| Cow::Owned(self.assembly.at_time(law, self.time()));
+        self.growth.as_ref().map_or(Cow::Borrowed(&self.assembly), at)
     }
 
     /// The cell as a device has it, if it may deform.
@@ -358,11 +397,12 @@ impl Simulation {
     /// the radius, no grain goes as much of it in a step, and nothing will drive them.
     pub fn is_unjammed(&self, sample: &Sample) -> bool {
         const UNJAMMED: f64 = 1e-7;
-        let assembly = &self.assembly;
+        let assembly = &*self.assembly_now();
         let masses = masses(assembly).into_iter().zip(&assembly.grains).filter(|(_, grain)| !grain.fixed);
         let mass: f64 = masses.map(|(mass, _)| mass).sum();
         let stride = self.dt() * (2.0 * sample.kinetic_energy / mass).sqrt();
         assembly.is_left_alone()
+            && !self.is_growing()
             && sample.max_overlap_over_radius <= UNJAMMED
             && stride <= UNJAMMED * assembly.mean_radius()
     }

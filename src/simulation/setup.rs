@@ -38,7 +38,7 @@ impl Setup {
     /// # Errors
     /// [`Error::Scene`](crate::Error::Scene) if the time step is above its bound or too long for a wall, [`Error::Device`](crate::Error::Device) if the host's memory cannot hold it.
     pub fn new(assembly: &Assembly, options: &Options) -> Result<Setup> {
-        let assembly = &*assembly.whole();
+        let (growth, assembly) = (assembly.growth_law(), &*assembly.whole());
         let (dt, dt_bound) = time_step::choose(assembly)?;
         // The CPU engine has only f64.
         let precision = if options.engine == EngineChoice::Cpu { Precision::Double } else { options.precision };
@@ -78,7 +78,7 @@ impl Setup {
             // As the grains on it have it.
             state.level.iter_mut().for_each(|l| l.radius = state.units.rounded(Quantity::Length, l.radius));
         }
-        start::fill_small(&mut state, assembly);
+        start::fill_small(&mut state, assembly, growth);
         if precision == Precision::Single {
             start::check_range(&state, &Numbers::default(), &Piece::default())?;
         }
@@ -159,7 +159,7 @@ fn units(assembly: &Assembly, model: &Model, dt: f64, dt_bound: f64) -> Units {
 fn params(assembly: &Assembly, model: &Model, dt: f64) -> (Params, Vec<Level>) {
     let grains = &assembly.grains;
     let mean_radius = assembly.mean_radius();
-    let smallest = grains.iter().map(|g| g.radius).fold(f64::INFINITY, f64::min);
+    let smallest = assembly.with_smallest_radii().grains.iter().map(|g| g.radius).fold(f64::INFINITY, f64::min);
     let largest = grains.iter().map(|g| g.radius).fold(0.0, f64::max);
     let margin = assembly.solver.margin * mean_radius;
     let reach = cohesion::reach(assembly);

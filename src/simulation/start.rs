@@ -10,15 +10,15 @@ use crate::{
     engine::PIECE,
     error::{Error, Result},
     model::{Grains, Method, Precision},
-    scene::{self, Assembly, Grain, Numbers, Span, Surface, Target},
+    scene::{self, Assembly, Grain, GrowthLaw, Numbers, Span, Surface, Target},
     space::{
         boundary::wrap,
         deform_cell::stretched,
-        precision::{Point, SplitOrientation, add_rotation, arm_end, quantised},
+        precision::{Point, SplitOrientation, add_rotation, arm_end, leading, quantised},
     },
     state::{
-        ARRAYS, Array, Cell, Column, Length, NONE, Orientation, PATH_STEPS, Packed, Position, PositionLow, Sizes, Spin,
-        State, Velocity, VelocityLow, Wall, WallServo, array::*, present,
+        ARRAYS, Array, Cell, Column, GrowthStep, Length, NONE, Orientation, PATH_STEPS, Packed, Position, PositionLow,
+        Sizes, Spin, StartSize, State, Velocity, VelocityLow, Wall, WallServo, array::*, present,
     },
     time_step,
     units::Quantity,
@@ -28,8 +28,18 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// What the scene says of its bodies.
-const OF_BODIES: [&Array; 9] =
-    [&POSITION, &POSITION_LOW, &VELOCITY, &SPIN, &VELOCITY_LOW, &ID, &CLUMP_OF_ID, &MEMBER_OFFSET, &MATERIAL];
+const OF_BODIES: [&Array; 10] = [
+    &POSITION,
+    &POSITION_LOW,
+    &VELOCITY,
+    &SPIN,
+    &VELOCITY_LOW,
+    &ID,
+    &CLUMP_OF_ID,
+    &MEMBER_OFFSET,
+    &MATERIAL,
+    &START_SIZE,
+];
 
 /// The same of clumps.
 const OF_CLUMPS: [&Array; 11] = [
@@ -46,16 +56,19 @@ const OF_CLUMPS: [&Array; 11] = [
     &SPIN_INCREMENT,
 ];
 
-/// Walls, the cell and materials: the few numbers that do not become more with the grains.
-pub fn fill_small(state: &mut State, assembly: &Assembly) {
+/// Walls, the cell, materials and their growth: the few numbers that do not become more with the grains.
+pub fn fill_small(state: &mut State, assembly: &Assembly, growth: Option<GrowthLaw>) {
     if (WALL.needed)(&state.model) {
         state.wall = walls(state, assembly);
     }
     if (WALL_SERVO.needed)(&state.model) {
         state.wall_servo = wall_servos(state, assembly);
     }
-    if let Some(guides) = Guides::of(assembly) {
-        state.wall_path = guides.path(state, 0, PATH_STEPS as u32).0.wall_path;
+    if let Some(guides) = Guides::of(assembly, growth) {
+        let path = guides.path(state, 0, PATH_STEPS as u32).0;
+        (state.wall_path, state.growth_path) = (path.wall_path, path.growth_path);
+        state.growth_rate = guides.growth_rates(0, state.params.dt);
+        state.growth_rate_next.clone_from(&state.growth_rate);
     }
     if (CELL.needed)(&state.model) {
         state.cell = vec![cell(state, assembly)];
@@ -153,6 +166,10 @@ fn fill_bodies(state: &mut State, assembly: &Assembly, bodies: Range<usize>) {
         let start = started(state, grain.velocity, grain.spin, inverse_mass);
         let (velocity, spin, low) = (&mut state.velocity, &mut state.spin, &mut state.velocity_low);
         NextVelocities { velocity, spin, low }.store(i, start);
+        if let Some(size) = state.start_size.get_mut(i) {
+            let [radius, radius_low] = leading(state.model.precision, grain.radius);
+            *size = StartSize { radius, radius_low, inverse_mass };
+        }
     }
     state.material.iter_mut().zip(&assembly.grains[bodies]).for_each(|(material, grain)| *material = grain.material);
 }
@@ -240,26 +257,56 @@ fn cell(state: &State, assembly: &Assembly) -> Cell {
     stretched(p, cell)
 }
 
-/// Walls of which the host says where they go.
+/// What the host says of each step: where walls go, and how radii change.
 pub struct Guides {
+    /// None where walls move with velocities that never change, or not at all.
     walls: Vec<scene::Wall>,
     middle: DVec3,
+    growth: Option<GrowthLaw>,
+    materials: u32,
 }
 
 impl Guides {
-    /// None where walls move with velocities that never change, or not at all.
-    pub fn of(assembly: &Assembly) -> Option<Guides> {
+    /// None where there is nothing to say.
+    pub fn of(assembly: &Assembly, growth: Option<GrowthLaw>) -> Option<Guides> {
         let guided = assembly.walls.iter().any(scene::Wall::is_guided);
-        guided.then(|| Guides { walls: assembly.walls.clone(), middle: middle(assembly) })
+        (guided || growth.is_some()).then(|| Guides {
+            walls: if guided { assembly.walls.clone() } else { Vec::new() },
+            middle: middle(assembly),
+            growth,
+            materials: assembly.materials.len() as u32,
+        })
     }
 
-    /// A state with the walls after each of the steps that follow on `step`, and how far they get from the origin, m.
+    /// How fast radii have grown in the step before, over themselves, 1/s, by material.
+    fn growth_rates(&self, step: u64, dt: f64) -> Vec<f64> {
+        let of = |law: &GrowthLaw| (0..self.materials).map(|m| law.rate(m, step as f64 * dt, dt)).collect();
+        self.growth.as_ref().map_or_else(Vec::new, of)
+    }
+
+    /// What grains have become at this step, by material.
+    fn grown<'a>(&'a self, like: &'a State, step: u64) -> impl Iterator<Item = GrowthStep> + 'a {
+        let (dt, dims) = (like.params.dt, like.model.dims() as i32);
+        let of = move |law: &'a GrowthLaw| {
+            (0..self.materials).map(move |material| {
+                let time = step as f64 * dt;
+                let all = law.factor(material, time);
+                let [factor, factor_low] = leading(like.model.precision, all);
+                GrowthStep { factor, factor_low, inverse_volume: all.powi(-dims), rate: law.rate(material, time, dt) }
+            })
+        };
+        self.growth.iter().flat_map(of)
+    }
+
+    /// A state with the walls, and the factors of radii, after each of the steps that follow on `step`, and how far the walls
+    /// get from the origin, m.
     pub fn path(&self, like: &State, step: u64, steps: u32) -> (State, f64) {
         let dt = like.params.dt;
         let mut path =
             State { units: like.units, range: like.range, ..State::bare(like.model, like.sizes, like.params) };
         for next in (step + 1..).take(steps as usize) {
             path.wall_path.extend(self.walls.iter().map(|wall| guided(like, wall, self.middle, next as f64 * dt)));
+            path.growth_path.extend(self.grown(like, next));
         }
         let farthest = path.wall_path.iter().map(|wall| wall.point.abs().max_element()).fold(0.0, f64::max);
         (path, farthest)

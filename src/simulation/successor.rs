@@ -171,7 +171,7 @@ impl StageRun {
         let mut stages: Vec<(String, Scene)> =
             scene.stages().iter().map(|stage| (stage.name.clone(), stage.scene.clone())).collect();
         let first = scene.assemble()?;
-        (0..stages.len()).try_for_each(|number| scene.outline_of(number, &first).map(drop))?;
+        scene.outlines(&first).try_for_each(|outline| outline.map(drop))?;
         if stages.is_empty() {
             stages.push((scene.name().to_owned(), scene.clone()));
         }

@@ -4,7 +4,7 @@
 use super::runner::Runner;
 use crate::{
     error::Result,
-    measure::{CellSample, Sample},
+    measure::{CellSample, GrowthSample, Sample},
     plan::Plan,
     record::record,
     state::{Works, array::WORKS},
@@ -30,6 +30,7 @@ fn powers(sample: &Sample) -> Works {
         walls: sample.wall_power,
         fixed: sample.fixed_power,
         cell: sample.cell_power,
+        growth: sample.growth_power,
     }
 }
 
@@ -59,6 +60,7 @@ impl Totals {
                 self.sum.walls += of_body.walls;
                 self.sum.fixed += of_body.fixed;
                 self.sum.cell += of_body.cell;
+                self.sum.growth += of_body.growth;
             }
         })?;
         runner.execute_plan(forget)?;
@@ -75,6 +77,7 @@ impl Totals {
         self.sum.walls += half * (before.walls - after.walls);
         self.sum.fixed += half * (before.fixed - after.fixed);
         self.sum.cell += half * (before.cell - after.cell);
+        self.sum.growth += half * (before.growth - after.growth);
     }
 
     /// Take off what a step would add to which this sample belongs.
@@ -84,6 +87,7 @@ impl Totals {
         self.sum.walls -= dt * of_step.walls;
         self.sum.fixed -= dt * of_step.fixed;
         self.sum.cell -= dt * of_step.cell;
+        self.sum.growth -= dt * of_step.growth;
     }
 
     /// The sample with the works up to its step. A step's forces act from half a step before to half a step after its
@@ -100,6 +104,7 @@ impl Totals {
             work_walls: of(|w| w.walls),
             work_fixed: of(|w| w.fixed),
             cell: sample.cell.map(|cell| CellSample { work_cell: of(|w| w.cell), ..cell }),
+            growth: sample.growth.map(|growth| GrowthSample { work_growth: of(|w| w.growth), ..growth }),
             ..sample
         })
     }

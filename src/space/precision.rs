@@ -187,6 +187,30 @@ fn last_place(largest: f64, unit: f64) -> f64 {
     unit * f64::from(f32::from_bits(exponent.max(50 << 23) - (23 << 23)))
 }
 
+/// (a + a_low) (b + b_low) of lengths a, m, and numbers b: a product, and in single precision what it leaves out.
+#[inline(always)]
+pub fn product_of(s: &State, [a, a_low]: [f64; 2], [b, b_low]: [f64; 2]) -> (f64, f64) {
+    match s.model.precision {
+        Precision::Double => (a * b, 0.0),
+        Precision::Single => {
+            let product = (a + a_low) * (b + b_low);
+            let place = last_place(product, s.units.of(Quantity::Length));
+            let whole = place * (product / place).round_ties_even();
+            (whole, product - whole)
+        }
+    }
+}
+
+/// The 12 leading bits of a number, as [`product_of`] wants factors in single precision, and what they leave out.
+pub fn leading(precision: Precision, x: f64) -> [f64; 2] {
+    if precision == Precision::Double || x == 0.0 {
+        return [x, 0.0];
+    }
+    let place = 2.0_f64.powi(x.abs().log2().floor() as i32 - 11);
+    let whole = place * (x / place).round();
+    [whole, x - whole]
+}
+
 /// A vector in single precision: a number of f32 and what it leaves out.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Split {

@@ -95,6 +95,14 @@ record!(
     RollingPair { friction: f64, stiffness: f64, damping: f64 }
 );
 record!(
+    /// A grain at time 0 (this and the next: `shaders/contact/growth/some.wgsl`).
+    StartSize { radius: f64 [Length], radius_low: f64 [Length], inverse_mass: f64 [InverseMass] }
+);
+record!(
+    /// What grains of a material have become, over what they were at time 0.
+    GrowthStep { factor: f64, factor_low: f64, inverse_volume: f64, rate: f64 [Rate] }
+);
+record!(
     /// A wall (`shaders/space/walls/some.wgsl`).
     Wall {
         point: DVec3 [Length],
@@ -183,6 +191,7 @@ record!(
         sliding: f64 [Power],
         wall_power: f64 [Power],
         fixed_power: f64 [Power],
+        growth_power: f64 [Power],
         overlap: f64,
         sides: u32,
         single_sides: u32,
@@ -199,7 +208,13 @@ record!(
 );
 record!(
     /// Dissipation and works since the host has read them (`shaders/measure/sums.wgsl`).
-    Works { dissipated: f64 [Energy], walls: f64 [Energy], fixed: f64 [Energy], cell: f64 [Energy] }
+    Works {
+        dissipated: f64 [Energy],
+        walls: f64 [Energy],
+        fixed: f64 [Energy],
+        cell: f64 [Energy],
+        growth: f64 [Energy],
+    }
 );
 record!(
     /// A contact of a step of contact dynamics (this and the next: `shaders/nscd/contact.wgsl`).

@@ -13,7 +13,7 @@ pub const WALL_PARTS: usize = 256;
 const BODIES_OF_ROW: usize = 16;
 const MOST_ROWS: usize = 1 << 16;
 
-/// Steps of a chunk, at most, for which the host says where walls go.
+/// Steps of a chunk, at most, for which the host says where walls go, and how radii change.
 pub const PATH_STEPS: usize = 256;
 
 /// What the length of an array follows from.
@@ -28,7 +28,10 @@ pub enum Length {
     Walls,
     /// Walls for each of [`PATH_STEPS`].
     WallPaths,
+    Materials,
     MaterialsSquared,
+    /// Materials for each of [`PATH_STEPS`].
+    GrowthPaths,
     Levels,
     CellsPlusOne,
     Tiles,
@@ -65,7 +68,9 @@ impl Length {
             Length::One
             | Length::Walls
             | Length::WallPaths
+            | Length::Materials
             | Length::MaterialsSquared
+            | Length::GrowthPaths
             | Length::Levels
             | Length::CellsPlusOne
             | Length::Entries
@@ -188,6 +193,8 @@ impl Sizes {
             Length::ClumpsPlusOne => self.clumps + 1,
             Length::Walls => self.walls,
             Length::WallPaths => self.walls * PATH_STEPS,
+            Length::Materials => self.materials,
+            Length::GrowthPaths => self.materials * PATH_STEPS,
             Length::MaterialsSquared => self.materials * self.materials,
             Length::Levels => self.levels,
             Length::CellsPlusOne => self.cells + 1,

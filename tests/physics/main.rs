@@ -9,6 +9,7 @@ mod balances;
 mod chains;
 mod dissipation;
 mod flight;
+mod growth;
 mod guided_walls;
 mod hertz;
 mod impact;

@@ -4,7 +4,7 @@ use crate::{FEW_DIMERS, FEW_DISKS, SETTLE, common::*, example, place::Place, rig
 use glam::DVec3;
 use packstone::{
     measure::Sample,
-    scene::{Assembly, Oscillation, Servo, Surface, Target},
+    scene::{Assembly, Growth, Oscillation, Servo, Surface, Target},
     simulation::{Checkpoint, Options, Simulation},
     state::{
         ACTIVE, ARRAYS, Array, Lifetime, NONE,
@@ -34,6 +34,8 @@ fn scenes() -> Vec<(&'static str, Assembly, u64)> {
     driven.cell.strain_rate[..2].fill(0.0);
     driven.cell.stress[..3].fill(Some(500.0));
     driven.cell.inertial_number = 0.1;
+    let mut growing = periodic.clone();
+    growing.growth = vec![Growth { rate: 20.0, ..Growth::default() }];
     let mut damped = sheared.clone();
     (damped.solver.adaptive_damping, damped.output.works, damped.cell.strain_rate[5]) = (true, false, 0.0);
     // One side comes in, with the other one at rest or swinging; a tube closes.
@@ -54,6 +56,7 @@ fn scenes() -> Vec<(&'static str, Assembly, u64)> {
     vec![
         ("disks on a moving floor", moving, 1000),
         ("works in a periodic box", periodic, 150),
+        ("grains that grow", growing, 150),
         ("a cell that shears", sheared, 150),
         ("a cell with a servo", driven, 150),
         ("adaptive damping", damped, 150),

@@ -3,6 +3,7 @@
 var<storage, read> material: array<u32>; // N + walls, by number in the scene
 var<storage, read> pair: array<Pair>;    // materials²
 
+/// The material of grain i, or of a wall.
 fn material_of(i: u32) -> u32 {
     if (i < params.bodies) {
         return material[id[i]];

@@ -2,6 +2,9 @@
 // Normal slot: Hertz' contact of elastic spheres (Johnson, Contact Mechanics, 1985, eq. 4.23). pair.stiffness is the
 // effective modulus E*, Pa: 1/E* = (1 - nu_i²)/E_i + (1 - nu_j²)/E_j.
 
+/// What the energy is over force and overlap, 2/5, times its power of the effective radius, 1/2.
+const ENERGY_OF_RADIUS: Real = 0.2;
+
 /// Pressing force, N, of an overlap: 4/3 E* √(R* δ) δ.
 fn normal_force(pair: Pair, c: ContactState) -> Real {
     return -Real(4) / 3 * pair.stiffness * contact_radius(c) * c.gap;

@@ -1,6 +1,9 @@
 // twin: src/contact/normal.rs
 // Normal slot: linear spring (2.1).
 
+/// Energy follows from force and overlap, whatever the radii are.
+const ENERGY_OF_RADIUS: Real = 0;
+
 /// Pressing force, N, of an overlap.
 fn normal_force(pair: Pair, c: ContactState) -> Real {
     return -pair.stiffness * c.gap;

@@ -6,6 +6,13 @@ fn position_low_of(i: u32) -> PositionLow {
 
 fn store_position_low(i: u32, value: PositionLow) {}
 
+fn store_radius_low(i: u32, low: Real) {}
+
+/// a b.
+fn product_of(a: Real, a_low: Real, b: Real, b_low: Real) -> SplitReal {
+    return SplitReal(a * b, 0);
+}
+
 /// x + step.
 fn displaced(x: Vec, low: Vec, step: Vec) -> Point {
     return Point(x + step, Vec());

@@ -14,6 +14,24 @@ fn store_position_low(i: u32, value: PositionLow) {
     position_low_next[i] = value;
 }
 
+/// Another low part of a radius, for what comes next.
+fn store_radius_low(i: u32, low: Real) {
+    position_low_next[i] = PositionLow(position_low_next[i].x, low);
+}
+
+/// (a + a_low) (b + b_low), split, with 35 bits: a and b have 12 bits, so that f32 holds their product exactly, and what
+/// is left is small beside it. In units of the last place, as `accelerated`.
+fn product_of(a: Real, a_low: Real, b: Real, b_low: Real) -> SplitReal {
+    let product = a * b;
+    let small = a * b_low + a_low * (b + b_low);
+    let place = last_place(product + small);
+    let at = product * place.inverse;
+    let whole = round(at);
+    let rest = fma(small, place.inverse, at - whole);
+    let more = round(rest);
+    return SplitReal(place.unit * (whole + more), place.unit * (rest - more));
+}
+
 /// x + low part + step, split anew.
 fn displaced(x: Vec, low: Vec, step: Vec) -> Point {
     let y = low + step;

@@ -86,6 +86,7 @@ pub fn blank(dimension: usize) -> Assembly {
         clumps: vec![],
         insertions: vec![],
         outlets: vec![],
+        growth: vec![],
         waiting: 0,
         numbers: Numbers::default(),
         solver: Solver {

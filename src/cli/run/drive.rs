@@ -59,7 +59,7 @@ pub fn flood(assembly: &Assembly, schedule: &Schedule) -> Option<String> {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Goal {
     LastStep,
-    /// A strain or a fraction of the cell.
+    /// A strain, a fraction or a pressure of the cell.
     TargetMet,
     /// Equilibrium.
     AtRest,
@@ -378,8 +378,8 @@ impl Run {
 
     /// Whether there is rest, with all that servos are asked for.
     fn is_at_rest(&mut self, sample: &Sample, loads: &[LoadOnWall]) -> packstone::Result<bool> {
-        // Rest that grains still to come will disturb is none.
-        let waits = self.simulation.expects_grains();
+        // Rest that grains still to come, or growth, will disturb is none.
+        let waits = self.simulation.expects_grains() || self.simulation.is_growing();
         let equilibrium = self.simulation.assembly().stop.equilibrium;
         if waits || !equilibrium.is_some_and(|tolerance| sample.at_rest(tolerance)) {
             return Ok(false);
@@ -397,7 +397,10 @@ impl Run {
     }
 
     fn has_met_target(&self, sample: &Sample) -> bool {
-        let met = |cell: CellSample| self.simulation.assembly().has_target_of_servo(cell.strain(), cell.solid_fraction);
+        let assembly = self.simulation.assembly();
+        let met = |cell: CellSample| {
+            assembly.has_target_of_servo(cell.strain(), cell.solid_fraction) || assembly.has_pressure(cell.pressure)
+        };
         sample.cell.is_some_and(met)
     }
 
