@@ -17,6 +17,7 @@ mod oblique;
 mod order;
 mod range;
 mod rolling;
+mod silo;
 mod sliding;
 mod twist;
 mod works;
