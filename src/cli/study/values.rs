@@ -1,9 +1,7 @@
 //! What the columns of a study have of a run.
 
-use super::{
-    super::measure::numbers,
-    file::{Column, Exponent, Rows},
-};
+use super::super::measure::numbers;
+use super::file::{Column, Exponent, Rows};
 use anyhow::Context;
 use packstone::{io::names, protocol::jamming::RelaxedState};
 use serde_json::Value;
