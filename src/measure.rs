@@ -21,6 +21,8 @@ pub(crate) mod plan;
 mod servo;
 mod servo_walls;
 mod sizes;
+mod skyline;
+mod slope;
 pub(crate) mod sums;
 mod synchronise;
 mod synchronise_clumps;
@@ -36,6 +38,7 @@ pub use micromechanics::{Asked, Contact, Measures, Other, Packing};
 pub use packing::{PackingFraction, overall_packing_fraction, packing_fraction};
 
 pub use sizes::{Percentiles, Sizes};
+pub use slope::{Slope, slope};
 
 use contacts::contact_of;
 

@@ -6,7 +6,7 @@ use common::*;
 use glam::{DMat3, DVec3};
 use packstone::{
     measure::{
-        Asked, Contact, Measures, Other, Packing, masses,
+        Asked, Contact, Measures, Other, Packing, Slope, masses,
         micromechanics::{
             Cell,
             coordination::{Coordination, carrying, fabric},
@@ -15,11 +15,12 @@ use packstone::{
             profile,
             stress::{stress, stress_of_particles, virial},
         },
+        slope,
     },
-    scene::{Assembly, Clump, Domain, Grain, Pair, Rolling, Wall},
+    scene::{Assembly, Clump, Domain, Grain, Pair, Rolling, Scene, Wall},
     simulation::{Checkpoint, Simulation},
 };
-use std::{fs, process::Command};
+use std::{fs, path::Path, process::Command};
 
 /// A simulation as it is read off.
 struct State {
@@ -731,4 +732,36 @@ fn measure_reads_runs() {
         assert_eq!(refused.status.code(), Some(2));
         assert!(String::from_utf8_lossy(&refused.stderr).contains(part), "{refused:?}");
     }
+}
+
+/// The slope of grains on a square grid, as high as a height says of their place, without a domain or with one.
+fn slope_of(domain: &str, height: impl Fn(f64, f64) -> f64) -> Option<Slope> {
+    let side = || (-24..=24).map(f64::from);
+    let grain = |(x, y): (f64, f64)| {
+        let z = height(x, y).max(0.0);
+        format!("[[grain]]\nmaterial = \"sand\"\nradius = 0.45\nposition = [{x}, {y}, {z}]\n")
+    };
+    let grains: String = side().flat_map(|x| side().map(move |y| (x, y))).map(grain).collect();
+    let text = format!(
+        "dimension = 3\n[material.sand]\ndensity = 1000\nnormal_stiffness = 1e5\n[stop]\nsteps = 1\n{domain}\n{grains}"
+    );
+    let assembly = Scene::parse(&text, "heap", Path::new("."), &[]).unwrap().assemble().unwrap();
+    slope(&assembly, &assembly.grains)
+}
+
+#[test]
+fn slopes_of_heaps_of_known_shape() {
+    let slot =
+        "[domain]\nlower = [-30, -24.5, -1]\nupper = [30, 24.5, 30]\nboundary = [\"open\", \"periodic\", \"open\"]";
+    for (angle, domain) in [(0.3_f64, ""), (0.5, ""), (0.3, slot), (0.5, slot)] {
+        // A cone, and a wedge along the axis that repeats.
+        let distance = |x: f64, y: f64| if domain.is_empty() { x.hypot(y) } else { x.abs() };
+        let found = slope_of(domain, |x, y| (20.0 - distance(x, y)) * angle.tan()).expect("a heap");
+        println!("{angle}: {found:?}");
+        // As far as grains are not in the middles of the columns.
+        assert!((found.angle - angle).abs() < 0.02 && found.error < 0.01, "{angle}: {found:?}");
+    }
+    // A bed and a step have no flanks.
+    assert_eq!(slope_of("", |_, _| 3.0), None);
+    assert_eq!(slope_of("", |x, _| if x > 0.0 { 3.0 } else { 0.0 }), None);
 }

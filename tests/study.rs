@@ -135,6 +135,10 @@ rows = "peak"
 [[column]]
 title = "steps"
 summary = "steps"
+[[column]]
+title = "dozens of grains"
+measure = "particles"
+unit = 12
 [[case]]
 name = "as it is"
 published = { steps = "20 (nobody)" }
@@ -151,10 +155,13 @@ fn studies_are_means_of_runs_that_are_done_once() {
     let first = place.errors(&study, 0);
     assert!(first.contains("as it is, seed 2 of 2"), "{first}");
     let page = place.text("page.md");
-    assert!(page.contains("|  | energy | steps | published | runs |"), "{page}");
-    assert!(page.contains("| as it is |") && page.contains("| 20.0000 ± 0.0000 | 20 (nobody) | 2 of 2 |"), "{page}");
+    assert!(page.contains("|  | energy | steps | published | dozens of grains | runs |"), "{page}");
     assert!(
-        page.contains("| no rest |  |  |  | 0 of 2 |")
+        page.contains("| as it is |") && page.contains("| 20.0000 ± 0.0000 | 20 (nobody) | 0.1667 ± 0.0000 | 2 of 2 |"),
+        "{page}"
+    );
+    assert!(
+        page.contains("| no rest |  |  |  |  | 0 of 2 |")
             && page.contains("Not counted: no rest, seed 1: stop.equilibrium"),
         "{page}"
     );
@@ -171,7 +178,14 @@ fn studies_that_cannot_be_run_are_refused() {
     let place = Place::new("");
     for (change, to, word) in [
         ("steps = 20", "steps = 0", "stop.steps"),
-        ("summary = \"steps\"", "", "summary and history"),
+        ("summary = \"steps\"", "", "must have one of summary"),
+        ("summary = \"steps\"", "summary = \"steps\"\nover = \"time\"", "over goes with history"),
+        ("unit = 12", "unit = 0", "unit must be"),
+        (
+            "measure = \"particles\"",
+            "exponent = { of = \"pressure\", at_jamming = 0, range = [1e-2, 1e-4] }",
+            "exponent.range must be",
+        ),
         ("published = { steps", "published = { stops", "stops"),
         ("\"stop.equilibrium\"", "\"stop.equilibria\"", "equilibria"),
         ("seeds = 2", "seed = 2", "seed"),
@@ -183,4 +197,40 @@ fn studies_that_cannot_be_run_are_refused() {
     }
     let unknown = place.errors(&["study", "nothing"], 2);
     assert!(unknown.contains("friction"), "{unknown}");
+}
+
+/// Of states as `[jamming]` leaves them: those of the decompression, at rest and in the range.
+#[test]
+fn exponents_are_those_of_the_decompression() {
+    let place = Place::new("");
+    let exponent = "exponent = { of = \"coordination_without_rattlers\", at_jamming = 4, range = [1e-4, 1e-2] }";
+    place.write(
+        "states.toml",
+        &STUDY.replace("summary = \"steps\"", exponent).replace("measure = \"particles\"", "summary = \"steps\""),
+    );
+    let header = "step,packing_fraction,pressure,coordination_number,coordination_without_rattlers,rattlers,residual,converged,jammed";
+    let state = |beyond: f64, z: f64, converged: bool| {
+        format!("1,{},{},4,{z},0,1e-9,{converged},true", 0.84 + beyond, 0.3 * beyond)
+    };
+    let root = |beyond: f64| 4.0 + 3.5 * beyond.powf(0.5);
+    let states = [
+        state(0.003, 9.0, true), // While it is compressed,
+        state(0.02, root(0.02), true),
+        state(8e-3, root(8e-3), true),
+        state(4e-3, 9.0, false), // not at rest,
+        state(2e-3, root(2e-3), true),
+        state(5e-4, root(5e-4), true),
+        state(5e-5, 9.0, true), // and too close.
+    ];
+    for (seed, states) in [(1, &states[..]), (2, &states[..3])] {
+        let folder = format!("s/states/as_it_is/seed_{seed}");
+        std::fs::create_dir_all(place.path(&folder)).unwrap();
+        place.write(&format!("{folder}/summary.json"), r#"{"jamming_fraction": 0.84, "steps": 24, "missed": null}"#);
+        place.write(&format!("{folder}/jamming.csv"), &format!("{header}\n{}\n", states.join("\n")));
+        place.write(&format!("{folder}/history.csv"), "kinetic_energy,time\n2,1\n");
+    }
+    place.errors(&["study", "states.toml", "--out", "s", "--only-page", "--page", "page.md"], 0);
+    let page = place.text("page.md");
+    assert!(page.contains("| as it is | 2.0000 | 0.5000 | 20 (nobody) | 2.0000 | 1 of 2 |"), "{page}");
+    assert!(page.contains("as it is, seed 2: has fewer than 3 states for \"steps\""), "{page}");
 }

@@ -19,7 +19,7 @@ use std::{
 };
 
 /// Stress, contacts, coordination, distributions, profiles and equilibrium of the state of a run
-#[derive(clap::Args)]
+#[derive(clap::Args, Default)]
 #[command(after_help = "Examples:\n  packstone measure out/heap_2d\n  \
                         packstone measure out/heap_2d --json\n  \
                         packstone measure out/heap_2d --box -0.01,0,0.01,0.02 --axis x --width 0.002 --out measures\n  \
@@ -66,6 +66,33 @@ const TOLERANCE: f64 = 1e-3;
 
 pub fn measure(args: &MeasureArgs) -> anyhow::Result<ExitCode> {
     let exports = args.export.iter().map(|path| Export::of(path)).collect::<packstone::Result<Vec<_>>>()?;
+    with_measures(args, |files, simulation| {
+        for export in &exports {
+            export.write(files.packing, files.step, files.time)?;
+        }
+        if let Some(folder) = &args.out {
+            files.write(folder)?;
+        }
+        match () {
+            () if args.json => say(serde_json::to_string_pretty(&files.json())?),
+            () if args.csv => say(files.csv()?.trim_end()),
+            () => say(words(files.measures, simulation)),
+        }
+        Ok(ExitCode::SUCCESS)
+    })
+}
+
+/// Single numbers of the last state of a run, by their names.
+pub fn numbers(run: &Path) -> anyhow::Result<Vec<(String, String)>> {
+    let args = MeasureArgs { state: run.to_owned(), ..MeasureArgs::default() };
+    with_measures(&args, |files, _| Ok(files.numbers()))
+}
+
+/// Do something with the measures of a state.
+fn with_measures<T>(
+    args: &MeasureArgs,
+    use_them: impl FnOnce(&MeasureFiles, &Simulation) -> anyhow::Result<T>,
+) -> anyhow::Result<T> {
     let mut simulation = state(&args.state)?;
     let domain = simulation.domain()?;
     let asked = asked(args, &simulation, &domain)?;
@@ -76,21 +103,9 @@ pub fn measure(args: &MeasureArgs) -> anyhow::Result<ExitCode> {
     let contacts = simulation.contacts()?;
     let assembly = simulation.assembly_in(domain);
     let packing = Packing::new(&assembly, &grains, &clumps, &walls, &contacts);
-    for export in &exports {
-        export.write(&packing, simulation.step(), simulation.time())?;
-    }
     let measures = Measures::of(&packing, energies, &asked);
-    let files =
-        MeasureFiles { packing: &packing, measures: &measures, step: simulation.step(), time: simulation.time() };
-    if let Some(folder) = &args.out {
-        files.write(folder)?;
-    }
-    match () {
-        () if args.json => say(serde_json::to_string_pretty(&files.json())?),
-        () if args.csv => say(files.csv()?.trim_end()),
-        () => say(words(&measures, &simulation)),
-    }
-    Ok(ExitCode::SUCCESS)
+    let (step, time) = (simulation.step(), simulation.time());
+    use_them(&MeasureFiles { packing: &packing, measures: &measures, step, time }, &simulation)
 }
 
 /// The state of a run, on the host: the result, or where there is none, what there is of a partial one.
@@ -225,6 +240,10 @@ fn words(measures: &Measures, simulation: &Simulation) -> String {
     }
     if let Some(sliding) = distributions.sliding_fraction {
         line("sliding", format!("{:.4} of the contacts with friction", sliding));
+    }
+    if let Some(slope) = &measures.slope {
+        let (angle, error) = (slope.angle.to_degrees(), slope.error.to_degrees());
+        line("slope of the heap", format!("{angle:.1}° ± {error:.1}°, of {} columns", slope.columns));
     }
     let worst = equilibrium.residual_force_ratio.as_ref();
     let particle = if simulation.assembly().clumps.is_empty() { "grain" } else { "clump" };

@@ -39,16 +39,21 @@ impl MeasureFiles<'_> {
         Value::Object(all)
     }
 
-    /// Single numbers, a line each: what there are many of is in tables.
+    /// Single numbers, by their names: what there are many of is in tables.
+    pub fn numbers(&self) -> Vec<(String, String)> {
+        let mut rows = Vec::new();
+        flatten(&self.json(), "", &mut rows);
+        rows
+    }
+
+    /// The same, a line each.
     ///
     /// # Errors
     /// Whatever goes wrong in writing to memory.
     pub fn csv(&self) -> io::Result<String> {
-        let mut rows = Vec::new();
-        flatten(&self.json(), "", &mut rows);
         let mut writer = csv::Writer::from_writer(Vec::new());
         writer.write_record(["measure", "value"])?;
-        for (name, value) in rows {
+        for (name, value) in self.numbers() {
             writer.write_record([name, value])?;
         }
         let bytes = writer.into_inner().map_err(|e| io::Error::other(e.to_string()))?;

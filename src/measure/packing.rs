@@ -3,11 +3,12 @@
 use super::{
     analysis::{mass_of_clump, masses},
     clip::ball_in_box,
+    skyline::{Skyline, free, largest, vertical},
 };
 use crate::scene::{Assembly, Grain, Neighbours, Surface, Wall};
 use glam::DVec3;
 use serde::Serialize;
-use std::{collections::HashMap, f64::consts::PI};
+use std::f64::consts::PI;
 
 /// A part of space, with the standard error of what is sampled; 0 where it is exact.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -111,14 +112,6 @@ pub fn overall_packing_fraction(assembly: &Assembly, grains: &[Grain], walls: &[
     })
 }
 
-fn free(grains: &[Grain]) -> impl Iterator<Item = &Grain> + Clone {
-    grains.iter().filter(|g| !g.fixed)
-}
-
-fn largest(grains: &[Grain]) -> f64 {
-    grains.iter().map(|g| g.radius).fold(0.0, f64::max)
-}
-
 /// By 2^18 quasi-random points of a box, of which those count that are inside; None if these are few. The error is that
 /// of the mean of 16 parts of them, each of which covers the box evenly.
 fn sampled(
@@ -207,13 +200,6 @@ pub(super) fn lens(dims: usize, a: f64, b: f64, overlap: f64) -> f64 {
     PI / (12.0 * d) * overlap * overlap * (d * d + 2.0 * d * (a + b) - 3.0 * (a - b) * (a - b))
 }
 
-/// The axis along which gravity is strongest, and whether it points down along it; None without gravity.
-fn vertical(assembly: &Assembly) -> Option<(usize, bool)> {
-    let g = assembly.gravity;
-    let axis = (0..assembly.dimension).max_by(|a, b| g[*a].abs().total_cmp(&g[*b].abs()))?;
-    (g[axis] != 0.0).then_some((axis, g[axis] < 0.0))
-}
-
 /// Box of the free grains' centres; along axes that do not repeat less an inset, of the vertical one and of others.
 fn extent(assembly: &Assembly, grains: &[Grain], inset: impl Fn(bool) -> f64) -> (DVec3, DVec3) {
     let (mut lower, mut upper) = (DVec3::ZERO, DVec3::ZERO);
@@ -228,47 +214,4 @@ fn extent(assembly: &Assembly, grains: &[Grain], inset: impl Fn(bool) -> f64) ->
         (lower[axis], upper[axis]) = (low + inset, high - inset);
     }
     (lower, upper)
-}
-
-/// Height of the packing in each upright column: the highest free grain that the ones below it reach up to. A stray
-/// grain high above does not count.
-struct Skyline {
-    vertical: Option<(usize, bool)>,
-    width: f64,
-    tops: HashMap<[i64; 2], f64>,
-}
-
-impl Skyline {
-    /// Of columns of this width; what is further above the next grain than `reach` is a stray.
-    fn new(assembly: &Assembly, grains: &[Grain], width: f64, reach: f64) -> Skyline {
-        let mut skyline = Skyline { vertical: vertical(assembly), width, tops: HashMap::new() };
-        let mut columns: HashMap<[i64; 2], Vec<f64>> = HashMap::new();
-        for (column, height) in free(grains).filter_map(|g| skyline.column(g.position)) {
-            columns.entry(column).or_default().push(height);
-        }
-        for (column, mut heights) in columns {
-            heights.sort_by(f64::total_cmp);
-            let gap = heights.windows(2).position(|w| w[1] - w[0] > reach);
-            skyline.tops.insert(column, heights[gap.unwrap_or(heights.len() - 1)]);
-        }
-        skyline
-    }
-
-    /// Column of a point, and its height, counted against gravity.
-    fn column(&self, x: DVec3) -> Option<([i64; 2], f64)> {
-        let (up, down) = self.vertical?;
-        // Of a column as wide as space there is one, on both sides of 0.
-        let cell = |x: f64| if self.width.is_finite() { (x / self.width).floor() as i64 } else { 0 };
-        let mut sideways = (0..3).filter(|a| *a != up).map(|a| cell(x[a]));
-        let column = std::array::from_fn(|_| sideways.next().expect("two axes are left"));
-        Some((column, if down { x[up] } else { -x[up] }))
-    }
-
-    /// Depth of a point below the surface; infinite without gravity, negative where there is no grain above or below.
-    fn depth(&self, x: DVec3) -> f64 {
-        match self.column(x) {
-            None => f64::INFINITY,
-            Some((column, height)) => self.tops.get(&column).map_or(-1.0, |top| top - height),
-        }
-    }
 }

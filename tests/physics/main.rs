@@ -19,6 +19,7 @@ mod order;
 mod range;
 mod rolling;
 mod shear;
+mod silo;
 mod sliding;
 mod twist;
 mod works;

@@ -45,16 +45,16 @@ pub fn radial_distribution(packing: &Packing, cell: &Cell) -> Vec<Shell> {
         return Vec::new();
     }
     let around: Vec<usize> = around.iter().copied().step_by(around.len().div_ceil(CENTERS)).collect();
-    // As points with a radius that is taken off again.
-    let point = 0.5 * thickness;
+    // As spheres of about the size of the grains, whose radius is taken off again: a search looks at cells as wide as spheres.
+    let point = 0.5 * mean.min(reach);
     let points = Neighbours::of(*domain, dims, free.iter().map(|k| (packing.center(*k), point)).collect());
     let mut counts = vec![0_usize; shells];
     let mut found = Vec::new();
     for center in &around {
         found.clear();
         let place = packing.center(*center);
-        points.find_overlap(place, reach, false, |other, overlap| {
-            found.push((other, reach + point - overlap));
+        points.find_overlap(place, reach - point, false, |other, overlap| {
+            found.push((other, reach - overlap));
             false
         });
         // Two cells that share a bucket show a sphere twice.

@@ -11,8 +11,9 @@ use super::{
     stress::{Stress, stress},
 };
 use crate::measure::{
-    Sizes,
+    Sizes, Slope,
     packing::{PackingFraction, overall_packing_fraction, packing_fraction},
+    slope,
 };
 use glam::DVec3;
 use serde::Serialize;
@@ -78,6 +79,7 @@ pub struct Measures {
     pub part: Option<Part>,
     pub equilibrium: Equilibrium,
     pub diameters: Option<Sizes>,
+    pub slope: Option<Slope>,
     pub distributions: OfContacts,
     pub profile_axis: &'static str,
     pub profile: Vec<Part>,
@@ -124,6 +126,7 @@ impl Measures {
             part: asked.bounds.map(|[lower, upper]| profile::of_box(packing, lower, upper)),
             equilibrium: Equilibrium::of(packing, energies, asked.tolerance),
             diameters: Sizes::of(assembly),
+            slope: slope(assembly, grains),
             distributions: OfContacts::of(packing),
             profile_axis: ["x", "y", "z"][asked.axis],
             profile,
