@@ -11,7 +11,7 @@ use packstone::{
     engine::{ALL, Cpu, Engine, cpu::apply, programs::layouts},
     gpu::{Arrays, Checks},
     model::{
-        Boundary, Damping as DampingSlot, Dimension, Grains, Gyroscopic, History, Levels, Materials,
+        Boundary, Compliance, Damping as DampingSlot, Dimension, Grains, Gyroscopic, History, Levels, Materials,
         Method as MethodSlot, Model, Normal as NormalSlot, Precision, Rolling as RollingSlot, Rotation, Tangential,
         Turning as TurningSlot, Twist as TwistSlot, Walls,
     },
@@ -73,9 +73,10 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
     let bounds = |value: f64, open: f64| DVec3::from_array(std::array::from_fn(|a| if axis(a) { value } else { open }));
     let rigid = model.method == MethodSlot::ContactDynamics;
     let hertz = model.normal == NormalSlot::Hertz;
+    let springs = !hertz && (!rigid || model.compliance == Compliance::Stiffness);
     let rough = model.tangential != Tangential::None && model.rotation == Rotation::Sphere;
     let pair = |k: usize| Pair {
-        normal_stiffness: if rigid || hertz { 0.0 } else { 1e4 * (1.0 + k as f64) },
+        normal_stiffness: if springs { 1e4 * (1.0 + k as f64) } else { 0.0 },
         rolling: (model.rolling != RollingSlot::None).then_some(Rolling {
             friction: 0.1,
             stiffness: 0.3,
@@ -83,7 +84,7 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
         }),
         // About as stiff, where grains overlap by a tenth of a radius.
         hertz: hertz.then(|| Hertz::of_material(4e7 * (1.0 + k as f64), 0.3)),
-        tangential_stiffness: if rigid || hertz { 0.0 } else { 3e3 },
+        tangential_stiffness: if springs { 3e3 } else { 0.0 },
         friction: if rough { 0.4 + 0.1 * k as f64 } else { 0.0 },
         dashpot: match model.damping {
             DampingSlot::None => Dashpot::None,
@@ -141,6 +142,7 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
                     tolerance: 1e-4,
                     max_iterations: 30,
                     max_correction_velocity: Some(0.01),
+                    compliant: model.compliance == Compliance::Stiffness,
                     gyroscopic: model.gyroscopic == Gyroscopic::Kept,
                 })
             } else {

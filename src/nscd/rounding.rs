@@ -12,6 +12,7 @@ pub const FLOORS: &[Floor] = &[
     (&[&PASS_VELOCITY, &PASS_VELOCITY_BEFORE, &EXTRAPOLATED_VELOCITY, &VELOCITY_NEXT], kick),
     (&[&PASS_SPIN, &PASS_SPIN_BEFORE, &EXTRAPOLATED_SPIN, &SPIN_NEXT], |s| kicks_of_bodies(s, contact_of)[1]),
     (&[&DISPLACEMENT], |s| s.params.dt * kick(s)),
+    (&[&TANGENTIAL_FORCE_NEXT], |s| largest_impulse(s) / s.params.dt),
 ];
 
 /// m/s
@@ -37,6 +38,7 @@ pub const CHANGES: Check = Check {
         FLOORS[0],
         FLOORS[1],
         FLOORS[2],
+        FLOORS[3],
         (&[&MEMBER_FORCE], largest_impulse),
         (&[&MEMBER_TORQUE], |s| {
             largest_impulse(s) * s.position.iter().map(|position| position.radius).fold(0.0, f64::max)
