@@ -18,7 +18,9 @@ pub fn compliance_of(s: &State, pair: &Pair, inverse_mass: &InverseEffectiveMass
         Compliance::Stiffness => {
             let dt = s.params.dt;
             let normal = dt * (pair.stiffness * dt + dashpot_of(s, pair, inverse_mass));
-            UpdateScales { normal: 1.0 / normal, tangential: 1.0 / (dt * dt * pair.tangential_stiffness) }
+            // Without friction nothing acts across.
+            let across = if pair.friction > 0.0 { 1.0 / (dt * dt * pair.tangential_stiffness) } else { 0.0 };
+            UpdateScales { normal: 1.0 / normal, tangential: across }
         }
     }
 }
@@ -82,10 +84,13 @@ pub fn compliant(s: &State, side: &OrientedContact, compliance: &UpdateScales, i
         return *side;
     }
     let pressed = impulse.dot(side.n) * side.n;
+    let across = impulse - pressed;
+    // Its rounding along n, too, or it would be as that of C, which may be far less along n than across.
+    let flat = across - across.dot(side.n) * side.n;
     OrientedContact {
         normal: side.normal + compliance.normal,
         tangential: side.tangential + compliance.tangential,
-        velocity: side.velocity + compliance.normal * pressed + compliance.tangential * (impulse - pressed),
+        velocity: side.velocity + compliance.normal * pressed + compliance.tangential * flat,
         ..*side
     }
 }

@@ -9,7 +9,9 @@ var<storage, read_write> history_tangential_force: array<Packed>; // contacts, N
 /// F = k (Δt u - g) + c u of the approach u and the gap g, so that u = F Δt / (Δt (k Δt + c)) + k g / (k Δt + c).
 fn compliance_of(pair: Pair, inverse_mass: InverseEffectiveMass) -> UpdateScales {
     let normal = params.dt * (pair.stiffness * params.dt + dashpot_of(pair, inverse_mass));
-    return UpdateScales(1 / normal, 1 / (params.dt * params.dt * pair.tangential_stiffness));
+    // Without friction nothing acts across.
+    let across = 1 / (params.dt * params.dt * pair.tangential_stiffness);
+    return UpdateScales(1 / normal, select(Real(0), across, pair.friction > 0));
 }
 
 /// Coefficient of the normal dashpot, N s/m.
@@ -52,9 +54,12 @@ fn remember_spring(entry: u32, impulse: Vec) {
 fn compliant(side: OrientedContact, compliance: UpdateScales, impulse: Vec) -> OrientedContact {
     var yielding = side;
     let pressed = dot(impulse, side.n) * side.n;
+    let across = impulse - pressed;
+    // Its rounding along n, too, or it would be as that of C, which may be far less along n than across.
+    let flat = across - dot(across, side.n) * side.n;
     yielding.normal += compliance.normal;
     yielding.tangential += compliance.tangential;
-    yielding.velocity += compliance.normal * pressed + compliance.tangential * (impulse - pressed);
+    yielding.velocity += compliance.normal * pressed + compliance.tangential * flat;
     return yielding;
 }
 
