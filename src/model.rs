@@ -483,14 +483,12 @@ fn dampings(method: Method) -> &'static [(Damping, Compliance)] {
         Method::DiscreteElements => {
             &[(Damping::None, RIGID), (Damping::Restitution, RIGID), (Damping::MassScaled, RIGID)]
         }
-        Method::ContactDynamics => {
-            &[
-                (Damping::None, RIGID),
-                (Damping::None, Stiffness),
-                (Damping::Restitution, Stiffness),
-                (Damping::MassScaled, Stiffness),
-            ]
-        }
+        Method::ContactDynamics => &[
+            (Damping::None, RIGID),
+            (Damping::None, Stiffness),
+            (Damping::Restitution, Stiffness),
+            (Damping::MassScaled, Stiffness),
+        ],
     }
 }
 

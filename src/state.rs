@@ -10,7 +10,8 @@ mod sizes;
 use crate::{
     error::Result,
     model::{
-        Boundary, Compliance, Grains, History, Levels, Materials, Method, Model, Precision, Rolling, Rotation, Tangential, Walls,
+        Boundary, Compliance, Grains, History, Levels, Materials, Method, Model, Precision, Rolling, Rotation,
+        Tangential, Walls,
     },
     units::{Quantity, Units},
 };

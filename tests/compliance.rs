@@ -76,7 +76,13 @@ fn a_column_rests_on_its_springs() {
                 let at = g.position.dot(up(dimension));
                 let (touch, load) = (at - below - if k == 0 { R } else { 2.0 * R }, (n - k) as f64);
                 let overlap = load * mass(dimension, R) * G / KN;
-                close(&format!("{} {dimension} overlap {k}", bench.name), -touch, overlap, overlap, bench.pick(1e-6, 2e-3));
+                close(
+                    &format!("{} {dimension} overlap {k}", bench.name),
+                    -touch,
+                    overlap,
+                    overlap,
+                    bench.pick(1e-6, 2e-3),
+                );
                 below = at;
             }
         }
@@ -87,7 +93,8 @@ fn falling(dimension: usize, n: usize) -> Assembly {
     let mut scene = blank(dimension);
     scene.gravity = -G * up(dimension);
     scene.walls = vec![floor(dimension)];
-    scene.grains = (0..n).map(|k| Grain { position: (2 * k + 1) as f64 * R * up(dimension), ..grain(0.0, 0.0, 0.0) }).collect();
+    scene.grains =
+        (0..n).map(|k| Grain { position: (2 * k + 1) as f64 * R * up(dimension), ..grain(0.0, 0.0, 0.0) }).collect();
     scene
 }
 

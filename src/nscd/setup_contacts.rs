@@ -8,8 +8,8 @@ use crate::{
     nscd::{
         compliance::{bias_velocity_of, compliance_of, spring_velocity},
         contact::{
-            FreeMotion, active_entries, impulse_sum, list_entries, past, separation_with,
-            store_residual_sums, warm_start_impulse,
+            FreeMotion, active_entries, impulse_sum, list_entries, past, separation_with, store_residual_sums,
+            warm_start_impulse,
         },
         response::{free_motion, inverse_effective_mass_of, response, store_member_load},
     },

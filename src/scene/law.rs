@@ -1,8 +1,8 @@
 //! Contact parameters: the keys of materials and of their pairs, in files and in builders, and what becomes of them. A
 //! law's own parameters are added here; how those of two materials mix stands in `materials.rs`.
 
-use super::{assembly::Method, check::Check};
 use super::setters::setters;
+use super::{assembly::Method, check::Check};
 use crate::Result;
 use serde::{Deserialize, Serialize};
 

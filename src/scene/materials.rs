@@ -95,8 +95,12 @@ fn material_pair(name: &str, material: &Material, springs: Springs, check: &Chec
         (None, None) if springs != Springs::OfMaterials => 1.0, // forgotten below
         (None, None) => {
             let message = match check.rigid {
-                false => "missing key `normal_stiffness`, or youngs_modulus and poissons_ratio, which method = \"dem\" needs",
-                true => "missing key `normal_stiffness`, which compliance = \"stiffness\" needs; youngs_modulus is for method = \"dem\" only",
+                false => {
+                    "missing key `normal_stiffness`, or youngs_modulus and poissons_ratio, which method = \"dem\" needs"
+                }
+                true => {
+                    "missing key `normal_stiffness`, which compliance = \"stiffness\" needs; youngs_modulus is for method = \"dem\" only"
+                }
             };
             return Err(check.origin.wrong(&format!("material.{name}"), message));
         }

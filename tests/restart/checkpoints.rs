@@ -23,7 +23,8 @@ fn scenes() -> Vec<(&'static str, Assembly, u64)> {
         example("hard/rigid_settling_3d.toml", &[&few[..], &narrow[..], solver].concat())
     };
     let rigid = |solver| with(&[solver]);
-    let springs = ["material.stone.normal_stiffness=2e4", "material.stone.restitution=0.5", "solver.compliance=stiffness"];
+    let springs =
+        ["material.stone.normal_stiffness=2e4", "material.stone.restitution=0.5", "solver.compliance=stiffness"];
     let gauss_seidel = [&["solver.relaxation=gauss-seidel"][..], &FEW_DISKS].concat();
     let mut periodic = example("hard/gas.toml", &["output.works=true"]);
     periodic.solver.allow_overlap = true;
