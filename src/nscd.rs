@@ -46,7 +46,7 @@ pub static POWER_ITERATION_START: Stage =
 
 /// Contact dynamics, length of the passes' steps 2: a pass of the power iteration.
 pub static POWER_ITERATION_PASS: Stage = Stage {
-    check: SUMS,
+    check: PUSHES,
     ..Stage::over_lists("nscd", "power_iteration_pass", power_iteration_pass::power_iteration_pass)
 };
 

@@ -47,6 +47,21 @@ pub const CHANGES: Check = Check {
     ..SUMS
 };
 
+/// The same of impulses along the normal alone, whose moments about a member's centre are the rounding of their forces'.
+pub const PUSHES: Check = Check {
+    floors: &[
+        FLOORS[0],
+        FLOORS[1],
+        FLOORS[2],
+        FLOORS[3],
+        (&[&MEMBER_TORQUE], |s| {
+            let radius = s.position.iter().map(|position| position.radius).fold(0.0, f64::max);
+            radius * s.member_force.iter().map(|force| force.length()).fold(0.0, f64::max)
+        }),
+    ],
+    ..SUMS
+};
+
 /// N s
 fn largest_impulse(s: &State) -> f64 {
     s.impulse.iter().map(|impulse| impulse.0.length()).fold(0.0, f64::max)
