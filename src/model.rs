@@ -124,6 +124,10 @@ slot!(
     Gyroscopic in "nscd/gyroscopic" { Dropped = "dropped", Kept = "kept" }
 );
 slot!(
+    /// Whether contacts of contact dynamics are rigid, or give way as springs and dashpots do.
+    Compliance in "nscd/compliance" { None = "none", Stiffness = "stiffness" }
+);
+slot!(
     /// One set of contact parameters, or a table by material.
     Materials in "contact/materials" { One = "one", Many = "many" }
 );
@@ -158,6 +162,7 @@ pub struct Model {
     pub rotation: Rotation,
     pub grains: Grains,
     pub gyroscopic: Gyroscopic,
+    pub compliance: Compliance,
     pub materials: Materials,
     pub walls: Walls,
     pub turning: Turning,
@@ -186,9 +191,9 @@ impl Model {
     /// What the scene needs, and no more.
     pub fn of(assembly: &Assembly, precision: Precision) -> Model {
         let pairs = &assembly.pairs;
-        let (method, gyroscopic, solver) = match assembly.solver.method {
-            Solve::DiscreteElements => (Method::DiscreteElements, true, None),
-            Solve::ContactDynamics(r) => (Method::ContactDynamics, r.gyroscopic, Some(r.solver)),
+        let (method, gyroscopic, compliant, solver) = match assembly.solver.method {
+            Solve::DiscreteElements => (Method::DiscreteElements, true, false, None),
+            Solve::ContactDynamics(r) => (Method::ContactDynamics, r.gyroscopic, r.compliant, Some(r.solver)),
         };
         let rigid = method == Method::ContactDynamics;
         let frictional = pairs.iter().any(|p| p.friction > 0.0);
@@ -232,6 +237,7 @@ impl Model {
             rotation: if frictional || rolling || spinning { Rotation::Sphere } else { Rotation::None },
             grains: if clumped { Grains::Clumps } else { Grains::Spheres },
             gyroscopic: if clumped && gyroscopic { Gyroscopic::Kept } else { Gyroscopic::Dropped },
+            compliance: if compliant { Compliance::Stiffness } else { Compliance::None },
             materials: match pairs.windows(2).all(|w| w[0] == w[1]) && assembly.growth.windows(2).all(|w| w[0] == w[1])
             {
                 true => Materials::One,
@@ -260,7 +266,8 @@ impl Model {
         }
     }
 
-    /// The slots as (slot, alternative), for people. Rigid grains have no law of contact.
+    /// The slots as (slot, alternative), for people. Rigid grains have no law of contact, those that give way its springs and
+    /// dashpots.
     pub fn slots(&self) -> Vec<(&'static str, &'static str)> {
         let law = [
             ("normal", self.normal.label()),
@@ -270,7 +277,11 @@ impl Model {
             ("twist", self.twist.label()),
             ("cohesion", self.cohesion.label()),
         ];
-        let law = if self.method == Method::DiscreteElements { &law[..] } else { &[] };
+        let law = match (self.method, self.compliance) {
+            (Method::DiscreteElements, _) => &law[..],
+            (Method::ContactDynamics, Compliance::Stiffness) => &law[1..2],
+            (Method::ContactDynamics, Compliance::None) => &[],
+        };
         let before = [
             ("precision", self.precision.label()),
             ("dimension", self.dimension.label()),
@@ -283,6 +294,7 @@ impl Model {
             ("grains", self.grains.label()),
             ("growth", self.growth.label()),
             ("gyroscopic", self.gyroscopic.label()),
+            ("compliance", self.compliance.label()),
             ("materials", self.materials.label()),
             ("walls", self.walls.label()),
             ("turning", self.turning.label()),
@@ -336,6 +348,7 @@ impl Model {
                 "solve/momentum.wgsl",
                 "solve/sums.wgsl",
                 "nscd/contact.wgsl",
+                self.compliance.file(),
             ]),
         }
         if self.walls == Walls::Some {
@@ -356,6 +369,9 @@ impl Model {
         });
         if self.method == Method::ContactDynamics && self.grains == Grains::Clumps {
             files.push(self.gyroscopic.file());
+        }
+        if self.compliance == Compliance::Stiffness {
+            files.push(self.damping.file());
         }
         if self.colored {
             files.push("nscd/coloring/priority.wgsl");
@@ -398,7 +414,7 @@ impl Model {
                         continue; // disks have no such contact
                     }
                     let rigid = method == ContactDynamics;
-                    for &damping in if rigid { &[Damping::None] } else { Damping::ALL } {
+                    for &(damping, compliance) in dampings(method) {
                         // Smooth rigid grains are all alike.
                         let alike = rigid && rotation == Rotation::None;
                         for &materials in if alike { &[Materials::One] } else { Materials::ALL } {
@@ -450,6 +466,7 @@ impl Model {
                                         rotation,
                                         grains,
                                         gyroscopic,
+                                        compliance,
                                         materials,
                                         walls,
                                         turning: if moving_walls && boundary == Boundary::Open {
@@ -477,6 +494,23 @@ impl Model {
             }
         }
         models
+    }
+}
+
+/// Dashpots, and whether contacts of contact dynamics give way: rigid ones have none.
+fn dampings(method: Method) -> &'static [(Damping, Compliance)] {
+    use Compliance::Stiffness;
+    const RIGID: Compliance = Compliance::None;
+    match method {
+        Method::DiscreteElements => {
+            &[(Damping::None, RIGID), (Damping::Restitution, RIGID), (Damping::MassScaled, RIGID)]
+        }
+        Method::ContactDynamics => &[
+            (Damping::None, RIGID),
+            (Damping::None, Stiffness),
+            (Damping::Restitution, Stiffness),
+            (Damping::MassScaled, Stiffness),
+        ],
     }
 }
 

@@ -4,6 +4,7 @@
 mod after_sweep;
 mod clump_response;
 pub mod coloring;
+pub mod compliance;
 pub mod contact;
 mod extrapolate;
 mod free_velocities;
@@ -45,7 +46,7 @@ pub static POWER_ITERATION_START: Stage =
 
 /// Contact dynamics, length of the passes' steps 2: a pass of the power iteration.
 pub static POWER_ITERATION_PASS: Stage = Stage {
-    check: SUMS,
+    check: PUSHES,
     ..Stage::over_lists("nscd", "power_iteration_pass", power_iteration_pass::power_iteration_pass)
 };
 
@@ -147,7 +148,8 @@ pub static POWER_ITERATION_CLUMPS: Stage = Stage {
 };
 
 /// Contact dynamics of clumps 8: impulses that the step ends with.
-pub static MEMBER_IMPULSES: Stage = Stage::over_lists("nscd", "member_impulses", member_impulses::member_impulses);
+pub static MEMBER_IMPULSES: Stage =
+    Stage { check: VELOCITIES, ..Stage::over_lists("nscd", "member_impulses", member_impulses::member_impulses) };
 
 /// Contact dynamics of clumps 9: centres and attitudes.
 pub static MOVE_CLUMPS: Stage = Stage {

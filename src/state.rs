@@ -10,8 +10,8 @@ mod sizes;
 use crate::{
     error::Result,
     model::{
-        Boundary, Grains, Growth, History, Levels, Materials, Method, Model, Precision, Rolling, Rotation, Tangential,
-        Walls,
+        Boundary, Compliance, Grains, Growth, History, Levels, Materials, Method, Model, Precision, Rolling, Rotation,
+        Tangential, Walls,
     },
     units::{Quantity, Units},
 };
@@ -278,7 +278,10 @@ fn single(m: &Model) -> bool {
     m.precision == Precision::Single
 }
 fn frictional(m: &Model) -> bool {
-    m.tangential != Tangential::None && !rigid(m)
+    m.tangential != Tangential::None && (!rigid(m) || compliant(m))
+}
+fn compliant(m: &Model) -> bool {
+    m.compliance == Compliance::Stiffness
 }
 fn rolling(m: &Model) -> bool {
     m.rolling != Rolling::None
@@ -404,6 +407,7 @@ state! {
     LIST_START list_start: u32, SlicesPlusOne, State, Number, "index into neighbour", always;
     NEIGHBOUR neighbour: u32, Entries, State, Number, "index and flag; wall w is bodies + w", always;
     TANGENTIAL_FORCE tangential_force: Packed, Entries, State, Force, "", frictional;
+    TANGENTIAL_FORCE_NEXT tangential_force_next: Packed, Entries, Scratch, Force, "", compliant;
     IMPULSE impulse: Packed, Entries, State, Impulse, "", rigid;
     HISTORY_START history_start: u32, BodiesPlusOne, Scratch, Number, "index into history_other", remembering;
     HISTORY_OTHER history_other: u32, History, Scratch, Number, "index before the sort", remembering;

@@ -55,7 +55,8 @@ pub fn mass(dimension: Dimension, density: f64, radius: f64) -> f64 {
     }
 }
 
-/// The bound, s: the smallest over all free grains. Infinite if nothing can touch.
+/// The bound, s: the smallest over all free grains. Infinite if nothing can touch, and of contact dynamics, whose steps are
+/// implicit.
 ///
 /// For each grain ω² is bounded by twice the stiffness that its contacts can put into one direction, over its mass,
 /// plus twice the tangential stiffness over its inertia (k_T R²/J) and twice the rolling stiffness over
@@ -65,6 +66,9 @@ pub fn mass(dimension: Dimension, density: f64, radius: f64) -> f64 {
 /// A dashpot acts on velocities half a step old, which turns `ω²Δt² < 4` into `ω²Δt² + 2γΔt < 4`. Grains that overlap
 /// each other by much, fixed ones above all, can exceed the contacts counted here.
 pub fn bound(assembly: &Assembly) -> f64 {
+    if assembly.solver.method != Method::DiscreteElements {
+        return f64::INFINITY;
+    }
     let worst = Worst::of(assembly);
     smallest_of_sizes(assembly, |sized| bound_under(sized, &worst))
 }

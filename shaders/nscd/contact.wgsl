@@ -259,17 +259,6 @@ fn contact_between(
     return side;
 }
 
-/// The speed that closes a gap within the step; an overlap opens at a bounded one. Gaps within rounding are none.
-fn bias_velocity_of(gap: Real) -> Real {
-    if (max(gap, -gap) < params.gap_band) {
-        return 0;
-    }
-    if (gap > 0) {
-        return gap / params.dt;
-    }
-    return max((gap + params.gap_band) / params.dt, -params.max_correction_velocity);
-}
-
 /// Moment of a contact about the grain's centre, N m. Rigid contacts carry no couple.
 fn contact_torque(contact: Contact) -> Spin {
     return moment(contact.arm, contact.force);
@@ -330,11 +319,13 @@ fn warm_start_impulse(entry: u32, tagged: u32) -> Vec {
 
 fn store_lanes(at: u32, entry: u32) {
     history_impulse[at] = impulse[entry];
+    store_spring(at, entry);
 }
 
 fn restore_lanes(entry: u32, at: u32, same: bool) {
     let r = unpacked(history_impulse[at]);
     store_impulse(entry, select(-r, r, same));
+    restore_spring(entry, at, same);
 }
 
 /// Nothing: rigid grains store no energy.

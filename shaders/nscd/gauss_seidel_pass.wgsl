@@ -22,11 +22,13 @@ fn update(k: u32) {
     }
     let surface = surface_velocity(here.spin, here.arm) - surface_velocity(there.spin, there.arm);
     let pushed = (here.velocity.v - there.velocity.v) + surface;
-    let side = contact_at(i, j, geometry, inverse_mass, pushed + unpacked(colored_free_velocity[k]));
     let old = unpacked(colored_impulse[k]);
     let start = old + solver_state.beta * (old - unpacked(colored_impulse_before[k]));
+    let rigid = contact_at(i, j, geometry, inverse_mass, pushed + unpacked(colored_free_velocity[k]));
+    let compliance = compliance_of(pair_of(i, j), inverse_mass);
+    let side = compliant(rigid, compliance, start);
     let next = disc_update(side, start, Real(1));
-    let error = natural_map(side, start, natural_map_scale(colored_contact[k].entry, side.tangential));
+    let error = natural_map(side, start, natural_map_scale(colored_contact[k].entry, side, compliance));
     pass_residual[i] += dot(error, error);
     colored_impulse_before[k] = packed(next);
     let change = next - start;

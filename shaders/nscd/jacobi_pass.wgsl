@@ -15,19 +15,23 @@ fn jacobi_pass_of(i: u32, entries: vec2<u32>) -> ListSums {
         if ((tagged & ACTIVE) == 0u) {
             continue;
         }
-        let side = oriented_contact(i, entry, tagged & INDEX, here, spin);
-        let old = side.sign * impulse_of(entry);
-        let start = old + solver_state.beta * (old - side.sign * unpacked(impulse_before[entry]));
+        let j = tagged & INDEX;
+        let rigid = oriented_contact(i, entry, j, here, spin);
+        let old = rigid.sign * impulse_of(entry);
+        let start = old + solver_state.beta * (old - rigid.sign * unpacked(impulse_before[entry]));
+        let compliance = compliance_of(pair_of(i, j), inverse_effective_mass[entry]);
+        let side = compliant(rigid, compliance, start);
         let next = disc_update(side, start, step);
         let mine = side.sign * next;
         impulse_before[entry] = packed(mine);
         total.impulse = with_impulse(total.impulse, entry, mine);
         let back = start - next;
         let on = next - old;
-        let error = natural_map(side, start, natural_map_scale(entry, side.tangential));
+        let error = natural_map(side, start, natural_map_scale(entry, side, compliance));
         total.sums.residual_squared += side.share * dot(error, error);
         total.sums.restart_criterion += side.share * scaled_product(side, back, on);
         total.sums.step_squared += side.share * scaled_product(side, back, back);
+        total.sums.curvature += side.share * compliant_work(side.n, compliance, back);
     }
     return total;
 }
@@ -51,7 +55,7 @@ fn jacobi_pass(
     }
     if (walk.answers) {
         let i = walk.body;
-        total.sums.curvature = respond_to_pass(i, total.impulse, extrapolated_velocity[i], extrapolated_spin_of(i));
+        total.sums.curvature += respond_to_pass(i, total.impulse, extrapolated_velocity[i], extrapolated_spin_of(i));
     }
     store_residual_sums(walk.group, lane, total.sums);
 }

@@ -11,6 +11,7 @@ fn impulses_of(i: u32, entries: vec2<u32>) -> ListSums {
         let impulse = impulse_of(entry);
         let pressed = any(impulse != Vec());
         set_active(entry, tagged, pressed);
+        remember_spring(entry, impulse);
         if (pressed) {
             total.impulse = with_impulse(total.impulse, entry, impulse);
         }

@@ -12,6 +12,7 @@ fn impulses_of(i: u32, entries: vec2<u32>) -> ListSums {
         }
         let impulse = impulse_of(entry);
         set_active(entry, tagged, any(impulse != Vec()));
+        remember_spring(entry, impulse);
         total.impulse = with_impulse(total.impulse, entry, impulse);
     }
     return total;

@@ -15,7 +15,9 @@ fn power_iteration_of(i: u32, entries: vec2<u32>) -> ListSums {
         if ((tagged & ACTIVE) == 0u) {
             continue;
         }
-        let side = pushed_contact(i, entry, tagged & INDEX, here, spin);
+        let j = tagged & INDEX;
+        let compliance = compliance_of(pair_of(i, j), inverse_effective_mass[entry]);
+        let side = compliant(pushed_contact(i, entry, j, here, spin), compliance, Vec());
         let approach = dot(side.velocity, side.n);
         let slip = side.velocity - approach * side.n;
         let mine = (side.sign * scale) * (approach / side.normal * side.n + slip * (1 / side.tangential));

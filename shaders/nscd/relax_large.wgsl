@@ -62,7 +62,9 @@ fn relax_large_of(i: u32, entries: vec2<u32>) -> ListSums {
         side.velocity += side.sign * unpacked(free_contact_velocity[entry]);
         let old = side.sign * impulse_of(entry);
         let start = old + solver_state.beta * (old - side.sign * unpacked(impulse_before[entry]));
-        let error = natural_map(side, start, natural_map_scale(entry, side.tangential));
+        let compliance = compliance_of(pair_of(i, j), inverse_effective_mass[entry]);
+        side = compliant(side, compliance, start);
+        let error = natural_map(side, start, natural_map_scale(entry, side, compliance));
         side.normal += scales.normal;
         side.tangential += scales.tangential;
         let next = disc_update(side, start, Real(1));

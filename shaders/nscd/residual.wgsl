@@ -17,13 +17,15 @@ fn residual_sums_of(i: u32, entries: vec2<u32>) -> ListSums {
             break;
         }
         let j = tagged & INDEX;
-        let side = oriented_contact(i, entry, j, here, spin);
+        let rigid = oriented_contact(i, entry, j, here, spin);
+        let impulse = rigid.sign * impulse_of(entry);
+        let compliance = compliance_of(pair_of(i, j), inverse_effective_mass[entry]);
+        let side = compliant(rigid, compliance, impulse);
         if ((tagged & ACTIVE) == 0u && dot(side.velocity, side.n) > 0) {
             set_active(entry, tagged, true);
             total.sums.late_contacts++;
         }
-        let impulse = side.sign * impulse_of(entry);
-        let error = natural_map(side, impulse, natural_map_scale(entry, side.tangential));
+        let error = natural_map(side, impulse, natural_map_scale(entry, side, compliance));
         var loads = load_speed[i];
         if (j < params.bodies) {
             loads += load_speed[j];

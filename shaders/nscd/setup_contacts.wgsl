@@ -32,7 +32,8 @@ fn setup_contacts_of(i: u32, entries: vec2<u32>) -> ListSums {
         }
         let inverse_mass = inverse_effective_mass_of(entry, i, j, touch);
         inverse_effective_mass[entry] = inverse_mass;
-        let bias_velocity = bias_velocity_of(touch.gap);
+        let pair = pair_of(i, j);
+        let bias_velocity = bias_velocity_of(touch.gap, pair, inverse_mass);
         // Both grains compute it from the first side, so that they agree.
         let arm = inverse_mass.arm * touch.n;
         let arm_to = -inverse_mass.arm_to * touch.n;
@@ -45,7 +46,8 @@ fn setup_contacts_of(i: u32, entries: vec2<u32>) -> ListSums {
             v = -past_flow(past(there, arm_to, free, arm), arm_to - arm);
         }
         let speed = max(max(sqrt(dot(v, v)), -bias_velocity), slack);
-        let q = v - bias_velocity * touch.n;
+        let spring = spring_velocity(entry, tagged, touch.n, compliance_of(pair, inverse_mass));
+        let q = (v - bias_velocity * touch.n) + spring;
         free_contact_velocity[entry] = packed(q);
         contact_geometry[entry] = ContactGeometry(touch.n, speed);
         // Pairs that are not about to touch take no part in passes, unless the residual finds that they should.

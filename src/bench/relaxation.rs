@@ -135,6 +135,7 @@ impl Contender {
             max_iterations: few,
             // Overlaps that settling has left stay.
             max_correction_velocity: Some(0.0),
+            compliant: false,
             gyroscopic: false,
         });
         let mut simulation = Simulation::new(bed, self.backend.options())?;

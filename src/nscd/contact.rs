@@ -149,17 +149,6 @@ pub fn relative_velocity(first: (DVec3, DVec3), arm: DVec3, second: (DVec3, DVec
     (first.0 - second.0) + (surface_velocity(first.1, arm) - surface_velocity(second.1, arm_to))
 }
 
-/// The speed that closes a gap within the step; an overlap opens at a bounded one. Gaps within rounding are none.
-pub fn bias_velocity_of(s: &State, gap: f64) -> f64 {
-    if gap.abs() < s.params.gap_band {
-        return 0.0;
-    }
-    if gap > 0.0 {
-        return gap / s.params.dt;
-    }
-    ((gap + s.params.gap_band) / s.params.dt).max(-s.params.max_correction_velocity)
-}
-
 /// The contact of grain i with neighbour j, as samples and forces see it: what carries an impulse is closed.
 pub fn contact_of(s: &State, i: usize, here: &Body, j: usize, entry: usize) -> Contact {
     let impulse = warm_start_impulse(s, entry);

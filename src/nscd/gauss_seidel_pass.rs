@@ -3,7 +3,9 @@
 
 use crate::{
     body::rotation::surface_velocity,
+    contact::materials::pair_of,
     nscd::{
+        compliance::{compliance_of, compliant},
         contact::contact_at,
         response::{ContactBody, VelocityUpdate, apply_impulse, contact_body, natural_map_scale},
     },
@@ -53,12 +55,14 @@ impl Update {
         let there = (j < s.sizes.bodies).then(|| contact_body(s, j, -inverse_mass.arm_to * geometry.n));
         let velocity = |body: &ContactBody| body.velocity.v + surface_velocity(body.spin, body.arm);
         let pushed = velocity(&here) - there.as_ref().map_or(DVec3::ZERO, velocity);
-        let side = contact_at(s, (i, j), &geometry, &inverse_mass, pushed + s.colored_free_velocity[k].0);
         let old = s.colored_impulse[k].0;
         let start = old + s.solver_state[0].beta * (old - s.colored_impulse_before[k].0);
+        let rigid = contact_at(s, (i, j), &geometry, &inverse_mass, pushed + s.colored_free_velocity[k].0);
+        let compliance = compliance_of(s, &pair_of(s, i, j), &inverse_mass);
+        let side = compliant(s, &rigid, &compliance, start);
         let next = disc_update(&side, start, 1.0);
         let change = next - start;
-        let error = natural_map(&side, start, natural_map_scale(s, entry as usize, side.tangential));
+        let error = natural_map(&side, start, natural_map_scale(s, entry as usize, &side, &compliance));
         Some(Update {
             next,
             residual_squared: error.length_squared(),

@@ -6,6 +6,7 @@ use crate::{
     body::ForceTorque,
     model::Grains,
     nscd::{
+        compliance::{compliance_at, compliant, compliant_work},
         contact::{active_entries, add_impulse, oriented_contact, store_residual_sums},
         response::{extrapolated_velocity_of, kinetic_metric, natural_map_scale, response, store_member_load},
     },
@@ -24,7 +25,7 @@ pub fn jacobi_pass(s: &mut State) {
     let responses = passes(s, jacobi_pass_of, |s, i, sum, sums| {
         let ((velocity, spin), (v, w)) = (response(s, i, &sum), extrapolated_velocity_of(s, i));
         let curvature = kinetic_metric(s, i, velocity.inverse_mass, velocity.v - v, spin - w);
-        (velocity, spin, ResidualSums { curvature, ..sums })
+        (velocity, spin, ResidualSums { curvature: sums.curvature + curvature, ..sums })
     });
     store_residual_sums(s, |_, i| responses[i].2);
     for (i, (velocity, spin, _)) in responses.into_iter().enumerate() {
@@ -66,19 +67,22 @@ fn jacobi_pass_of(s: &State, i: usize, before: &mut [Packed], begin: usize) -> (
     let mut sums = ResidualSums::default();
     let mut sum = ForceTorque::default();
     for entry in active_entries(s, i) {
-        let side = oriented_contact(s, i, entry, |i| extrapolated_velocity_of(s, i));
+        let rigid = oriented_contact(s, i, entry, |i| extrapolated_velocity_of(s, i));
         let before = &mut before[entry - begin];
-        let old = side.sign * s.impulse[entry].0;
-        let start = old + beta * (old - side.sign * before.0);
+        let old = rigid.sign * s.impulse[entry].0;
+        let start = old + beta * (old - rigid.sign * before.0);
+        let compliance = compliance_at(s, i, entry);
+        let side = compliant(s, &rigid, &compliance, start);
         let next = disc_update(&side, start, step);
         let mine = side.sign * next;
         before.0 = mine;
         add_impulse(&mut sum, s, entry, mine);
         let (back, on) = (start - next, next - old);
-        let error = natural_map(&side, start, natural_map_scale(s, entry, side.tangential));
+        let error = natural_map(&side, start, natural_map_scale(s, entry, &side, &compliance));
         sums.residual_squared += side.share * error.length_squared();
         sums.restart_criterion += side.share * scaled_product(&side, back, on);
         sums.step_squared += side.share * scaled_product(&side, back, back);
+        sums.curvature += side.share * compliant_work(side.n, &compliance, back);
     }
     (sum, sums)
 }

@@ -4,6 +4,7 @@ use crate::{
     body::ForceTorque,
     contact::history::set_active,
     nscd::{
+        compliance::remember_spring,
         contact::{impulse_sum, list_entries},
         response::store_member_load,
     },
@@ -20,6 +21,7 @@ pub fn member_impulses(s: &mut State) {
     for i in 0..s.sizes.bodies {
         for entry in list_entries(s, i).collect::<Vec<_>>() {
             set_active(&mut s.neighbour[entry], s.impulse[entry].0 != DVec3::ZERO);
+            remember_spring(s, entry);
         }
     }
 }

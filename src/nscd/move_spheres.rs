@@ -8,7 +8,10 @@ use crate::{
         rotation::inverse_inertia,
     },
     contact::history::set_active,
-    nscd::contact::{damping_factor, free_spin_change, free_velocity_change, list_entries},
+    nscd::{
+        compliance::remember_spring,
+        contact::{damping_factor, free_spin_change, free_velocity_change, list_entries},
+    },
     space::{
         boundary::{approach, carried, wrap},
         dimension::moment,
@@ -29,6 +32,7 @@ pub fn move_spheres(s: &mut State) {
         for entry in list_entries(s, i).collect::<Vec<_>>() {
             let impulse = s.impulse[entry].0;
             set_active(&mut s.neighbour[entry], impulse != DVec3::ZERO);
+            remember_spring(s, entry);
             sum.force += impulse;
             sum.torque += moment(s.inverse_effective_mass[entry].arm * s.contact_geometry[entry].n, impulse);
         }

@@ -3,7 +3,7 @@
 use super::{coloring::*, *};
 use crate::{
     body::plan::exchange,
-    model::{Boundary, Grains, Model},
+    model::{Boundary, Compliance, Grains, Model},
     neighbours::{
         DISPLACEMENT_CHECK,
         plan::{forget, lists},
@@ -126,5 +126,6 @@ pub fn motion(model: &Model) -> Plan {
         plan([run(&MEMBER_IMPULSES), run(&MOVE_CLUMPS), run(&MOVE_MEMBERS)]).when(clumps),
         space::motion(model),
         exchange(model),
+        swap(model, [(&TANGENTIAL_FORCE, &TANGENTIAL_FORCE_NEXT)]).when(model.compliance == Compliance::Stiffness),
     ])
 }

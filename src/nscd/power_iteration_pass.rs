@@ -4,11 +4,13 @@ use crate::{
     body::ForceTorque,
     model::Grains,
     nscd::{
+        compliance::{compliance_at, compliant},
         contact::{active_entries, add_impulse, pushed_contact, store_residual_sums},
         response::{extrapolated_velocity_of, kinetic_metric, response, store_member_load},
     },
     state::{ResidualSums, Spin, State},
 };
+use glam::DVec3;
 use rayon::prelude::*;
 
 pub fn power_iteration_pass(s: &mut State) {
@@ -36,7 +38,8 @@ fn power_iteration_of(s: &State, i: usize) -> (ForceTorque, ResidualSums) {
     let mut sums = ResidualSums::default();
     let mut sum = ForceTorque::default();
     for entry in active_entries(s, i) {
-        let side = pushed_contact(s, i, entry, |i| extrapolated_velocity_of(s, i));
+        let rigid = pushed_contact(s, i, entry, |i| extrapolated_velocity_of(s, i));
+        let side = compliant(s, &rigid, &compliance_at(s, i, entry), DVec3::ZERO);
         let approach = side.velocity.dot(side.n);
         let slip = side.velocity - approach * side.n;
         let mine = (side.sign * scale) * (approach / side.normal * side.n + slip * (1.0 / side.tangential));

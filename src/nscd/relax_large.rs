@@ -8,6 +8,7 @@ use crate::{
     nscd::{
         after_sweep::restart_criterion,
         coloring::priority::is_heavy,
+        compliance::{compliance_at, compliant},
         contact::{active_entries, add_impulse, oriented_contact, store_residual_sums},
         jacobi_pass::passes,
         response::{
@@ -60,7 +61,9 @@ fn relax_large_of(s: &State, i: usize, before: &mut [Packed], begin: usize) -> (
         let before = &mut before[entry - begin];
         let old = side.sign * s.impulse[entry].0;
         let start = old + s.solver_state[0].beta * (old - side.sign * before.0);
-        let error = natural_map(&side, start, natural_map_scale(s, entry, side.tangential));
+        let compliance = compliance_at(s, i, entry);
+        side = compliant(s, &side, &compliance, start);
+        let error = natural_map(&side, start, natural_map_scale(s, entry, &side, &compliance));
         let own = split_scales(s, i, j);
         let other = if j < s.sizes.bodies { split_scales(s, j, i) } else { UpdateScales::default() };
         side.normal += own.normal + other.normal;

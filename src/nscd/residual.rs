@@ -5,6 +5,7 @@
 use crate::{
     contact::history::set_active,
     nscd::{
+        compliance::{compliance_at, compliant},
         contact::{NO_SPEED, list_entries, oriented_contact, store_residual_sums},
         response::natural_map_scale,
     },
@@ -40,12 +41,14 @@ fn is_late(s: &State, entry: usize, side: &OrientedContact) -> bool {
 fn residual_sums_of(s: &State, i: usize) -> ResidualSums {
     let mut sums = ResidualSums::default();
     for entry in list_entries(s, i) {
-        let side = oriented_contact(s, i, entry, |i| at(s, i));
+        let rigid = oriented_contact(s, i, entry, |i| at(s, i));
+        let impulse = rigid.sign * s.impulse[entry].0;
+        let compliance = compliance_at(s, i, entry);
+        let side = compliant(s, &rigid, &compliance, impulse);
         sums.late_contacts += u32::from(is_late(s, entry, &side));
-        let impulse = side.sign * s.impulse[entry].0;
         let normal_impulse = -impulse.dot(side.n);
         let friction = impulse + normal_impulse * side.n;
-        let error = natural_map(&side, impulse, natural_map_scale(s, entry, side.tangential));
+        let error = natural_map(&side, impulse, natural_map_scale(s, entry, &side, &compliance));
         // Of its two grains' loads a small part, because sums of loads that balance have no more digits.
         let j = (s.neighbour[entry] & INDEX) as usize;
         let loads = s.load_speed[i] + s.load_speed.get(j).copied().unwrap_or_default();

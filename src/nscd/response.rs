@@ -18,7 +18,7 @@ use crate::{
 };
 use crate::{
     model::Grains,
-    solve::natural_map::{UpdateScales, largest_eigenvalue, update_scales},
+    solve::natural_map::{OrientedContact, UpdateScales, largest_eigenvalue, update_scales},
     state::{InverseEffectiveMass, Spin, State, Velocity, VelocityLow},
     units::Quantity,
 };
@@ -117,11 +117,11 @@ pub fn inverse_effective_mass_of(s: &State, i: usize, j: usize, gap: f64, n: DVe
     }
 }
 
-/// The largest eigenvalue of W_kk, 1/kg.
-pub fn natural_map_scale(s: &State, entry: usize, tangential: f64) -> f64 {
+/// The largest eigenvalue of W_kk + C, 1/kg; of clumps, or more.
+pub fn natural_map_scale(s: &State, entry: usize, side: &OrientedContact, compliance: &UpdateScales) -> f64 {
     match s.model.grains {
-        Grains::Spheres => tangential,
-        Grains::Clumps => s.delassus_eigenvalue[entry],
+        Grains::Spheres => side.normal.max(side.tangential),
+        Grains::Clumps => s.delassus_eigenvalue[entry] + compliance.normal.max(compliance.tangential),
     }
 }
 

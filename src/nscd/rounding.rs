@@ -12,6 +12,7 @@ pub const FLOORS: &[Floor] = &[
     (&[&PASS_VELOCITY, &PASS_VELOCITY_BEFORE, &EXTRAPOLATED_VELOCITY, &VELOCITY_NEXT], kick),
     (&[&PASS_SPIN, &PASS_SPIN_BEFORE, &EXTRAPOLATED_SPIN, &SPIN_NEXT], |s| kicks_of_bodies(s, contact_of)[1]),
     (&[&DISPLACEMENT], |s| s.params.dt * kick(s)),
+    (&[&TANGENTIAL_FORCE_NEXT], |s| largest_impulse(s) / s.params.dt),
 ];
 
 /// m/s
@@ -37,9 +38,25 @@ pub const CHANGES: Check = Check {
         FLOORS[0],
         FLOORS[1],
         FLOORS[2],
+        FLOORS[3],
         (&[&MEMBER_FORCE], largest_impulse),
         (&[&MEMBER_TORQUE], |s| {
             largest_impulse(s) * s.position.iter().map(|position| position.radius).fold(0.0, f64::max)
+        }),
+    ],
+    ..SUMS
+};
+
+/// The same of impulses along the normal alone, whose moments about a member's centre are the rounding of their forces'.
+pub const PUSHES: Check = Check {
+    floors: &[
+        FLOORS[0],
+        FLOORS[1],
+        FLOORS[2],
+        FLOORS[3],
+        (&[&MEMBER_TORQUE], |s| {
+            let radius = s.position.iter().map(|position| position.radius).fold(0.0, f64::max);
+            radius * s.member_force.iter().map(|force| force.length()).fold(0.0, f64::max)
         }),
     ],
     ..SUMS

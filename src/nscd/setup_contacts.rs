@@ -3,12 +3,13 @@
 
 use crate::{
     body::{ForceTorque, bodies::body},
-    contact::{geometry::is_deep, history::set_active},
+    contact::{geometry::is_deep, history::set_active, materials::pair_of},
     model::Grains,
     nscd::{
+        compliance::{bias_velocity_of, compliance_of, spring_velocity},
         contact::{
-            FreeMotion, active_entries, bias_velocity_of, impulse_sum, list_entries, past, separation_with,
-            store_residual_sums, warm_start_impulse,
+            FreeMotion, active_entries, impulse_sum, list_entries, past, separation_with, store_residual_sums,
+            warm_start_impulse,
         },
         response::{free_motion, inverse_effective_mass_of, response, store_member_load},
     },
@@ -28,8 +29,9 @@ pub fn setup_contacts(s: &mut State) {
             let touch = separation_with(s, i, &here, j);
             let (radius, other) = (here.position.radius, s.position.get(j).map_or(f64::INFINITY, |there| there.radius));
             deep |= is_deep(s, touch.gap, radius.min(other));
-            let bias_velocity = bias_velocity_of(s, touch.gap);
             let (inverse_effective_mass, delassus_eigenvalue) = inverse_effective_mass_of(s, i, j, touch.gap, touch.n);
+            let pair = pair_of(s, i, j);
+            let bias_velocity = bias_velocity_of(s, touch.gap, &pair, &inverse_effective_mass);
             let [arm, arm_to] = [inverse_effective_mass.arm * touch.n, -inverse_effective_mass.arm_to * touch.n];
             let there = match j.checked_sub(s.sizes.bodies) {
                 None => free_motion(s, j),
@@ -39,7 +41,8 @@ pub fn setup_contacts(s: &mut State) {
             };
             let v = past(&free, arm, &there, arm_to);
             let v = if j < s.sizes.bodies { past_flow(s, s.model.boundary, v, arm - arm_to) } else { v };
-            let q = v - bias_velocity * touch.n;
+            let compliance = compliance_of(s, &pair, &inverse_effective_mass);
+            let q = (v - bias_velocity * touch.n) + spring_velocity(s, entry, touch.n, &compliance);
             s.free_contact_velocity[entry] = Packed(q);
             let speed = v.length().max(-bias_velocity).max(slack);
             s.contact_geometry[entry] = ContactGeometry { n: touch.n, speed };

@@ -498,6 +498,9 @@ pub struct Relaxation {
     /// At most this fast an overlap opens, m/s. None: a tenth of what gravity
     /// gives in a step, or a thousandth of the mean radius per step without.
     pub max_correction_velocity: Option<f64>,
+    /// Whether contacts give way by the springs and dashpots of their pairs, and are not rigid. Then overlaps open by
+    /// themselves.
+    pub compliant: bool,
     /// Whether free clumps keep their angular momentum, and not their angular velocity as in the source chapter.
     pub gyroscopic: bool,
 }

@@ -100,7 +100,7 @@ impl Assembly {
             return Err(check.origin.wrong("pair", message));
         }
         for (k, pair) in self.pairs.iter().enumerate() {
-            pair.check(k, check)?;
+            pair.check(k, self.solver.method, check)?;
             if *pair != self.pairs[k % count * count + k / count] {
                 let message = "differs from the pair of the same materials in the other order";
                 return Err(check.origin.wrong(&format!("pair.{k}"), message));

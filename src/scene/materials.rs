@@ -2,14 +2,18 @@
 
 use super::check::Check;
 use super::law::{Hertz, Rolling, check_deformable, check_space};
-use super::schema::{File, Material, Method, Pair as Override};
+use super::schema::{Compliance, File, Material, Method, Pair as Override};
 use super::{Dashpot, Pair};
 use crate::Result;
 
 /// Contact parameters of every pair of materials, row-major.
 pub fn pairs(file: &File, check: &Check) -> Result<Vec<Pair>> {
-    let own: Vec<Pair> =
-        file.material.iter().map(|(name, material)| material_pair(name, material, check)).collect::<Result<_>>()?;
+    let springs = springs(file, check)?;
+    let own: Vec<Pair> = file
+        .material
+        .iter()
+        .map(|(name, material)| material_pair(name, material, springs, check))
+        .collect::<Result<_>>()?;
     let overrides = overrides(file, check)?;
     let stiff: Vec<bool> = file.material.values().map(|material| material.rolling_stiffness.is_some()).collect();
     let count = own.len();
@@ -21,14 +25,52 @@ pub fn pairs(file: &File, check: &Check) -> Result<Vec<Pair>> {
         }
     }
     one_kind(&mut pairs, check)?;
-    if file.solver.method == Method::Cd {
-        // Rigid grains have no springs, and no rebound.
-        let rigid = |pair: &mut Pair| {
-            (pair.normal_stiffness, pair.tangential_stiffness, pair.dashpot) = (0.0, 0.0, Dashpot::None)
-        };
-        pairs.iter_mut().for_each(rigid);
+    let of_all = |pair: &mut Pair, normal_stiffness: f64| {
+        let tangential_stiffness = TANGENTIAL_PART * normal_stiffness;
+        *pair = Pair { normal_stiffness, tangential_stiffness, dashpot: Dashpot::None, ..*pair };
+    };
+    match springs {
+        Springs::OfMaterials => {
+            // Contact dynamics divides by the tangential one.
+            let slippery = pairs.iter_mut().filter(|pair| check.rigid && pair.tangential_stiffness == 0.0);
+            slippery.for_each(|pair| (pair.friction, pair.tangential_stiffness) = (0.0, pair.normal_stiffness));
+        }
+        // Rigid grains have none, and no rebound.
+        Springs::None => pairs.iter_mut().for_each(|pair| of_all(pair, 0.0)),
+        Springs::OfAll(stiffness) => pairs.iter_mut().for_each(|pair| of_all(pair, stiffness)),
     }
     Ok(pairs)
+}
+
+/// k_T over k_N where there is nothing to say otherwise: the period of both springs of a sphere is the same.
+const TANGENTIAL_PART: f64 = 2.0 / 7.0;
+
+/// Where the springs of contacts come from.
+#[derive(Clone, Copy, PartialEq)]
+enum Springs {
+    OfMaterials,
+    /// N/m
+    OfAll(f64),
+    /// Contacts are rigid.
+    None,
+}
+
+/// Those that the method and its compliance ask for.
+fn springs(file: &File, check: &Check) -> Result<Springs> {
+    let key = "solver.compliance";
+    Ok(match &file.solver.compliance {
+        _ if file.solver.method == Method::Dem => Springs::OfMaterials,
+        None => Springs::None,
+        Some(compliance) if compliance.is_none() => Springs::None,
+        Some(Compliance::Word(word)) if word == "stiffness" => Springs::OfMaterials,
+        Some(Compliance::Word(word)) => {
+            let rule = "must be \"none\", \"stiffness\", or 0 or a positive number of m/N";
+            return Err(check.origin.bad(key, format!("\"{word}\""), rule));
+        }
+        Some(Compliance::Constant(compliance)) => {
+            Springs::OfAll(1.0 / check.positive(key, *compliance, " of m/N, \"none\" or \"stiffness\"")?)
+        }
+    })
 }
 
 /// Tables of grains hold the names of materials as they are, so that a name must not look like two values or two rows.
@@ -42,7 +84,7 @@ fn check_name(name: &str, check: &Check) -> Result<()> {
 }
 
 /// A material against itself.
-fn material_pair(name: &str, material: &Material, check: &Check) -> Result<Pair> {
+fn material_pair(name: &str, material: &Material, springs: Springs, check: &Check) -> Result<Pair> {
     check_name(name, check)?;
     let key = |field: &str| format!("material.{name}.{field}");
     check.positive(&key("density"), material.density, " of kg/m³")?;
@@ -50,14 +92,20 @@ fn material_pair(name: &str, material: &Material, check: &Check) -> Result<Pair>
     let normal_stiffness = match (material.normal_stiffness, hertz) {
         (Some(stiffness), _) => check.positive(&key("normal_stiffness"), stiffness, " of N/m")?,
         (None, Some(_)) => 0.0,
-        (None, None) if check.rigid => 1.0, // forgotten below
+        (None, None) if springs != Springs::OfMaterials => 1.0, // forgotten below
         (None, None) => {
-            let message =
-                "missing key `normal_stiffness`, or youngs_modulus and poissons_ratio, which method = \"dem\" needs";
+            let message = match check.rigid {
+                false => {
+                    "missing key `normal_stiffness`, or youngs_modulus and poissons_ratio, which method = \"dem\" needs"
+                }
+                true => {
+                    "missing key `normal_stiffness`, which compliance = \"stiffness\" needs; youngs_modulus is for method = \"dem\" only"
+                }
+            };
             return Err(check.origin.wrong(&format!("material.{name}"), message));
         }
     };
-    let tangential_stiffness = material.tangential_stiffness.unwrap_or(2.0 / 7.0 * normal_stiffness);
+    let tangential_stiffness = material.tangential_stiffness.unwrap_or(TANGENTIAL_PART * normal_stiffness);
     Ok(Pair {
         normal_stiffness,
         tangential_stiffness: check.not_negative(&key("tangential_stiffness"), tangential_stiffness, " of N/m")?,

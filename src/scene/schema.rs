@@ -423,8 +423,28 @@ pub struct Solver {
     pub tolerance: Option<f64>,
     pub max_iterations: Option<u32>,
     pub max_correction_velocity: Option<f64>,
+    pub compliance: Option<Compliance>,
     pub gyroscopic: Option<bool>,
     pub twist: Twist,
+}
+
+/// What contacts of contact dynamics give way by.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(untagged)]
+pub enum Compliance {
+    /// m/N, of all contacts.
+    Constant(f64),
+    Word(String),
+}
+
+impl Compliance {
+    /// Whether contacts are rigid.
+    pub fn is_none(&self) -> bool {
+        match self {
+            Compliance::Constant(compliance) => *compliance == 0.0,
+            Compliance::Word(word) => word == "none",
+        }
+    }
 }
 
 /// Global damping.
@@ -468,6 +488,7 @@ impl Default for Solver {
             tolerance: None,
             max_iterations: None,
             max_correction_velocity: None,
+            compliance: None,
             gyroscopic: None,
             twist: Twist::Ignored,
         }

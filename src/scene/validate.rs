@@ -220,6 +220,10 @@ pub fn check_solver(solver: &Solver, check: &Check) -> Result<()> {
         }
         if let Some(speed) = relaxation.max_correction_velocity {
             check.not_negative("solver.max_correction_velocity", speed, " of m/s")?;
+            if relaxation.compliant {
+                let message = "is for rigid contacts; with compliance springs open overlaps";
+                return Err(check.origin.wrong("solver.max_correction_velocity", message));
+            }
         }
     }
     match solver.dt {
@@ -250,6 +254,7 @@ fn method(solver: &schema::Solver, check: &Check) -> Result<Method> {
         ("tolerance", solver.tolerance.is_some()),
         ("max_iterations", solver.max_iterations.is_some()),
         ("max_correction_velocity", solver.max_correction_velocity.is_some()),
+        ("compliance", solver.compliance.is_some()),
         ("gyroscopic", solver.gyroscopic.is_some()),
     ];
     if solver.method == schema::Method::Dem {
@@ -264,6 +269,7 @@ fn method(solver: &schema::Solver, check: &Check) -> Result<Method> {
         tolerance: solver.tolerance.unwrap_or(1e-5),
         max_iterations: solver.max_iterations.unwrap_or(1000),
         max_correction_velocity: solver.max_correction_velocity,
+        compliant: solver.compliance.as_ref().is_some_and(|compliance| !compliance.is_none()),
         gyroscopic: solver.gyroscopic.unwrap_or(false),
     }))
 }

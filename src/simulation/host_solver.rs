@@ -10,6 +10,7 @@ use crate::{
     error::Result,
     model::Grains as Kind,
     nscd::{
+        compliance::compliance_at,
         contact::{NO_SPEED, active_entries, entry_of, impulse_inverse_mass, relative_velocity},
         response::{grain_of, inverse_inertia_of, point_response},
     },
@@ -36,6 +37,8 @@ struct Contact {
     /// m/s, in its frame: q.
     free: DVec3,
     friction: f64,
+    /// 1/kg, in its frame: C.
+    compliance: DVec3,
 }
 
 impl Contact {
@@ -104,6 +107,7 @@ impl<I: Inertia> Grains<I> {
             2 => (DVec3::new(-geometry.n.y, geometry.n.x, 0.0), DVec3::Z),
             _ => geometry.n.any_orthonormal_pair(),
         };
+        let compliance = compliance_at(s, i, entry);
         let wall = j.checked_sub(s.sizes.bodies);
         let (first, to_first) = of_body(i);
         let second = wall.is_none().then(|| of_body(j));
@@ -122,6 +126,7 @@ impl<I: Inertia> Grains<I> {
             arm_to: second.map_or(DVec3::ZERO, |(_, to_second)| to_second - inverse_effective_mass.arm_to * geometry.n),
             free: DVec3::ZERO,
             friction: pair_of(s, i, j).friction,
+            compliance: DVec3::new(compliance.normal, compliance.tangential, compliance.tangential),
         };
         contact.free = contact.in_frame(s.free_contact_velocity[entry].0);
         self.contact_ids.push(contact);
@@ -129,9 +134,17 @@ impl<I: Inertia> Grains<I> {
     }
 }
 
-/// The state are velocities and spins that impulses have added to those of the grains.
+/// What impulses have done.
+#[derive(Clone)]
+struct Pushed {
+    /// Velocities and spins that they have added to those of the grains.
+    grains: Vec<(DVec3, DVec3)>,
+    /// N s, of the contacts in their frames.
+    impulses: Vec<DVec3>,
+}
+
 impl<I: Inertia> Operator for Grains<I> {
-    type State = Vec<(DVec3, DVec3)>;
+    type State = Pushed;
 
     fn len(&self) -> usize {
         self.contact_ids.len()
@@ -153,7 +166,8 @@ impl<I: Inertia> Operator for Grains<I> {
             m.in_frame(velocity(m.first, m.arm, impulse) + to)
         };
         let out = if self.dims == 2 { DVec3::ZERO } else { column(DVec3::Z) };
-        DMat3::from_cols(column(DVec3::X), column(DVec3::Y), out)
+        let compliance = if self.dims == 2 { m.compliance.with_z(0.0) } else { m.compliance };
+        DMat3::from_cols(column(DVec3::X), column(DVec3::Y), out) + DMat3::from_diagonal(compliance)
     }
 
     fn mu(&self, k: usize) -> f64 {
@@ -169,27 +183,30 @@ impl<I: Inertia> Operator for Grains<I> {
     }
 
     fn free(&self) -> Self::State {
-        vec![(DVec3::ZERO, DVec3::ZERO); self.grains.len()]
+        Pushed { grains: vec![(DVec3::ZERO, DVec3::ZERO); self.grains.len()], impulses: vec![DVec3::ZERO; self.len()] }
     }
 
     fn set(&self, state: &mut Self::State, r: &[DVec3]) {
-        state.fill((DVec3::ZERO, DVec3::ZERO));
+        state.grains.fill((DVec3::ZERO, DVec3::ZERO));
+        state.impulses.fill(DVec3::ZERO);
         r.iter().enumerate().for_each(|(k, r)| self.add(state, k, *r));
     }
 
     fn velocity(&self, state: &Self::State, k: usize) -> DVec3 {
         let m = &self.contact_ids[k];
-        let second = m.second.map_or((DVec3::ZERO, DVec3::ZERO), |j| state[j]);
-        m.in_frame(relative_velocity(state[m.first], m.arm, second, m.arm_to)) + m.free
+        let second = m.second.map_or((DVec3::ZERO, DVec3::ZERO), |j| state.grains[j]);
+        let pushed = m.in_frame(relative_velocity(state.grains[m.first], m.arm, second, m.arm_to));
+        pushed + m.compliance * state.impulses[k] + m.free
     }
 
     fn add(&self, state: &mut Self::State, k: usize, change: DVec3) {
         let m = &self.contact_ids[k];
         let impulse = m.impulse(change);
+        state.impulses[k] += change;
         let mut push = |i: usize, arm: DVec3, impulse: DVec3| {
             let Grain { inverse_mass, inverse_inertia, .. } = self.grains[i];
-            state[i].0 += inverse_mass * impulse;
-            state[i].1 += inverse_inertia * arm.cross(impulse);
+            state.grains[i].0 += inverse_mass * impulse;
+            state.grains[i].1 += inverse_inertia * arm.cross(impulse);
         };
         push(m.first, m.arm, impulse);
         if let Some(j) = m.second {
@@ -198,8 +215,12 @@ impl<I: Inertia> Operator for Grains<I> {
     }
 
     fn extrapolate(&self, state: &mut Self::State, newer: &Self::State, older: &Self::State, beta: f64) {
-        for ((state, newer), older) in state.iter_mut().zip(newer).zip(older) {
-            *state = (newer.0 + beta * (newer.0 - older.0), newer.1 + beta * (newer.1 - older.1));
+        let ahead = |newer: DVec3, older: DVec3| newer + beta * (newer - older);
+        for ((state, newer), older) in state.grains.iter_mut().zip(&newer.grains).zip(&older.grains) {
+            *state = (ahead(newer.0, older.0), ahead(newer.1, older.1));
+        }
+        for ((state, newer), older) in state.impulses.iter_mut().zip(&newer.impulses).zip(&older.impulses) {
+            *state = ahead(*newer, *older);
         }
     }
 
@@ -269,7 +290,7 @@ fn solve_grains<I: Inertia>(
     grains.set(&mut state, &solution.r);
     for i in 0..s.sizes.bodies {
         let (grain, arm) = of_body(s, i);
-        let (v, spin) = state[grain];
+        let (v, spin) = state.grains[grain];
         s.pass_velocity[i] =
             Velocity { v: v + surface_velocity(spin, arm), inverse_mass: grains.grains[grain].inverse_mass };
         if let Some(kept) = s.pass_spin.get_mut(i) {

@@ -2,7 +2,7 @@
 
 use crate::{
     body::grains::same_grain,
-    model::{Grains, Method},
+    model::{Compliance, Grains, Method},
     scene::{Assembly, Numbers},
     space::{
         boundary::{approach, nearest_image},
@@ -139,7 +139,9 @@ fn beyond_wall(s: &State, at: usize, who: &str, known: &Known) -> String {
         Some(w) => {
             format!("the wall \"{}\" comes at {:.4e} m/s and the grains cannot give way", known.walls[w], closing(&w))
         }
-        None if s.model.method == Method::ContactDynamics => "the contacts of its steps are not solved".to_owned(),
+        None if s.model.method == Method::ContactDynamics && s.model.compliance == Compliance::None => {
+            "the contacts of its steps are not solved".to_owned()
+        }
         None => format!(
             "what presses it, at {:.4e} m/s now, is more than its springs can hold: give materials a larger normal_stiffness \
              (youngs_modulus)",

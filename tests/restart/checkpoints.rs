@@ -17,11 +17,14 @@ use std::{cell::Cell, fs, process::Stdio, thread::sleep, time::Duration};
 /// Scenes of every kind of memory, and the steps to a sample: lists are made anew in between, but not at every one.
 fn scenes() -> Vec<(&'static str, Assembly, u64)> {
     let column = ["population.0.count=300"];
-    let rigid = |solver| {
-        let few = ["population.0.count=2", "population.1.count=498", "solver.max_iterations=20", solver];
+    let with = |solver: &[&'static str]| {
+        let few = ["population.0.count=2", "population.1.count=498", "solver.max_iterations=20"];
         let narrow = ["wall.0.upper=[0.025, 0.025, 2]", "population.0.region.upper=[0.025, 0.025, 0.05]"];
-        example("hard/rigid_settling_3d.toml", &[&few[..], &narrow[..]].concat())
+        example("hard/rigid_settling_3d.toml", &[&few[..], &narrow[..], solver].concat())
     };
+    let rigid = |solver| with(&[solver]);
+    let springs =
+        ["material.stone.normal_stiffness=2e4", "material.stone.restitution=0.5", "solver.compliance=stiffness"];
     let gauss_seidel = [&["solver.relaxation=gauss-seidel"][..], &FEW_DISKS].concat();
     let mut periodic = example("hard/gas.toml", &["output.works=true"]);
     periodic.solver.allow_overlap = true;
@@ -68,6 +71,7 @@ fn scenes() -> Vec<(&'static str, Assembly, u64)> {
         ("clumps", example("hard/dimer_bed.toml", &FEW_DIMERS), 150),
         ("jacobi", rigid("solver.relaxation=jacobi-accelerated"), 7),
         ("colours", rigid("solver.relaxation=coloured-accelerated"), 7),
+        ("springs in contact dynamics", with(&springs), 7),
         ("disks by gauss-seidel", example("hard/rigid_settling_2d.toml", &gauss_seidel), 4),
         ("clumps by jacobi", rigid_clumps("jacobi-accelerated"), 7),
         ("clumps by colours", rigid_clumps("coloured-accelerated"), 7),

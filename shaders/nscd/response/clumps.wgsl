@@ -72,9 +72,9 @@ fn inverse_effective_mass_of(entry: u32, i: u32, j: u32, touch: Separation) -> I
     return inverse_mass;
 }
 
-/// The largest eigenvalue of W_kk, 1/kg.
-fn natural_map_scale(entry: u32, tangential: Real) -> Real {
-    return delassus_eigenvalue[entry];
+/// The largest eigenvalue of W_kk + C, 1/kg, or more.
+fn natural_map_scale(entry: u32, side: OrientedContact, compliance: UpdateScales) -> Real {
+    return delassus_eigenvalue[entry] + max(compliance.normal, compliance.tangential);
 }
 
 /// The clump will answer.

@@ -50,9 +50,9 @@ fn inverse_effective_mass_of(entry: u32, i: u32, j: u32, touch: Separation) -> I
     return inverse_mass;
 }
 
-/// The largest eigenvalue of W_kk, 1/kg.
-fn natural_map_scale(entry: u32, tangential: Real) -> Real {
-    return tangential;
+/// The largest eigenvalue of W_kk + C, 1/kg.
+fn natural_map_scale(entry: u32, side: OrientedContact, compliance: UpdateScales) -> Real {
+    return max(side.normal, side.tangential);
 }
 
 /// Velocity and spin that impulses give body i.

@@ -122,6 +122,7 @@ pub fn rigid(dimension: usize, dt: f64, friction: f64, tolerance: f64) -> Assemb
         tolerance,
         max_iterations: 2_000,
         max_correction_velocity: None,
+        compliant: false,
         gyroscopic: false,
     });
     assembly.pairs = vec![Pair { friction, ..Pair::default() }];

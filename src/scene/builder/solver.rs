@@ -49,6 +49,20 @@ impl SolverBuilder {
         self
     }
 
+    /// Contact dynamics: contacts give way as the springs and dashpots of their materials do. Default: they are rigid.
+    #[must_use]
+    pub fn compliant(mut self) -> Self {
+        self.0.compliance = Some(schema::Compliance::Word("stiffness".to_owned()));
+        self
+    }
+
+    /// Contact dynamics: what all contacts give way by, m/N; across by 7/2 of it. Default: 0, they are rigid.
+    #[must_use]
+    pub fn compliance(mut self, compliance: f64) -> Self {
+        self.0.compliance = Some(schema::Compliance::Constant(compliance));
+        self
+    }
+
     setters! {
         /// Of a time step that is chosen: fraction of the stability bound, in (0, 1]. Default: 0.15.
         dt_fraction: f64;
