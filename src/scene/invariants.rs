@@ -99,8 +99,9 @@ impl Assembly {
             let message = format!("has {} entries, must be {count}² for {count} materials", self.pairs.len());
             return Err(check.origin.wrong("pair", message));
         }
+        let compliant = matches!(self.solver.method, Method::ContactDynamics(relaxation) if relaxation.compliant);
         for (k, pair) in self.pairs.iter().enumerate() {
-            pair.check(k, self.solver.method, check)?;
+            pair.check(k, compliant, check)?;
             if *pair != self.pairs[k % count * count + k / count] {
                 let message = "differs from the pair of the same materials in the other order";
                 return Err(check.origin.wrong(&format!("pair.{k}"), message));

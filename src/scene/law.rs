@@ -1,8 +1,8 @@
 //! Contact parameters: the keys of materials and of their pairs, in files and in builders, and what becomes of them. A
 //! law's own parameters are added here; how those of two materials mix stands in `materials.rs`.
 
+use super::check::Check;
 use super::setters::setters;
-use super::{assembly::Method, check::Check};
 use crate::Result;
 use serde::{Deserialize, Serialize};
 
@@ -63,16 +63,13 @@ impl Hertz {
 }
 
 impl Pair {
-    /// What a pair of an assembly must be, the k-th of them.
-    pub(super) fn check(&self, k: usize, method: Method, check: &Check) -> Result<()> {
+    /// What a pair of an assembly must be, the k-th of them; `compliant`: in contact dynamics, which divides by stiffnesses.
+    pub(super) fn check(&self, k: usize, compliant: bool, check: &Check) -> Result<()> {
         let at = |field: &str| format!("pair.{k}.{field}");
-        let (springs, divides) = match method {
-            Method::DiscreteElements => (self.hertz.is_none(), false),
-            Method::ContactDynamics(relaxation) => (relaxation.compliant, relaxation.compliant),
-        };
+        let springs = if check.rigid { compliant } else { self.hertz.is_none() };
         let at_least = |least: bool| if least { Check::positive } else { Check::not_negative };
         at_least(springs)(check, &at("normal_stiffness"), self.normal_stiffness, " of N/m")?;
-        at_least(divides)(check, &at("tangential_stiffness"), self.tangential_stiffness, " of N/m")?;
+        at_least(compliant)(check, &at("tangential_stiffness"), self.tangential_stiffness, " of N/m")?;
         check.not_negative(&at("friction"), self.friction, "")?;
         if let Some(hertz) = &self.hertz {
             check.positive(&at("hertz.youngs_modulus"), hertz.youngs_modulus, " of Pa")?;

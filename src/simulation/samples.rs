@@ -328,7 +328,8 @@ impl Simulation {
         let Some(cell) = self.cell()? else {
             // Grains that grow load a cell that keeps its form, too.
             let closed = self.growth.is_some() && (0..dims).all(|axis| self.assembly.domain.periodic[axis]);
-            let volume = closed.then(|| volume_of(self.model().dimension, self.params().period));
+            let (dimension, p) = (self.model().dimension, self.params());
+            let volume = closed.then(|| volume_of(dimension, p.period + p.period_low));
             let of = |volume| CellSample::new(&sample, [0.0; 6], Some(volume), grain_volume, dims);
             return Ok(Sample { cell: volume.map(of), ..sample });
         };
