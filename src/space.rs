@@ -13,31 +13,11 @@ use crate::{
     model::Model,
     plan::{Plan, plan, run},
     stage::*,
-    state::{Cell, Element, Spin, State, Wall, array},
+    state::{State, Wall, array},
 };
-
-use glam::DVec3;
 
 /// The periodic cell.
-pub static DEFORM_CELL: Stage = Stage {
-    check: Check { member_floors: &[(&array::CELL_NEXT, floors_of_cell)], ..Check::ROUNDING },
-    ..Stage::new("space", "deform_cell", deform_cell::deform_cell, |_| 1)
-};
-
-/// Low parts are what is left of a step, m, when whole quanta are taken off; a tilt may be no more than that.
-fn floors_of_cell(s: &State) -> Vec<f64> {
-    let (p, cell) = (&s.params, &s.cell[0]);
-    let step = (p.dt * cell.largest_rate * cell.length.max_element()).max(p.quantum);
-    let parts = |floor: f64| DVec3::splat(floor);
-    let floors = Cell {
-        length_low: parts(step),
-        tilt: Spin(parts(step)),
-        tilt_low: Spin(parts(step)),
-        stretch_tilt: Spin(parts(step / cell.length.max_element())),
-        ..Cell::default()
-    };
-    floors.lanes(s.model.dims())
-}
+pub static DEFORM_CELL: Stage = Stage::new("space", "deform_cell", deform_cell::deform_cell, |_| 1);
 
 /// Moving walls.
 pub static MOVE_WALLS: Stage = Stage {

@@ -76,7 +76,14 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
     // So soft in contact dynamics that overlaps open at a speed which its steps can follow; images may lie deep inside of a
     // large grain.
     let spring = match model.compliance {
-        Compliance::Stiffness if model.large_grains => 0.03,
+        Compliance::Stiffness if model.large_grains => {
+            if dims == 2 {
+                100.0
+            } else {
+                0.03
+            }
+        }
+        Compliance::Stiffness if dims == 2 => 3e3,
         Compliance::Stiffness => 1.0,
         Compliance::None if rigid || hertz => 0.0,
         Compliance::None => 1e4,
@@ -136,7 +143,7 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
         insertions: Vec::new(),
         outlets: Vec::new(),
         growth: match model.growth {
-            GrowthSlot::Some => (0..materials).map(growth).collect(),
+            GrowthSlot::Some => (0..materials).map(|material| growth(model, material)).collect(),
             GrowthSlot::None => Vec::new(),
         },
         waiting: 0,
@@ -183,8 +190,9 @@ fn random_scene(model: &Model, seed: u64) -> Assembly {
 }
 
 /// Some grow, others shrink; none that are of one material come to an end within a few steps.
-fn growth(material: usize) -> Growth {
-    let rate = [3.0, -2.0][material];
+fn growth(model: &Model, material: usize) -> Growth {
+    // A large grain almost fills its cell.
+    let rate = if model.large_grains { 0.1 } else { [3.0, -2.0][material] };
     Growth { rate, end: Some(1.0 + 0.1 * rate), ..Growth::default() }
 }
 

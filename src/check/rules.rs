@@ -45,6 +45,7 @@ static RULES: &[(&[&Array], Rule)] = &[
     ),
     (&[&COUNTERS], Rule::Records(counters)),
     (&[&ROTATION_ITERATIONS], Rule::Records(rotation_iterations)),
+    (&[&CELL_NEXT], Rule::Records(cell)),
 ];
 
 /// The rule of an array, if it has one.
@@ -111,4 +112,33 @@ fn counters(twin: &State, device: &State) -> f64 {
 fn rotation_iterations(twin: &State, device: &State) -> f64 {
     let (a, b) = (twin.rotation_iterations[0], device.rotation_iterations[0]);
     f64::from(u8::from(a.most.abs_diff(b.most) > 1 || a.capped != b.capped))
+}
+
+/// Edges with all that single precision leaves out of them, over what a step does to them: rounding decides which quantum an
+/// edge is, and its low part with it. All else by its largest component.
+fn cell(twin: &State, device: &State) -> f64 {
+    let (a, b) = (&twin.cell_next[0], &device.cell_next[0]);
+    let largest = |v: DVec3| v.abs().max_element();
+    let (p, length) = (&twin.params, largest(a.length));
+    let step = (p.dt * a.largest_rate * length).max(p.quantum);
+    let over = |a: DVec3, b: DVec3, scale: f64| if a == b { 0.0 } else { largest(a - b) / scale };
+    let relative = |a: DVec3, b: DVec3, floor: f64| over(a, b, largest(a).max(largest(b)).max(floor));
+    let differences = [
+        over(a.length + a.length_low, b.length + b.length_low, step),
+        over(a.tilt.0 + a.tilt_low.0, b.tilt.0 + b.tilt_low.0, step),
+        relative(a.turned_back.0, b.turned_back.0, 0.0),
+        relative(a.stretch, b.stretch, 0.0),
+        relative(a.stretch_tilt.0, b.stretch_tilt.0, step / length),
+        relative(a.rate, b.rate, 0.0),
+        relative(a.shear_rate.0, b.shear_rate.0, 0.0),
+        relative(a.rate_next, b.rate_next, 0.0),
+        relative(a.shear_rate_next.0, b.shear_rate_next.0, 0.0),
+        relative(a.steady_rate, b.steady_rate, 0.0),
+        relative(a.steady_shear_rate.0, b.steady_shear_rate.0, 0.0),
+        relative(DVec3::splat(a.settled), DVec3::splat(b.settled), 0.0),
+        relative(DVec3::splat(a.largest_rate), DVec3::splat(b.largest_rate), 0.0),
+        relative(a.stress, b.stress, 0.0),
+        relative(a.stress_above.0, b.stress_above.0, 0.0),
+    ];
+    differences.into_iter().fold(0.0, |a: f64, b| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) })
 }
