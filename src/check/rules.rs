@@ -4,7 +4,7 @@ use crate::{
     contact::kicks::{kicks_of_bodies, kicks_of_clumps},
     measure::contacts::contact_of,
     space::precision::{low_of, spin_low_of},
-    state::{Array, Counters, State, VelocityLow, array::*},
+    state::{Array, Cell, Counters, State, VelocityLow, array::*},
     units::Quantity,
 };
 use glam::DVec3;
@@ -121,24 +121,29 @@ fn cell(twin: &State, device: &State) -> f64 {
     let largest = |v: DVec3| v.abs().max_element();
     let (p, length) = (&twin.params, largest(a.length));
     let step = (p.dt * a.largest_rate * length).max(p.quantum);
+    let flat = twin.model.dims() == 2;
+    let (vector, spin) = if flat { (DVec3::new(1.0, 1.0, 0.0), DVec3::Z) } else { (DVec3::ONE, DVec3::ONE) };
     let over = |a: DVec3, b: DVec3, scale: f64| if a == b { 0.0 } else { largest(a - b) / scale };
     let relative = |a: DVec3, b: DVec3, floor: f64| over(a, b, largest(a).max(largest(b)).max(floor));
+    let own = |of: DVec3, a: DVec3, b: DVec3, floor: f64| relative(of * a, of * b, floor);
+    let scalar = |a: f64, b: f64| relative(DVec3::splat(a), DVec3::splat(b), 0.0);
+    let edges = |cell: &Cell| (vector * (cell.length + cell.length_low), spin * (cell.tilt.0 + cell.tilt_low.0));
     let differences = [
-        over(a.length + a.length_low, b.length + b.length_low, step),
-        over(a.tilt.0 + a.tilt_low.0, b.tilt.0 + b.tilt_low.0, step),
-        relative(a.turned_back.0, b.turned_back.0, 0.0),
-        relative(a.stretch, b.stretch, 0.0),
-        relative(a.stretch_tilt.0, b.stretch_tilt.0, step / length),
-        relative(a.rate, b.rate, 0.0),
-        relative(a.shear_rate.0, b.shear_rate.0, 0.0),
-        relative(a.rate_next, b.rate_next, 0.0),
-        relative(a.shear_rate_next.0, b.shear_rate_next.0, 0.0),
-        relative(a.steady_rate, b.steady_rate, 0.0),
-        relative(a.steady_shear_rate.0, b.steady_shear_rate.0, 0.0),
-        relative(DVec3::splat(a.settled), DVec3::splat(b.settled), 0.0),
-        relative(DVec3::splat(a.largest_rate), DVec3::splat(b.largest_rate), 0.0),
-        relative(a.stress, b.stress, 0.0),
-        relative(a.stress_above.0, b.stress_above.0, 0.0),
+        over(edges(a).0, edges(b).0, step),
+        over(edges(a).1, edges(b).1, step),
+        own(spin, a.turned_back.0, b.turned_back.0, 0.0),
+        own(vector, a.stretch, b.stretch, 0.0),
+        own(spin, a.stretch_tilt.0, b.stretch_tilt.0, step / length),
+        own(vector, a.rate, b.rate, 0.0),
+        own(spin, a.shear_rate.0, b.shear_rate.0, 0.0),
+        own(vector, a.rate_next, b.rate_next, 0.0),
+        own(spin, a.shear_rate_next.0, b.shear_rate_next.0, 0.0),
+        own(vector, a.steady_rate, b.steady_rate, 0.0),
+        own(spin, a.steady_shear_rate.0, b.steady_shear_rate.0, 0.0),
+        own(vector, a.stress, b.stress, 0.0),
+        own(spin, a.stress_above.0, b.stress_above.0, 0.0),
+        scalar(a.settled, b.settled),
+        scalar(a.largest_rate, b.largest_rate),
     ];
     differences.into_iter().fold(0.0, |a: f64, b| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) })
 }
