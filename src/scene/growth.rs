@@ -8,7 +8,7 @@ use crate::Result;
 /// (Lubachevsky & Stillinger 1990). Densities stay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Growth {
-    /// The factor at time 0: 1 in a scene, and less in [`Assembly::whole`], whose radii are the largest ones.
+    /// The factor at time 0: 1 in a scene, and less in [`Assembly::whole`](super::Assembly::whole), whose radii are the largest ones.
     pub start: f64,
     /// 1/s; below 0 grains shrink.
     pub rate: f64,
