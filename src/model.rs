@@ -427,6 +427,12 @@ impl Model {
                                 .flat_map(|driven| [(some, true, false, *driven), (some, true, true, *driven)]);
                             let walls = [(Walls::None, false, false, false), (some, false, false, false)];
                             for (walls, moving_walls, guided_walls, driven_walls) in walls.into_iter().chain(moving) {
+                                // What gives way knows nothing of how walls move, nor a dashpot of where grains are.
+                                let bare = boundary == Boundary::Open && walls == Walls::None;
+                                if compliance != Compliance::None && (moving_walls || damping != Damping::None && !bare)
+                                {
+                                    continue;
+                                }
                                 let twists = twists(dimension, method, tangential, rolling);
                                 let variants = variants(method, grains);
                                 let sizes = if one_law { SIZES } else { &SIZES[..1] };

@@ -350,7 +350,7 @@ fn twins_agree(options: Options, every: usize) {
                 // Rigid grains push each other apart; what carries an impulse are few of those that have met.
                 let enough = match (model.method, model.grains) {
                     (MethodSlot::DiscreteElements, _) => 200,
-                    (MethodSlot::ContactDynamics, Grains::Spheres) => 20,
+                    (MethodSlot::ContactDynamics, Grains::Spheres) => 15,
                     (MethodSlot::ContactDynamics, Grains::Clumps) => 10,
                 };
                 assert!(report.contacts > enough, "{model:?}: only {} contacts", report.contacts);
